@@ -39,7 +39,7 @@ MAX_ALPHA_VECTOR_TURNS = 100  # turns of alpha vectors that can be computed in t
 
 @dataclass(frozen=True)
 class MdpOptimalPolicy(TurnsLeftPolicy, StationaryPolicy):
-    """Takes the best action, by policy iteration (section 7.4) or, in large problems, by sweeps.
+    """Takes the best action (policy iteration, section 7.4; value iteration in large problems).
 
     Values of actions that a state does not allow are those of its first legal action, or -inf. In a
     game of `horizon` turns they are those of the turns left, by backward induction.
@@ -150,9 +150,9 @@ class _AlphaVectorPolicy(GreedyBeliefPolicy):
 
 @dataclass(frozen=True)
 class PomdpOptimalPolicy(TurnsLeftPolicy, _AlphaVectorPolicy):
-    """Takes the best action for its belief, for an infinite horizon or for `horizon` turns.
+    """Takes the best action for its belief (with alpha vectors, section 20.3).
 
-    It is found by alpha vectors.
+    It plans for an infinite horizon or for `horizon` turns.
     """
 
     values_name = EXACT_VALUES

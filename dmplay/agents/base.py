@@ -17,7 +17,7 @@ from dmplay.core.session import DEFAULT_TURN_LIMIT, Session
 from dmplay.core.text import format_count
 
 # the scopes of values that are not about the turns left
-WITHOUT_END, ONE_ROUND = "no turn limit", "for one round"
+WITHOUT_END, ONE_ROUND = "turn limit ignored", "for one round"
 # the names of values by their accuracy
 EXACT_VALUES, ESTIMATED_VALUES = "exact values", "estimated values"
 LOWER_BOUNDS, UPPER_BOUNDS = "lower bounds", "upper bounds"

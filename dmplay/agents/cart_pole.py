@@ -72,7 +72,7 @@ class LinearQuadraticPolicy(ReactivePolicy):
 
     def describe_scope(self, turns: int | None) -> str:
         """Return the number of turns it looks ahead, of which fewer may be left."""
-        note = "" if self.problem.discount == 1.0 else ", no discount"
+        note = "" if self.problem.discount == 1.0 else ", discount ignored"
         is_last_turn = turns == self.horizon == 1
         return "" if is_last_turn else f"{format_count(self.horizon, 'turn')} ahead{note}"
 

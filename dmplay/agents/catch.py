@@ -54,7 +54,7 @@ class ThompsonSampling(BeliefPolicy):
 
 @dataclass(frozen=True)
 class Optimal(RemainingHorizonPolicy):
-    """Takes the best throw for its belief in a game of `horizon` throws, by exact search."""
+    """Takes the best throw for its belief and the throws left, by exact search."""
 
     values_name = EXACT_VALUES
 

@@ -7,7 +7,6 @@ import numpy as np
 from dmplay.agents.available_agents import Roster
 from dmplay.agents.base import (
     RATINGS,
-    WITHOUT_END,
     GreedyPolicy,
     ReactivePolicy,
     SeatPolicy,
@@ -49,7 +48,7 @@ class Corner(SeatPolicy):
 
 @dataclass(frozen=True)
 class Expectimax(GreedyPolicy, ReactivePolicy):
-    """Searches likely slides and tiles ahead (expectimax), deeper if few cells are empty.
+    """Looks ahead at slides and likely new tiles (expectimax), further if few cells are empty.
 
     The boards at the end are rated by a network that learned from games. It learned the points to
     come, but of a weaker player, which looks one slide ahead. The ratings therefore compare slides;
@@ -77,8 +76,8 @@ class Expectimax(GreedyPolicy, ReactivePolicy):
 
     def describe_scope(self, turns: int | None) -> str:
         """Return the horizon and the discount that its values ignore, '' if none."""
-        scope = super().describe_scope(turns)
-        return scope if self.problem.discount == 1.0 else f"{scope or WITHOUT_END}, no discount"
+        discount = "discount ignored" if self.problem.discount < 1.0 else ""
+        return ", ".join(filter(None, (super().describe_scope(turns), discount)))
 
     def action_values(self, memory: Memory) -> Reals:
         """Return the rating of each slide; -inf for a slide that moves nothing."""

@@ -15,7 +15,7 @@ from dmplay.core.problem import Problem
 
 
 class Plan(RepeatedGamePlan):
-    """Plans the rounds left against one of the rules for repeated games, or random play."""
+    """Plans all rounds left; it knows how the other agent plays, or weighs how it may play."""
 
     candidate_rules = {**REPEATED_GAME_RULES, "random": Random}  # noqa: RUF012 - never written
 

@@ -24,7 +24,7 @@ class BeatLast(RepeatedGameRule):
 
 
 class Plan(RepeatedGamePlan):
-    """Plans the rounds left against the rules for rock-paper-scissors."""
+    """Plans all rounds left; it knows how the other agent plays, or weighs how it may play."""
 
     candidate_rules = {  # noqa: RUF012 - never written
         "uniform": Random, "beat-last": BeatLast, "frequency": FictitiousPlay,

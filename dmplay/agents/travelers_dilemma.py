@@ -33,7 +33,7 @@ class FixedClaim(ReactivePolicy):
 
 
 class Plan(RepeatedGamePlan):
-    """Plans the rounds left against the rules for the traveler's dilemma."""
+    """Plans all rounds left; it knows how the other agent plays, or weighs how it may play."""
 
     candidate_rules = {  # noqa: RUF012 - never written
         "nash": Nash, "level-k": HierarchicalSoftmax, "claim": FixedClaim, "random": Random,

@@ -127,9 +127,9 @@ class ScoreComparison:
     equal_count: int = 0
 
     def __str__(self) -> str:
-        """Return the number of lower games, and of equal ones if these are more."""
-        ties = f" ({self.equal_count} ties)" * (self.equal_count > self.lower_count)
-        return f"{self.lower_count} times{ties}"
+        """Return the number of lower games, and of equal ones if there are any."""
+        ties = f" ({format_count(self.equal_count, 'tie')})" * (self.equal_count > 0)
+        return f"{self.lower_count}{ties}"
 
     @property
     def agent_name(self) -> str:
@@ -159,10 +159,10 @@ class Verdict:
         if self.comparisons:
             count = self.comparisons[0].game_count
             texts = [
-                f"{comparison.agent_name}{' scored less than you' * (index == 0)} {comparison}"
+                f"{comparison.agent_name}{' scored less than you' * (index == 0)} in {comparison}"
                 for index, comparison in enumerate(self.comparisons)
             ]
-            rows.append(f"{count} other seeds: {', '.join(texts)}")
+            rows.append(f"of {count} games with other seeds, {', and '.join(texts)}")
         rows += [self.ghost_line] if self.ghost_line else []
         return rows + ([f"review: {self.error}"] if self.error else [])
 
@@ -351,6 +351,14 @@ def compare_score(
     return tuple(comparisons)
 
 
+def name_compared_agent(provider: agents.HintAgent) -> str:
+    """Return the agent whose scores are compared with a person's: a hint agent or a quicker one."""
+    policy = provider.policy
+    substitute = agents.load_roster(policy.problem, policy.seat).batch_agent
+    is_quick = policy.values_name == EXACT_VALUES or not substitute
+    return provider.label if is_quick else cast(str, substitute)
+
+
 def _iter_compared_players(
     session: Session, questions: Sequence[AdviceQuestion]
 ) -> Iterator[tuple[str, list[Policy]]]:
@@ -379,13 +387,11 @@ def _iter_compared_players(
     for question in questions:
         seat = question.seat
         provider = agents.find_hint_provider(problem, question)
-        substitute = agents.load_roster(problem, seat).batch_agent
         if provider is None:
             return
-        is_quick = provider.policy.values_name == EXACT_VALUES or not substitute
-        label = provider.label if is_quick else cast(str, substitute)
+        label = name_compared_agent(provider)
         strong[seat] = (
-            provider.policy if is_quick else agents.load_agent(problem, seat, cast(str, substitute))
+            provider.policy if label == provider.label else agents.load_agent(problem, seat, label)
         )
     if label != SEARCH_AGENT:
         yield label, fill_seats(strong)

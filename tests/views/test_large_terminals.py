@@ -116,7 +116,7 @@ def test_a_board_without_hexes_has_no_coordinates() -> None:
 
 @pytest.mark.parametrize(("name", "is_listed"), [("hexworld", True), ("2048", False)])
 def test_the_help_page_lists_coordinates_for_hex_maps(name: str, is_listed: bool) -> None:
-    assert ("  C       coordinates" in draw(make_game(name), 120, 60, "?")) == is_listed
+    assert ("  C           coordinates" in draw(make_game(name), 120, 60, "?")) == is_listed
 
 
 @pytest.mark.parametrize(

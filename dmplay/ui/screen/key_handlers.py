@@ -4,8 +4,10 @@ from collections.abc import Callable, Sequence
 from math import copysign, inf, isinf
 from typing import NamedTuple
 
+from dmplay.agents.base import EXACT_VALUES
 from dmplay.game.game import Game
 from dmplay.game.playback import Playback
+from dmplay.registry import agents
 from dmplay.ui.screen.frame_state import NEXT_PAGE_KEYS
 from dmplay.ui.screen.modes import Mode, ModeEvent
 from dmplay.ui.screen.play_operations import (
@@ -239,9 +241,9 @@ def _scroll(screen: PlayScreen, rows: float) -> None:
         screen.scroll_log(rows)
 
 
-def _has_hex_map(game: Game) -> bool:
+def _has_hex_map(screen: PlayScreen) -> bool:
     """Return whether the game is played on a hex map."""
-    return getattr(game.view_module, "KEY_FAMILY", "") == HEX_KEY_FAMILY
+    return getattr(screen.game.view_module, "KEY_FAMILY", "") == HEX_KEY_FAMILY
 
 
 def _show_help(screen: PlayScreen) -> None:
@@ -253,9 +255,33 @@ def _show_help(screen: PlayScreen) -> None:
     ]
     replay_keys = REPLAY_HELP if isinstance(screen.game, Playback) else ()
     lookback_keys = [LOOKBACK_HELP] if screen.game.human_seats else []
-    scroll_keys = [HEX_SCROLL_HELP, RECORD_HELP] if _has_hex_map(screen.game) else [SCROLL_HELP]
+    scroll_keys = [HEX_SCROLL_HELP, RECORD_HELP] if _has_hex_map(screen) else [SCROLL_HELP]
     keys = [*replay_keys, *screen_keys, *lookback_keys, *scroll_keys]
     screen.open_page(format_help_page(screen.game, keys))
+
+
+def _has_overlay(screen: PlayScreen) -> bool:
+    """Return whether the board can show the values of all states."""
+    problem = screen.game.problem
+    is_finite = isinstance(problem.state_count, int) and problem.state_count > 1
+    return is_finite and not problem.observations
+
+
+def _has_pace(screen: PlayScreen) -> bool:
+    """Return whether agents alone play, or the clock runs."""
+    return bool(screen.realtime_rate) or not screen.game.human_seats
+
+
+def _has_quiz(screen: PlayScreen) -> bool:
+    """Return whether the game can end with a quiz, for which values must be exact."""
+    game = screen.game
+    providers = (
+        agents.find_hint_provider(game.problem, question) for question in game.advice_questions
+    )
+    return any(
+        provider and provider.has_exact_regrets and provider.policy.values_name == EXACT_VALUES
+        for provider in providers
+    )
 
 
 class ScreenKey(NamedTuple):
@@ -267,9 +293,7 @@ class ScreenKey(NamedTuple):
     help: str  # '' if the command of the same key describes it
     handler: Callable[[PlayScreen], None]
     is_agents_only: bool = False  # only for games without human players
-    is_hex_key: bool = False  # only for hex maps
-    is_overlay_key: bool = False  # only for boards that can show values of all states
-    is_pace_key: bool = False  # listed only if agents alone play, or the clock runs
+    is_useful: Callable[[PlayScreen], bool] | None = None  # None if it is useful in every game
 
     def is_active_for(self, key: str, game: Game) -> bool:
         """Return whether this is the pressed key and it works in this game."""
@@ -277,16 +301,9 @@ class ScreenKey(NamedTuple):
 
     def is_listed_for(self, screen: PlayScreen) -> bool:
         """Return whether the help page of this screen lists the key."""
-        game = screen.game
-        if self.is_pace_key:
-            return bool(screen.realtime_rate) or not game.human_seats
-        if self.is_hex_key:
-            return _has_hex_map(game)
-        if self.is_overlay_key:
-            problem = game.problem
-            is_finite = isinstance(problem.state_count, int) and problem.state_count > 1
-            return is_finite and not problem.observations
-        return not (self.is_agents_only and game.human_seats)
+        if self.is_agents_only and screen.game.human_seats:
+            return False
+        return self.is_useful is None or self.is_useful(screen)
 
 
 SCREEN_KEYS = (
@@ -294,9 +311,9 @@ SCREEN_KEYS = (
         ("V",),
         "V",
         "overlay",
-        "on hex maps: show values, then best actions, then numbers of states",
+        "on hex maps: show values, then best actions, then the number of each hex",
         PlayScreen.show_next_overlay,
-        is_overlay_key=True,
+        is_useful=_has_overlay,
     ),
     ScreenKey(
         ("C",),
@@ -304,7 +321,7 @@ SCREEN_KEYS = (
         "coordinates",
         "on hex maps: show the coordinates that the log names",
         PlayScreen.toggle_coordinates,
-        is_hex_key=True,
+        is_useful=_has_hex_map,
     ),
     ScreenKey(("W",), "W", "what if", "show the possible outcomes of an action", start_lookahead),
     ScreenKey(
@@ -313,7 +330,7 @@ SCREEN_KEYS = (
         "pause",
         "start or stop the agents or the clock",
         toggle_pause,
-        is_pace_key=True,
+        is_useful=_has_pace,
     ),
     ScreenKey(
         ("space", "right"),
@@ -329,7 +346,7 @@ SCREEN_KEYS = (
         "faster",
         "let the agents play faster",
         lambda screen: change_speed(screen, SPEED_FACTOR),
-        is_pace_key=True,
+        is_useful=_has_pace,
     ),
     ScreenKey(
         ("-",),
@@ -337,14 +354,15 @@ SCREEN_KEYS = (
         "slower",
         "let the agents play slower",
         lambda screen: change_speed(screen, 1 / SPEED_FACTOR),
-        is_pace_key=True,
+        is_useful=_has_pace,
     ),
     ScreenKey(
         ("M",),
         "M",
         "learn",
-        "after the game: a quiz on your worst turns, if values are exact",
+        "after the game: a quiz on your worst turns",
         leave_to_learn,
+        is_useful=_has_quiz,
     ),
     ScreenKey(("?",), "?", "help", "", _show_help),
     ScreenKey(("q",), "q", "quit", "", quit_game),

@@ -16,7 +16,11 @@ from dmplay.registry.builtin_names import problem_names
 from dmplay.registry.problems import is_problem_name
 from dmplay.ui.shell import game_commands as of_game
 from dmplay.ui.shell import game_management_commands as of_table
-from dmplay.ui.shell.help_introduction import describe_other_players, lesson_lines
+from dmplay.ui.shell.help_introduction import (
+    describe_other_players,
+    lesson_lines,
+    list_advising_agents,
+)
 
 CommandFunction = Callable[[GameController, str], str]
 MAX_LINE_CHARS = 100_000  # maximum characters of a typed or piped line
@@ -183,23 +187,26 @@ def _show_help(controller: GameController, argument: str) -> str:
     return format_reply(rows)
 
 
+BOOK_NOTE = "The sections are those of the book Algorithms for Decision Making."
 FIRST_LISTED = {"hint", "undo", "watch"}  # commands whose keys the help page lists first
 
 
 def format_help_page(game: Game, screen_keys: Sequence[tuple[str, str, str]]) -> list[str]:
-    """Return the rows of the help page: problem, actions, keys, and commands without a key.
+    """Return the rows of the help page: problem, players, actions, and keys.
 
     `screen_keys` are (displayed key, name, help) of the screen's own keys.
     """
     action_keys = game.keyboard.list_actions_with_keys(game.view())[:10]
-    actions = [f"{KEY_SYMBOLS.get(key, key)} {label}".strip() for key, label, _ in action_keys]
+    actions = [
+        f"{KEY_SYMBOLS.get(key, key)} = {label}" if key else label for key, label, _ in action_keys
+    ]
     actions_text = ",  ".join(actions)
     if game.keyboard.is_number_entry(game.viewing_seat):
         actions_text = _describe_number_entry(game)
     with_key = [command for command in COMMANDS if command.key]
     first = [_list_key(command) for command in with_key if command.name in FIRST_LISTED]
     others = [_list_key(command) for command in with_key if command.name not in FIRST_LISTED]
-    keyless = [command.name for command in COMMANDS if not command.key]
+    agents = list_advising_agents(game)
     return [
         *lesson_lines(game, shows_map=True),
         *describe_other_players(game),
@@ -207,11 +214,13 @@ def format_help_page(game: Game, screen_keys: Sequence[tuple[str, str, str]]) ->
         f"actions: {actions_text}",
         "keys (press Shift for a capital letter)",
         *(
-            f"  {displayed_key:<7} {name:<14} {help_}"
+            f"  {displayed_key:<10}  {name:<11}   {help_}"
             for displayed_key, name, help_ in [*first, *screen_keys, *others]
         ),
-        f"More commands are typed after the key : and explained by :help, for example :help act. "
-        f"They are {', '.join(keyless)}.",
+        *["agents named in hints and in the result"] * bool(agents),
+        *(f"  {name:<11}   {summary}" for name, summary in agents),
+        *[f"  {'':<11}   {BOOK_NOTE}"] * any("section" in summary for _, summary in agents),
+        "The key : opens a line for more commands; the command help lists them.",
     ]
 
 

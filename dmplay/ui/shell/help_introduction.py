@@ -8,6 +8,8 @@ from dmplay.core.session import Session
 from dmplay.core.spaces import Interval
 from dmplay.core.uniforms import SeededUniforms
 from dmplay.game.game import Game
+from dmplay.game.verdict import RANDOM_AGENT, name_compared_agent
+from dmplay.registry.agents import find_hint_provider, load_roster
 from dmplay.views.protocol import Lesson, load_view_module
 
 HIDDEN_REWARDS_NOTE = (
@@ -41,7 +43,7 @@ def lesson_lines(game: Game, *, shows_map: bool = False) -> list[str]:
 def describe_other_players(game: Game) -> list[str]:
     """Return a sentence on each agent that plays beside the people: its name and its policy."""
     return [
-        f"{agent} is played by {name}: {address_opponent(_read_summary(seated.policy))}"
+        f"{agent} is played by {name}: {address_opponent(_read_summary(type(seated.policy)))}"
         for agent, name, seated in zip(
             game.problem.agents, game.player_names, game.session.seated_policies, strict=True
         )
@@ -49,9 +51,23 @@ def describe_other_players(game: Game) -> list[str]:
     ]
 
 
-def _read_summary(policy: SeatPolicy) -> str:
+def list_advising_agents(game: Game) -> list[tuple[str, str]]:
+    """Return the name and description of each agent that hints and the result may name."""
+    seat = game.viewing_seat
+    if seat not in game.human_seats or game.hints_forbidden:
+        return []
+    provider = find_hint_provider(game.problem, game.advice_question(seat))
+    if provider is None:
+        return []
+    names = dict.fromkeys((provider.label, name_compared_agent(provider), RANDOM_AGENT))
+    available = load_roster(game.problem, seat).agents
+    summaries = {name: available.get(name.partition(":")[0]) for name in names}
+    return [(name, _read_summary(agent)) for name, agent in summaries.items() if agent]
+
+
+def _read_summary(policy_class: type[SeatPolicy]) -> str:
     """Return the first line of the description of a policy."""
-    return (type(policy).__doc__ or "").partition("\n")[0]
+    return (policy_class.__doc__ or "").partition("\n")[0]
 
 
 def describe_example_turn(problem: Problem, seat: int, lesson: Lesson) -> str:
