@@ -83,15 +83,15 @@ def test_board_key_row_help_and_info_show_the_active_keys(preset: str) -> None:
     east = {"left": "d", "arrows": "→", "digits": "1"}[preset]
     frames = play_keys(hex_game, "?").frames
     assert f"  @  │  {east}  │" in frames[0]
-    assert f" {east} e  " in frames[0].split("\n")[-1]
-    assert f"actions: {east} e,  " in frames[1]
+    assert f" {east}=e  " in frames[0].split("\n")[-1]
+    assert f"actions: {east} = e,  " in frames[1]
     assert f"e {list_legal_actions(hex_game)[0][0]}" in run_line(GameController(hex_game), "keys")
     bindings = load_problem_info("hexworld", KeyPreferences(preset)).keys
     assert (
         next(key for key, label in bindings.items() if label == "e")
         == list_legal_actions(hex_game)[0][0]
     )
-    assert f"{east} " in format_footer(hex_game, Viewport(80, 24)).plain
+    assert f"{east}=" in format_footer(hex_game, Viewport(80, 24)).plain
 
 
 def test_a_user_defined_key_works_and_is_shown_and_the_default_keys_still_work() -> None:
@@ -99,7 +99,7 @@ def test_a_user_defined_key_works_and_is_shown_and_the_default_keys_still_work()
     result = play_keys(game, "k", "h", "j", "n")
     names = [game.problem.format_action(0, turn.actions[0]) for turn in game.session.turns]
     assert names == ["nw", "e", "w", "se"]
-    assert " h e  u ne  k nw  j w  b sw  n se" in result.frames[0].split("\n")[-1]
+    assert " h=e  u=ne  k=nw  j=w  b=sw  n=se" in result.frames[0].split("\n")[-1]
 
 
 def test_keys_of_a_problem_override_keys_of_its_family() -> None:
@@ -160,7 +160,7 @@ def test_each_of_two_people_is_shown_the_keys_of_their_seat() -> None:
         game = create_game_with_keys("predator-prey", KeyPreferences(preset), HUMAN, HUMAN)
         first, second = play_keys(game, action_keys[0]).frames
         for frame, key in zip((first, second), action_keys, strict=True):
-            assert f" {key} e  " in frame.split("\n")[-1]
+            assert f" {key}=e  " in frame.split("\n")[-1]
         assert f" {action_keys[1]}  " in second
 
 

@@ -2,7 +2,6 @@
 
 from collections.abc import Iterable, Iterator, Sequence
 from functools import partial
-from itertools import product
 from typing import NamedTuple
 
 from rich.text import Text
@@ -30,6 +29,13 @@ COMMAND_KEYS = (
     ("hint", "help", "quit"),
     ("help", "quit"),
 )
+# whether a row of action keys has their names, bars and numbers, if a hint ranks the actions
+RANKED_KEY_FORMS = (
+    (True, True, True),
+    (True, False, True),
+    (True, False, False),
+    (False, True, False),
+)
 SHORT_LABEL_COLUMNS = (7, 4)  # maximum label columns to try when the full labels do not fit
 
 
@@ -45,7 +51,7 @@ class ActionKey(NamedTuple):
     def text(self) -> str:
         """The key, label and regret between blanks; '' if the action is illegal."""
         key = KEY_SYMBOLS.get(self.key, self.key)
-        label = self.label if self.key == self.label else f"{key} {self.label}".strip()
+        label = self.label if self.key == self.label else "=".join(filter(None, (key, self.label)))
         return f" {label}{self.regret_text} " * self.is_legal
 
 
@@ -158,29 +164,34 @@ def _truncate_label(label: str, max_width: int) -> str:
 
 def _join_keys(actions: Sequence[ActionKey]) -> Text:
     """Join the texts of action keys into one row."""
-    return Text("".join(action.text for action in actions))
+    row = Text()
+    for action in actions:
+        start = len(row.plain) + 1
+        row.append(action.text)
+        if action.label != action.key:
+            row.stylize("bold", start, start + len(KEY_SYMBOLS.get(action.key, action.key)))
+    return row
 
 
 def _iter_ranked_keys(actions: Sequence[ActionKey], hint: Hint | None) -> Iterator[list[ActionKey]]:
     """Yield the legal actions ranked by regret, best first, each with its regret as a bar.
 
-    The rows come with names and numbers, with only one of them, then with neither. Yield nothing if
-    the hint has no regrets.
+    Yield nothing if the hint has no regrets.
     """
     ranking = hint.ranked_actions if hint else []
     if not ranking or hint is None:
         return
     max_regret, decimals = ranking[-1][1], count_hint_decimals([regret for _, regret in ranking])
-    for with_numbers, with_names in product((True, False), repeat=2):
+    for with_names, with_bars, with_numbers in RANKED_KEY_FORMS:
         ranked = []
         for action, regret in ranking:
             is_equally_good = with_names and hint.action not in {None, action}
             regret_text = f" {EQUALLY_GOOD_LABEL if is_equally_good else BEST_LABEL}"
             if regret:
-                bar = BAR_LEVELS[
-                    min(int(len(BAR_LEVELS) * regret / max_regret), len(BAR_LEVELS) - 1)
-                ]
-                regret_text = f" {bar}{format_fixed(-regret, decimals) if with_numbers else ''}"
+                level = min(int(len(BAR_LEVELS) * regret / max_regret), len(BAR_LEVELS) - 1)
+                bar = BAR_LEVELS[level] * with_bars
+                number = format_fixed(-regret, decimals) * with_numbers
+                regret_text = f" {bar}{number}".rstrip()
             label = actions[action].label if with_names else ""
             ranked.append(actions[action]._replace(label=label, regret_text=regret_text))
         yield ranked

@@ -21,18 +21,19 @@ def make_screen(name: str, *seats: str) -> PlayScreen:
 def test_a_hint_ranks_the_keys_by_regret() -> None:
     *_, message, row = play_keys(make_game("crying-baby"), "tab").last.split("\n")
     assert message == " hint by optimal (20 turns left): feed"
-    assert row.startswith(" f feed best  s sing █-2.54  i ignore █-2.60  ")
+    assert row.startswith(" f=feed best  s=sing █-2.54  i=ignore █-2.60  ")
 
 
 @pytest.mark.parametrize(
     ("width", "row"),
     [
-        (120, " n se best  b sw ▄-0.77  l e ▄-0.78  h w █-1.51  u ne █-1.57  y nw █-1.69  "),
-        (80, " n best  b ▄-0.77  l ▄-0.78  h █-1.51  u █-1.57  y █-1.69  ? help  q quit"),
+        (120, " n=se best  b=sw ▄-0.77  l=e ▄-0.78  h=w █-1.51  u=ne █-1.57  y=nw █-1.69  "),
+        (88, " n=se best  b=sw -0.77  l=e -0.78  h=w -1.51  u=ne -1.57  y=nw -1.69  ? help"),
+        (80, " n=se best  b=sw  l=e  h=w  u=ne  y=nw  Y why  ? help  q quit"),
         (50, " n best  b ▄  l ▄  h █  u █  y █  ? help  q quit"),
     ],
 )
-def test_a_narrow_ranked_footer_drops_labels_then_numbers_but_never_help(
+def test_a_narrow_ranked_footer_drops_bars_then_numbers_then_labels_but_never_help(
     width: int, row: str
 ) -> None:
     play_screen = make_screen("hexworld")
@@ -99,3 +100,33 @@ def test_the_help_and_quit_keys_are_always_shown(name: str, width: int) -> None:
     assert format_footer(make_game(name), Viewport(width, 14), FrameState()).plain.endswith(
         ("q quit", ": command")
     )
+
+
+def test_a_forecast_hides_the_regrets_on_the_map() -> None:
+    hint, forecast = (
+        play_keys(make_game("hexworld"), *keys).last for keys in (["tab"], ["tab", "W", "n"])
+    )
+    assert "-0.77" in hint
+    assert "if you go SE: chance of each hex" in forecast
+    assert "│b 0.15" in forecast or "0.15│" in forecast
+    assert "-1.51" not in forecast.split("exact values")[0]
+
+
+def test_a_hint_is_not_drawn_as_a_typed_number() -> None:
+    hint, typed = (
+        play_keys(make_game("catch"), *keys).last for keys in (["tab"], ["tab", "6", "0"])
+    )
+    assert "→" not in hint.split("type a number")[0]
+    assert "→60←" in typed
+
+
+@pytest.mark.parametrize(("name", "is_listed"), [("hexworld", True), ("2048", False)])
+def test_the_help_page_lists_the_quiz_only_if_values_are_exact(name: str, is_listed: bool) -> None:
+    page = play_keys(make_game(name), "?", size=(120, 60)).last
+    assert ("a quiz on your worst turns" in page) == is_listed
+
+
+def test_the_help_page_names_the_agents_of_hints_and_of_the_result() -> None:
+    page = play_keys(make_game("2048"), "?", size=(120, 60)).last
+    _, _, rows = page.partition("agents named in hints and in the result\n")
+    assert [row.split()[0] for row in rows.split("\n")[:3]] == ["expectimax", "corner", "random"]

@@ -193,7 +193,7 @@ def test_the_command_prompt_runs_commands_and_escape_closes_it(tmp_path: Path) -
 
 def test_help_opens_over_the_board_and_any_key_closes_it(tmp_path: Path) -> None:
     with Terminal("hexworld", "--seed", "7", folder=tmp_path) as terminal:
-        terminal.ready().press("?", "page 1 of 2").press(" ", "More commands are typed after")
+        terminal.ready().press("?", "page 1 of 2").press(" ", "The key : opens a line")
         terminal.press("x", lambda: "commands, typed" not in terminal.text)
         assert "turn 0 " in terminal.text
         assert terminal.press(CTRL_D).ended() == 0
@@ -201,6 +201,6 @@ def test_help_opens_over_the_board_and_any_key_closes_it(tmp_path: Path) -> None
 
 def test_a_hint_names_the_best_action_and_all_values(tmp_path: Path) -> None:
     with Terminal("hexworld", "--seed", "7", folder=tmp_path) as terminal:
-        terminal.ready().press(TAB, "hint by optimal: se").until("n best  b ▄-0.77")
+        terminal.ready().press(TAB, "hint by optimal: se").until("n=se best  b=sw  l=e")
         terminal.press("V", "overlay: exact values").press(CTRL_L).until("│ 7.04│")
         assert terminal.press("q").ended() == 0

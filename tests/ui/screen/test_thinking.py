@@ -115,7 +115,7 @@ def test_a_thinking_agent_is_named_with_its_progress() -> None:
     progress_frame = next(frame for frame in frames if "42%" in frame)
     assert " deep is thinking ... 42%. Ctrl-C cancels\n" in progress_frame
     assert "turn 0/4" in progress_frame
-    assert "c cooperate  d defect" in progress_frame
+    assert "c=cooperate  d=defect" in progress_frame
     assert "cancelled" in frames[-1]
 
 
