@@ -138,7 +138,7 @@ class _ValueExplainer:
         return format_fixed(value, self._decimals)
 
     def _round(self, value: float) -> float:
-        """Return a value as printed, so that printed sums and differences are right."""
+        """Return a value as printed, so that printed sums are right."""
         return float(self._number(value))
 
     @property
@@ -171,17 +171,21 @@ class _ValueExplainer:
         reward = self._number(parts.reward)
         if parts.is_last_turn:
             return f"{beginning}, the expected reward of this turn; no later turn counts."
+        if self._provider.values_name == RATINGS:
+            beginning += "; ratings compare actions, and are not points"
         if not self._adds_up(parts):
             return f"{beginning}. Its expected reward in this turn is {reward}."
         later = self._number(self._round(value) - self._round(parts.reward))
         text = f"{beginning}: reward {reward} now and {later} later"
-        product = f" ({parts.discount:g} x {self._number(parts.value_after)})"
+        product = f" (discount {parts.discount:g} x mean value {self._number(parts.value_after)})"
         product = product if parts.discount < 1.0 else ""
         if not parts.adds_up or not self._round(parts.information_value):
             return f"{text}{product}."
-        blind_value = self._number(self._round(float(later) - parts.information_value))
-        blind = f"If you chose your next action before you observe, later would be {blind_value}."
-        return f"{text}{product}. {blind}"
+        information = self._number(parts.information_value)
+        return (
+            f"{text}{product}. What you observe after it helps to choose your next action, which "
+            f"adds {information}."
+        )
 
     def _describe_outcomes(self, parts: ActionBreakdown) -> str:
         """Return a sentence on the possible outcomes: a list of few, or the range of many."""
@@ -312,10 +316,10 @@ class _ValueExplainer:
 
     def _compare(self) -> tuple[ObviousAction | None, str, str]:
         """Return the action to compare with, and sentences on the difference and its reason."""
-        best, value = self._best, self._round(self._values[self._best])
+        best, value = self._best, self._values[self._best]
         if self._action != best:
-            gap = value - self._round(self._values[self._action])
-            if not gap:
+            gap = value - self._values[self._action]
+            if not self._round(gap):
                 text = f"The suggested action {self._name(best)} is as good."
                 return ObviousAction(best, ""), text, ""
             subject = f"The best action {self._name(best)}"
@@ -328,7 +332,7 @@ class _ValueExplainer:
             is_only_one = len(self._legal_actions) == 1
             text = "No other action is legal." if is_only_one else "All are equally good."
             return None, text, ""
-        other_value = self._round(self._values[rule.action])
+        other_value = self._values[rule.action]
         name = self._name(rule.action)
         text = (
             f"The action {name}, {rule.text}, is {self._worth} "
@@ -470,8 +474,8 @@ class _ValueExplainer:
         action if the sentence explains the worse one.
         """
         sign = -1.0 if self._action == other.action else 1.0
-        gap = sign * (self._round(other.value) - self._round(best.value))
-        reward_change = sign * (self._round(other.reward) - self._round(best.reward))
+        gap = sign * self._round(other.value - best.value)
+        reward_change = sign * self._round(other.reward - best.reward)
         if not self._round(other.later_value - best.later_value):
             reward_change = gap
         later = self._round(gap - reward_change)

@@ -26,8 +26,7 @@ class Ghost:
         self, name: str, player_session: Session, policies: Mapping[int, Policy], scope: str = ""
     ) -> None:
         self.name = name
-        plan = scope.replace(WITHOUT_END, f"plans with {WITHOUT_END}")
-        self.label = f"{name} ({plan})" if plan else name  # with the game that it plans for
+        self.label = f"{name} ({scope})" if scope else name  # with the game that it plans for
         self.seat = min(policies)
         self.player_session = player_session
         others = {

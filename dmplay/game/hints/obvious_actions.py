@@ -11,6 +11,7 @@ from dmplay.core.session import SeatedPolicy, Session
 from dmplay.game.hints.action_breakdown import ActionBreakdown
 from dmplay.views.protocol import REGRET_TOLERANCE, load_view_module
 
+MIN_STATE_PROBABILITY = 0.2  # smallest belief in a state that may be assumed to be certain
 MAX_BELIEF_STATES = 64  # maximum number of states of which one is assumed to be certain
 
 
@@ -71,7 +72,10 @@ def _find_single_maximum(
 def _trust_observation(
     seated_policy: SeatedPolicy, breakdowns: Mapping[int, ActionBreakdown]
 ) -> Iterator[ObviousAction]:
-    """Yield the best action if the state that explains the last observation best were certain."""
+    """Yield the best action if the state that explains the last observation best were certain.
+
+    There is none if the belief says that this state is unlikely.
+    """
     session, seat, policy = seated_policy.session, seated_policy.seat, seated_policy.policy
     problem, view = session.problem, session.view(seat)
     assert isinstance(policy, SeatPolicy)
@@ -84,6 +88,8 @@ def _trust_observation(
     certain_belief = np.eye(len(likelihoods))[[state]]
     q = policy.action_values((certain_belief, *memory[1:]))
     if q is None or np.ptp(likelihoods) <= REGRET_TOLERANCE:
+        return
+    if beliefs[0, state] < MIN_STATE_PROBABILITY:
         return
     action = max(breakdowns, key=lambda action: q[0, action])
     state_name = load_view_module(problem).lesson(view).state_name

@@ -23,6 +23,7 @@ MIN_BOARD_ROWS, MIN_GOAL_ROWS = (
     4,
     20,
 )  # rows from which the screen has a board; rows from which the goal has its own row
+OTHER_PAGE_ROWS = 4  # rows of the title, the message and the keys; a blank row above the board
 MAX_LOG_ROWS_BELOW = 8  # maximum rows of the log below the board while the game goes on
 MIN_SIDE_LOG_SCREEN_COLUMNS = 100  # screen columns from which the log is beside the board
 MIN_LOG_COLUMNS = 36  # columns reserved for the log beside the board
@@ -175,7 +176,7 @@ class Frame:
                 _handover_rows(state.handover_agent, viewport),
             ]
         elif state.page_rows:
-            parts = [[self._title_row()], _current_page(viewport, state)]
+            parts = [[self._title_row()], *self._page_parts()]
         else:
             parts = [[self._title_row()], *self._board_and_log_parts()]
         blank_count = viewport.height - 2 - sum(map(len, parts))
@@ -184,6 +185,19 @@ class Frame:
             if blank_count >= 0
             else [[*chain(*parts)][: viewport.height - 2]]
         )
+
+    def _page_parts(self) -> list[ScreenRows]:
+        """Return the page; below a short one also the board, with the coordinates it may name."""
+        viewport, state = self._viewport, self._state
+        page = _current_page(viewport, state)
+        free_rows = viewport.height - len(page) - OTHER_PAGE_ROWS
+        if free_rows < MIN_BOARD_ROWS:
+            return [page]
+        plain_state = state._replace(hint=None, show_coordinates=True)
+        board = self._draw_board(self._snapshot, viewport.width, free_rows, plain_state)
+        if isinstance(board, TooSmallNotice):
+            return [page]
+        return [page, [BLANK_ROW], split_styled_rows(board.plain, board.spans)]
 
     def _goal_rows(self, snapshot: SeatSnapshot) -> list[ScreenLine]:
         """Return the goal row as a list, or [] if the goal has no row of its own."""
@@ -305,12 +319,18 @@ class Frame:
         layout = _layout_log_below(panel_facts, board, viewport, body_height)
         return layout._replace(rows=(*goal_rows, *layout.rows))
 
-    def _draw_board(self, snapshot: SeatSnapshot, width: int, height: int) -> Text:
-        """Draw the board in `width` x `height` cells, or return a notice if it does not fit."""
-        game, viewport, state = self._game, self._viewport, self._state
-        suggested_action = (
-            state.hint.action if state.hint and state.typed_action is None else state.typed_action
-        )
+    def _draw_board(
+        self,
+        snapshot: SeatSnapshot,
+        width: int,
+        height: int,
+        frame_state: FrameState | None = None,
+    ) -> Text:
+        """Draw the board in `width` x `height` cells, or return a notice if it does not fit.
+
+        It shows the hint and the overlay of `frame_state`, by default of this frame's own state.
+        """
+        game, viewport, state = self._game, self._viewport, frame_state or self._state
         options = DrawOptions(
             width,
             height,
@@ -320,7 +340,8 @@ class Frame:
             reserved_rows=viewport.height - self._body_height + MIN_LOG_ROWS + 1,
             allow_large=True,
             regret=state.hint.regrets if state.hint else None,
-            suggested_action=suggested_action,
+            suggested_action=state.hint.action if state.hint else None,
+            typed_action=state.typed_action,
             forecast=state.forecast,
             motion_progress=state.motion_progress,
             show_coordinates=state.show_coordinates,

@@ -311,7 +311,9 @@ class PlayScreen:
             self.overlay_index = (
                 self.overlay_index if self.game.hint_provider.is_overlay_ready else 0
             )
-            self.message = str(error) or "cancelled"
+            agent = self.game.problem.agents[self.game.viewing_seat]
+            own_prefix = f"turn {len(self.game.session.turns) + 1}, {agent}: "
+            self.message = str(error).removeprefix(own_prefix) or "cancelled"
 
     def open_viewer(self, watched: "WatchedSteps") -> str:
         """Show the steps of an algorithm in place of the game, until the viewer is left."""
@@ -348,10 +350,10 @@ class PlayScreen:
             self.modes.handle_event(ModeEvent.CLOSED)
             self.message = "" if rows else reply
             if hint and reply == str(hint):  # The board and the keys show the values.
-                price_text = (
+                reward_text = (
                     "" if hint.action is None else self.game.describe_expected_reward(hint.action)
                 )
-                self.message = f"{hint.summary}{price_text}"
+                self.message = hint.summary + f". This{reward_text}" * bool(reward_text)
                 if (
                     WHY_KEY_HELP
                     not in format_footer(self.game, self._viewport, self.frame_state).plain

@@ -19,6 +19,7 @@ from dmplay.core.uniforms import SeededUniforms
 from dmplay.errors import BadParameter, IllegalAction
 from dmplay.game.game import Game
 from dmplay.game.game_series import GameController
+from dmplay.game.game_setup import start_new_game
 from dmplay.game.hints.action_breakdown import ActionBreakdown
 from dmplay.game.hints.explanation import MAX_SENTENCE_WORDS, explain_action
 from dmplay.game.hints.hint_provider import HintProvider
@@ -197,7 +198,8 @@ def test_a_slip_onto_a_bad_hex_explains_why_the_straight_way_is_worse() -> None:
     assert label == "nw in the state (2,1) (optimal)"
     value, outcomes, comparison, reason = sentences
     assert value == (
-        "The best action nw is worth 3.36: reward 0.00 now and 3.36 later (0.9 x 3.73)."
+        "The best action nw is worth 3.36: reward 0.00 now and 3.36 later "
+        "(discount 0.9 x mean value 3.73)."
     )
     assert outcomes.startswith("Next is (1,2) with probability 0.70 (then worth ")
     rule = "the best if every action surely had its likeliest outcome"
@@ -216,6 +218,22 @@ def test_defection_pays_now_and_is_punished_by_tit_for_tat() -> None:
         "The action defect, which pays the most now, is worth -11.00, 2.00 less.",
         "It brings 1.00 more now but 3.00 less later, as agent2 then chooses defect.",
     )
+
+
+def test_an_explanation_prints_the_difference_that_the_board_shows() -> None:
+    game = make_game("hexworld")  # 7.0444 - 6.2791 = 0.7653, but 7.04 - 6.28 = 0.76
+    sentences = explain_action(game.hint_provider).sentences
+    assert sentences[2] == "The action sw, the next best, is worth 6.28, 0.77 less."
+    assert "b=sw ▄-0.77" in play_keys(game, "tab", size=(120, 24)).last
+
+
+def test_a_state_that_the_belief_excludes_is_not_assumed_to_be_certain() -> None:
+    game = start_new_game(GameRequest("catch", seed=3))
+    for throw in (4, 2, 3, 5, 6):  # 50 m, 30 m, 40 m and 60 m are caught, then 70 m is dropped
+        game.choose(throw)
+    assert game.view().belief[0] < 0.01  # a drop alone would suggest a skill of 20 m
+    comparison = explain_action(game.hint_provider).sentences[2]
+    assert comparison == "The action 50, the next best, is worth 159.41, 0.53 less."
 
 
 def test_another_action_is_explained_against_the_best_one() -> None:
@@ -261,8 +279,9 @@ def test_looking_is_worth_the_difference_between_a_sure_call_and_a_blind_one() -
     assert look.information_value == pytest.approx(0.5)
     value, outcomes, comparison, reason = explain_action(game.hint_provider).sentences
     assert value == (
-        "The best action look is worth 0.50: reward 0.00 now and 0.50 later (0.5 x 1.00). "
-        "If you chose your next action before you observe, later would be 0.00."
+        "The best action look is worth 0.50: reward 0.00 now and 0.50 later "
+        "(discount 0.5 x mean value 1.00). "
+        "What you observe after it helps to choose your next action, which adds 0.50."
     )
     assert outcomes == (
         "You observe saw heads with probability 0.50 (P(heads) = 1.00, then worth 1.00) or saw "
@@ -319,9 +338,10 @@ def test_the_key_y_shows_the_explanation_below_the_board_or_else_as_a_page() -> 
         for size in ((200, 60), (80, 24))
     )
     assert "why se in the state (7,2) (optimal): The" in large
-    assert "numbers: below the best; walls: ne -1.57" in large
+    assert "moves into a wall: ne -1.57" in large
     assert small.split("\n")[1:3] == [
         " why se in the state (7,2) (optimal)",
-        " The best action se is worth 7.04: reward 0.00 now and 7.04 later (0.9 x 7.83).",
+        " The best action se is worth 7.04: reward 0.00 now and 7.04 later (discount 0.9",
     ]
-    assert "numbers: below the best; walls: ne -1.57" not in small
+    assert "moves into a wall: ne -1.57" not in small
+    assert "│ 6,2 │ 7,2 │ 8,2 │" in small  # the map with the coordinates of the explanation

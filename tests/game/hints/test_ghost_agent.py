@@ -164,8 +164,8 @@ def test_a_named_ghost_plans_for_the_turns_of_the_game() -> None:
 @pytest.mark.parametrize(
     ("name", "agent", "turns", "label"),
     [
-        ("crying-baby", "optimal", 20, "optimal (plans with no turn limit)"),
-        ("2048", "expectimax", 1, "expectimax (plans with no turn limit)"),
+        ("crying-baby", "optimal", 20, "optimal (turn limit ignored)"),
+        ("2048", "expectimax", 1, "expectimax (turn limit ignored)"),
         ("2048", "random", 1, "random"),
         ("catch", "optimal", 5, "optimal"),
         ("hexworld", "optimal", None, "optimal"),

@@ -78,12 +78,12 @@ def test_the_values_of_the_first_turn_are_those_of_all_twenty() -> None:
     [
         ("hexworld", None, "hint by optimal: "),
         ("hexworld", 2, "hint by optimal (2 turns left): "),
-        ("crying-baby", 101, "hint by optimal (no turn limit): "),
+        ("crying-baby", 101, "hint by optimal (turn limit ignored): "),
         ("2048", None, "hint by expectimax: "),
-        ("2048", 3, "hint by expectimax (no turn limit): "),
-        ("mountain-car", 3, "hint by optimal (no turn limit): "),
+        ("2048", 3, "hint by expectimax (turn limit ignored): "),
+        ("mountain-car", 3, "hint by optimal (turn limit ignored): "),
         ("collision-avoidance", None, "hint by optimal: "),
-        ("collision-avoidance", 3, "hint by optimal (no turn limit): "),
+        ("collision-avoidance", 3, "hint by optimal (turn limit ignored): "),
         ("cart-pole", None, "hint by regulate (50 turns ahead): "),
         ("cart-pole", 5, "hint by regulate (5 turns ahead): "),
         ("cart-pole", 1, "hint by regulate (1 turn left): "),
@@ -100,7 +100,7 @@ def test_the_values_of_the_first_turn_are_those_of_all_twenty() -> None:
             "collaborative-predator-prey",
             None,
             "hint by qmdp (if partners see the state now, you from the next turn on, "
-            "no turn limit, belief with random partners): ",
+            "turn limit ignored, belief with random partners): ",
         ),
         (
             "prisoners-dilemma",
@@ -144,7 +144,9 @@ def test_without_a_discount_a_hint_says_how_far_it_looks(name: str, turns: int, 
 def test_an_equilibrium_of_a_game_without_end_says_so_in_a_game_with_an_end() -> None:
     session = Session(RandomGame(), dmplay.SeededUniforms(7), turn_limit=3)
     provider = HintProvider(session, AdviceQuestion.about(session, 0, ["human", "human"]))
-    assert provider.create_hint().startswith("hint by equilibrium (no turn limit, if the other ")
+    assert provider.create_hint().startswith(
+        "hint by equilibrium (turn limit ignored, if the other "
+    )
     overlay = provider.build_overlay("values")
     assert overlay is not None
     assert np.isfinite(overlay.action_values).any()
@@ -234,7 +236,7 @@ def test_listed_values_say_what_they_are_about() -> None:
     assert (
         HintProvider(session, AdviceQuestion.about(session, 0))
         .describe_values()
-        .startswith("exact values (no turn limit): feed ")
+        .startswith("exact values (turn limit ignored): feed ")
     )
     session = Session(dmplay.load_problem(BABY), dmplay.SeededUniforms(5))
     assert (

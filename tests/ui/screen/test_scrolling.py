@@ -207,3 +207,9 @@ def test_the_footer_of_a_page_names_the_keys_of_the_page() -> None:
     frames = play_keys(make_game("hexworld"), "?", "escape", size=(40, 12)).frames
     assert frames[1].split("\n")[-1].strip() == "Space next  Esc close"
     assert "Esc close" not in frames[2]
+
+
+def test_a_message_on_an_illegal_key_begins_with_the_action() -> None:
+    current_game = make_game("2048")
+    message = play_keys(current_game, "left", "left").last.split("\n")[-2]
+    assert message.startswith(" left is not legal now; expected one of ")
