@@ -6,6 +6,7 @@ from math import ceil
 
 import numpy as np
 
+from dmplay.agents.base import RATINGS
 from dmplay.core.session import Turn
 from dmplay.core.work_budget import ComputationStopped
 from dmplay.game.game import Game
@@ -16,8 +17,8 @@ from dmplay.game.verdict import Verdict, iter_verdicts
 from dmplay.views.toolkit.canvas import BAR_LEVELS
 
 MAX_WORST_TURNS = 3  # worst turns that are named
-MIN_CAPTION_COLUMNS = 72  # columns of the screen from which the regret row explains its bracket
-MARGIN_COLUMNS = 5  # columns of the regret row for its margins and the bracket
+MIN_CAPTION_COLUMNS = 72  # columns of the screen from which the rows on regrets are complete
+MARGIN_COLUMNS = 7  # columns of the regret row for its margins, the bracket and two ellipses
 
 
 class GameTimeline(Game):
@@ -120,19 +121,21 @@ class GameTimeline(Game):
 
     def review_rows(self, width: int) -> list[str]:
         """Return the rows below the board: previous turn, regret bars and next choice."""
-        return [*self._last_turn_rows(), *self.regret_rows(width), self.describe_next_choices()]
+        choices = self.describe_next_choices(shows_discounted=width >= MIN_CAPTION_COLUMNS)
+        return [*self._last_turn_rows(), *self.regret_rows(width), choices]
 
     def _last_turn_rows(self) -> list[str]:
         """Return one row that describes the previous turn, or none before the first turn."""
         return [self.narrator.describe_turn(self.snapshot())] if self.turns_played else []
 
-    def describe_next_choices(self) -> str:
+    def describe_next_choices(self, *, shows_discounted: bool = True) -> str:
         """Return a line of text on the turn that comes next in the review.
 
-        It has the turn's number, the choice of each person, and the better choice if there is one.
+        It has the turn's number, the choice of each person, and the better choice if there is one:
+        the values' difference, and by default also what the score lost.
         """
         turn, moves = self.turns_played, self._moves_by_turn[self.turns_played]
-        texts = [_describe_choice(move) for move in moves]
+        texts = [_describe_choice(move, shows_discounted=shows_discounted) for move in moves]
         if not moves:
             seats, chosen = self.reviewed_seats, self.finished_game.session.turns[turn].actions
             texts = [f"chose {self.problem.format_action(seat, chosen[seat])}" for seat in seats]
@@ -163,9 +166,11 @@ class GameTimeline(Game):
         if not worst:
             return []
         turns = f"turn{'s' * (len(worst) > 1)} {', '.join(map(str, worst))}"
+        names = {move.values_name for moves in self._moves_by_turn for move in moves}
+        noun = "rating lost" if RATINGS in names else "regret"
         captions = [
-            ("regret by turn ", f"  [next turn], most in {turns}"),
-            ("regret ", f"  most in {turns}"),
+            (f"{noun} by turn ", f"  [ ] = next turn; most in {turns}"),
+            (f"{noun} ", f"  most in {turns}"),
         ]
         prefix, suffix = captions[width < MIN_CAPTION_COLUMNS]
         bar_columns = max(width - len(prefix) - len(suffix) - MARGIN_COLUMNS, 1)
@@ -175,16 +180,25 @@ class GameTimeline(Game):
             BAR_LEVELS[ceil((len(BAR_LEVELS) - 1) * (regret / max_regret))] for regret in regrets
         ]
         bars[self.turns_played] = f"[{bars[self.turns_played]}]"
-        return [f"{prefix}{''.join(bars[first : first + bar_columns])}{suffix}"]
+        last = first + bar_columns
+        row = f"{'…' * (first > 0)}{''.join(bars[first:last])}{'…' * (last < self.turn_count)}"
+        return [f"{prefix}{row}{suffix}"]
 
 
-def _describe_choice(move: ReviewedAction) -> str:
+def _describe_choice(move: ReviewedAction, *, shows_discounted: bool) -> str:
     """Return a choice as text, with the better action and its gain if there was one."""
     if move.chosen in move.best:
         return f"chose {move.chosen}, {review.append_scope('the best action', move.scope)}"
-    gain = "" if move.regret is None else f" by {format_fixed(move.regret, move.decimal_count)}"
-    better = review.append_scope(f"was better{gain}", move.scope)
-    return f"chose {move.chosen}; {' or '.join(move.best)} {better}"
+    best = " or ".join(move.best)
+    if move.values_name == RATINGS:
+        return f"chose {move.chosen}; {best} was rated higher"
+    gain = ""
+    if move.regret is not None:
+        gain = f" by {format_fixed(move.regret, move.decimal_count)}"
+        if shows_discounted and move.discount_factor < 1.0:
+            lost = format_fixed(move.discounted_regret, move.decimal_count)
+            gain += f" (discounted: {lost})"
+    return f"chose {move.chosen}; {best} {review.append_scope(f'was better{gain}', move.scope)}"
 
 
 def _last_turn_if_over(game: Game) -> Turn | None:

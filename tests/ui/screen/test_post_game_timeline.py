@@ -54,7 +54,7 @@ def make_saved_game(folder: Path, **changes: object) -> Game:
 EXPECTED_FRAMES: dict[tuple[str, Sequence[str], tuple[int, int], bool], str] = {
     ("hexworld", (), LARGE_SIZE, False): """\
  dmplay hexworld    seed 7   turn 4/4   score (discounted) -1.539   turn limit
- reach exit +10 or +5; avoid -10; a bump costs 1; 30% of steps slip sideways
+ reach exit +10 or +5; avoid exit -10; a bump costs 1; 30% of steps slip
  ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲   chose    E
 │     │     │     │     │     │     │  @  │     │     │     │  result slip bump
 │     │     │     │     │     │     │     │     │     │     │  reward   -1.00
@@ -65,21 +65,21 @@ EXPECTED_FRAMES: dict[tuple[str, Sequence[str], tuple[int, int], bool], str] = {
 │     │     │  ✗  │     │ ░░░ │     │     │     │ ░░░ │  ◆  │    0.90 (gamma)
 │     │     │ -10 │     │ ░░░ │     │     │     │ ░░░ │ +10 │
   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱         ╲ ╱   ╲ ╱   ╲ ╱         ╲ ╱
-@ you, ◆ reward, ✗ cost
+@ you, ◆ good exit, ✗ bad exit
 
  over: turn limit after 4 turns. your score -1.539 (undiscounted -2).
  choices: best action 1 of 4 times; expected score lost: 5.97 (regret)
  score -1.54 = 5.78 (average of best play) - 5.97 (regret) - 1.35 (bad luck)
  worst: turn 1, chose w, not se: 5.05 lost
- 100 other seeds: random scored less than you 57 times, optimal 11 times
+ of 100 games with other seeds, random scored less than you in 57 (1 tie), and
+   optimal in 11
  same seed: optimal scored 8.1, you -1.539
-
  turn 4. chose E, slipped, bumped, stayed at (5,2). reward -1. score -1.539.
 
  Enter look back  PgUp log  Tab hint  Bksp undo  ? help  q quit  : command""",
     ("hexworld", ("enter", "left"), LARGE_SIZE, False): """\
  dmplay hexworld    seed 7   before turn 3/4   score (discounted) 0
- reach exit +10 or +5; avoid -10; a bump costs 1; 30% of steps slip sideways
+ reach exit +10 or +5; avoid exit -10; a bump costs 1; 30% of steps slip
  ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲   chose    W
 │     │     │     │     │     │  h  │  @  │  l  │     │     │  result   W
 │     │     │     │     │     │ best│     │ best│     │     │  reward   0.00
@@ -90,16 +90,16 @@ EXPECTED_FRAMES: dict[tuple[str, Sequence[str], tuple[int, int], bool], str] = {
 │     │     │  ✗  │     │ ░░░ │     │     │     │ ░░░ │  ◆  │    0.90 (gamma)
 │     │     │ -10 │     │ ░░░ │     │     │     │ ░░░ │ +10 │  exact values
   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱         ╲ ╱   ╲ ╱   ╲ ╱         ╲ ╱    2 turns left
-walls: ne -0.624 nw -0.624 sw -0.624 se -0.624 (below best)      e      -0.48
-                                                                 w      -0.48
+numbers and bars: how much less than the best action             e      -0.48
+moves into a wall: ne -0.624, nw -0.624, sw -0.624, se -0.624    w      -0.48
                                                                  ne     -1.10
                                                                  nw     -1.10
                                                                  sw     -1.10
                                                                  se     -1.10
 
  turn 2. chose W, moved W to (5,2). reward 0. score 0.
- regret by turn █▂[▂]▁  [next turn], most in turns 1, 3, 2
- next, turn 3: chose se; e or w was better by 0.62.
+ regret by turn █▂[▂]▁  [ ] = next turn; most in turns 1, 3, 2
+ next, turn 3: chose se; e or w was better by 0.62 (discounted: 0.51).
 
  ← → turns  Enter play from here  N new  R restart  Bksp undo  ? help  q quit""",
     ("hexworld", ("enter", "left"), SMALL_SIZE, True): """\
@@ -126,10 +126,10 @@ walls: ne -0.624 nw -0.624 sw -0.624 se -0.624 (below best)      e      -0.48
  score -19.42 = -13.47 (average of best play) -
    3.29 (regret) - 2.66 (bad luck)
  worst: turn 4, chose feed, not ignore: 2.83 lost
- 100 other seeds: random scored less than you 47
-   times, optimal 11 times
+ of 100 games with other seeds, random scored
+   less than you in 47, and optimal in 11
  same seed: optimal scored -15, you -19.423
- turn 5. chose sing, heard quiet. belief: sated …
+ turn 5. chose sing, heard quiet.
 
  Enter look back  PgUp log  ? help  q quit""",
     ("crying-baby", ("left", "left"), SMALL_SIZE, False): """\
@@ -156,7 +156,7 @@ sated   #######################################. 0.973     exact values
 hungry  #....................................... 0.027     2 turns left
 chance of hunger by turn =___                                ignore -1.38
                                                              sing   -1.88
-mean reward now  hunger  effort     sum  below best          feed   -5.27
+mean reward now  hunger  effort     sum  value below best    feed   -5.27
 i ignore          -0.27   +0.00   -0.27  best
 s sing            -0.27   -0.50   -0.77  #......... -0.5
 f feed            -0.27   -5.00   -5.27  ########## -3.88
@@ -168,8 +168,8 @@ true state: sated
 
  turn 3. chose ignore, heard quiet. belief: sated 0.973, hungry 0.027. reward
    0. score -15.45.
- regret by turn _._[#].  [next turn], most in turns 4, 5, 2
- next, turn 4: chose feed; ignore was better by 3.88.
+ regret by turn _._[#].  [ ] = next turn; most in turns 4, 5, 2
+ next, turn 4: chose feed; ignore was better by 3.88 (discounted: 2.83).
 
  < > turns  Enter play from here  N new  R restart  ? help  q quit  : command""",
     ("crying-baby", (), LARGE_SIZE, False): """\
@@ -186,10 +186,10 @@ true state: sated
  choices: best action 2 of 5 times; expected score lost: 3.29 (regret)
  score -19.42 = -13.47 (average of best play) - 3.29 (regret) - 2.66 (bad luck)
  worst: turn 4, chose feed, not ignore: 2.83 lost
- 100 other seeds: random scored less than you 47 times, optimal 11 times
+ of 100 games with other seeds, random scored less than you in 47, and optimal
+   in 11
  same seed: optimal scored -15, you -19.423
 
- turn 1. chose feed, heard quiet. belief: sated 1.000, hungry 0.000.
  turn 2. chose sing, heard quiet. belief: sated 0.989, hungry 0.011.
  turn 3. chose ignore, heard quiet. belief: sated 0.973, hungry 0.027.
  turn 4. chose feed, heard quiet. belief: sated 1.000, hungry 0.000.
@@ -304,7 +304,7 @@ def test_a_long_game_shows_the_regret_around_the_turn() -> None:
     screen_text = press_keys(screen, *["l"] * 90, "enter", *["left"] * 3, size=SMALL_SIZE)
     row = next(row for row in screen_text.split("\n") if "regret" in row)
     assert len(row) <= SMALL_SIZE[0]
-    assert row == " regret ▂▂▂▂▂▂▂▂▂▂▂[▂]▂▂▂  most in turns 2, 3, 4"
+    assert row == " regret …▂▂▂▂▂▂▂▂▂[▂]▂▂▂  most in turns 2, 3, 4"
 
 
 def test_a_game_key_after_the_end_does_not_start_the_lookback() -> None:
@@ -326,3 +326,17 @@ def test_other_keys_act_in_the_lookback_as_at_the_end() -> None:
     assert "no hint: the game is over" in press_keys(play_to_end("hexworld"), "enter", "tab")
     assert "x: no such key" in press_keys(play_to_end("hexworld"), "enter", "x")
     assert "next, turn 4" in press_keys(play_to_end("hexworld"), "enter", "x")
+
+
+def test_before_the_first_turn_of_a_finished_game_there_is_no_reward_yet() -> None:
+    assert "reward   -\n" in press_keys(play_to_end("crying-baby"), *["left"] * 5)
+
+
+def test_a_game_with_ratings_shows_the_rating_lost_by_turn() -> None:
+    screen = PlayScreen(
+        GameController(make_game("2048", turns=4)), Terminal(True, "", True, True, False)
+    )
+    screen_text = press_keys(screen, "down", "left", "right", "left", "enter")
+    assert "regret" not in screen_text
+    assert "was rated higher." in press_keys(screen, "home")
+    assert "the game is over." in screen.game.narrator.describe_situation(screen.game.snapshot())

@@ -76,9 +76,9 @@ def test_the_log_ends_with_the_position(screen: PlayScreen) -> None:
 
 def test_x_goes_to_the_worst_choices_in_order(screen: PlayScreen) -> None:
     assert press(screen, "X") == 4
-    assert screen.message == "next, turn 5: chose sw; e was better by 5.23."
+    assert screen.message == "next, turn 5: chose sw; e was better by 5.23 (discounted: 3.43)."
     assert screen.log[-1].startswith("regret ")
-    assert screen.log[-1].endswith("most in turns 5, 3, 1")
+    assert screen.log[-1].endswith("[ ] = next turn; most in turns 5, 3, 1")
     assert press(screen, "X") == 2
     assert press(screen, "X") == 0
     assert press(screen, "X") == 4
@@ -109,8 +109,8 @@ def test_a_replay_of_undone_turns_can_be_jumped_through(tmp_path: Path) -> None:
 def test_the_help_page_lists_the_keys_of_a_replay(screen: PlayScreen) -> None:
     press(screen, "?")
     page = "\n".join(screen.page_rows)
-    assert "X       worst" in page
-    assert "Enter   play on" in page
+    assert "X           worst" in page
+    assert "Enter       play on" in page
 
 
 def test_the_keys_do_not_change_another_game(tmp_path: Path) -> None:
