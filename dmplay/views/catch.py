@@ -35,7 +35,7 @@ HEAT_LABEL_COLUMNS = 20  # columns before the heat map
 HEAT_STYLES = ("dim", "", "cyan", "bold cyan")  # styles of catch probabilities from 0 to 1
 # columns of a distance in the heat map, and rows of the expected-reward chart, tried in this order
 LARGE_LAYOUTS = ((12, 30), (7, 20), (4, 6), (4, 4), (4, 2), (4, 0))
-HEAT_LEGEND = "% caught at each distance (m); 50% where the distance equals the skill"
+HEAT_LEGEND = "% caught at each distance in m (50% where it equals the skill)"
 SMALL_REGRET = 0.095  # smaller regrets are printed with two decimals
 ACTION_PHRASE = "throw {} m"
 PLOT_LEGEND = ("chance of catch", "2: skill 20 m", "4: skill 40 m", "and so on")
@@ -73,13 +73,14 @@ def _draw_large_board(
     With a hint the regrets are added, with a forecast its outcomes.
     """
     canvas = Canvas()
-    canvas.write_text(0, 0, "skill        belief", "dim")
+    canvas.write_text(0, 0, HEAT_LEGEND, "dim")
+    canvas.write_text(0, 1, "skill        belief", "dim")
     distance_names = [f"{distance:.0f}" for distance in DISTANCES]
-    _draw_distance_cells(canvas, 0, distance_names, "dim", cell_columns)
+    _draw_distance_cells(canvas, 1, distance_names, "dim", cell_columns)
     if options.typed_action is not None:
-        _draw_throw_marker(canvas, 0, int(options.typed_action), cell_columns)
+        _draw_throw_marker(canvas, 1, int(options.typed_action), cell_columns)
     rows = zip(PROFICIENCY_NAMES, view.belief, view.problem.catch_probabilities, strict=True)
-    for y, (name, probability, catch_probabilities) in enumerate(rows, 1):
+    for y, (name, probability, catch_probabilities) in enumerate(rows, 2):
         canvas.write_text(0, y, name)
         canvas.write_text(5, y, format_bar(float(probability), 8, options.ascii), "cyan")
         canvas.write_text(14, y, f"{probability:.3f}", "bold")
@@ -99,7 +100,6 @@ def _draw_large_board(
                 style,
             )
     y = len(PROFICIENCY_NAMES) + 2
-    canvas.write_text(0, y - 1, HEAT_LEGEND, "dim")
     expected_rewards = _compute_expected_rewards(view)
     y = _draw_column_chart(
         canvas,
@@ -124,7 +124,7 @@ def _draw_large_board(
             style="yellow",
             options=options,
         )
-        canvas.write_text(0, y, "worth below best")
+        canvas.write_text(0, y, "value below best")
         regret_texts = [_format_regret_cell(regret) for regret in options.regret]
         _draw_distance_cells(canvas, y, regret_texts, "yellow", cell_columns)
     bottom_rows = format_forecast_rows(view, options, PROFICIENCY_NAMES, ACTION_PHRASE)
@@ -169,8 +169,8 @@ def describe_expected_reward(view: View[Catch], throw: float) -> str:
         float(_compute_expected_rewards(view)[int(throw)]),
     )
     catch_percent = format_percent(expected_reward / distance)
-    chance = f"caught {catch_percent}, expected reward {expected_reward:.0f}"
-    return f"is a throw of {distance:.0f} m: {chance}"
+    chance = f"caught in {catch_percent} of cases; expected reward {expected_reward:.0f}"
+    return f"is {distance:.0f} m, {chance}"
 
 
 def _draw_column_chart(  # noqa: PLR0913 - a canvas, a position and the content

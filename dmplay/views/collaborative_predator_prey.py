@@ -413,7 +413,8 @@ def panel_rows(view: View[CollaborativePredatorPrey]) -> list[tuple[str, str]]:
     A visible reward would reveal a capture.
     """
     observation_text = format_last_observation(view) if view.turns_played else "-"
-    reward = f"{view.rewards[-1]:g}" if view.rewards else "hidden"
+    reward = "hidden" if view.rewards is None else "-"
+    reward = f"{view.rewards[-1]:g}" if view.rewards else reward
     rows = [
         ("last", view.last_action_label.upper() or "-"),
         ("sensed", observation_text),

@@ -106,10 +106,11 @@ def _draw_belief_history(
 
     At most MAX_HISTORY_TURNS turns are drawn.
     """
-    title, latest_title = "chance of hunger by turn ", "hunger in the last turns "
-    columns = max(min(MAX_HISTORY_TURNS, options.width - len(title)), 1)
+    title, latest_title = "chance of hunger by turn ", "chance of hunger, last turns "
+    columns = max(min(MAX_HISTORY_TURNS, options.width - len(latest_title)), 1)
     probabilities = [float(b[-1]) for b in view.beliefs or ()]
-    canvas.write_text(0, y, title if len(probabilities) <= columns else latest_title, "dim")
+    title = title if len(probabilities) <= columns else latest_title
+    canvas.write_text(0, y, title, "dim")
     probabilities = probabilities[-columns:]
     sparkline = format_sparkline(probabilities, options.ascii).ljust(
         columns, " " if options.ascii else "·"
@@ -182,7 +183,7 @@ def _draw_expected_rewards(
     heading = "mean reward now  hunger  effort     sum"
     canvas.write_text(0, y, heading, "dim")
     canvas.write_text(
-        len(heading) + 2, y, "below best" if options.regret is not None else "", "dim"
+        len(heading) + 2, y, "value below best" if options.regret is not None else "", "dim"
     )
     hunger = float(view.belief[-1]) * view.problem.hungry_reward
     keys, labels = list_action_keys(KEYS, options), view.problem.actions[view.seat].labels
@@ -312,7 +313,8 @@ def panel_rows(view: View[Tabular]) -> list[tuple[str, str]]:
 
     The reward is hidden until the game is over, because it reveals the state.
     """
-    reward = f"{view.rewards[-1]:g}" if view.rewards else "hidden"
+    reward = "hidden" if view.rewards is None else "-"
+    reward = f"{view.rewards[-1]:g}" if view.rewards else reward
     return [("reward", reward), ("discount", f"{view.problem.discount:.2f}")]
 
 

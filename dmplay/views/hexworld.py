@@ -125,7 +125,7 @@ def _format_caption(view: View[HexWorld], options: DrawOptions) -> str:
         return hexgrid.format_wall_regrets(view.problem.hexes, position, options)
     ghost = ", & ghost" * (options.ghost_state is not None)
     keys = ", letters are keys" * options.show_keys
-    return f"@ {view.player_label}{ghost}, ◆ reward, ✗ cost{keys}"
+    return f"@ {view.player_label}{ghost}, ◆ good exit, ✗ bad exit{keys}"
 
 
 def _describe_last_move(view: View[HexWorld]) -> tuple[str, str]:
@@ -145,7 +145,7 @@ def goal_lines(view: View[HexWorld]) -> list[str]:
     return [
         *_format_exit_goals(view),
         *([f"a bump costs {problem.bump_cost:g}"] if problem.bump_cost else []),
-        *([f"{format_percent(problem.slip)} of steps slip sideways"] if problem.slip else []),
+        *([f"{format_percent(problem.slip)} of steps slip"] if problem.slip else []),
     ]
 
 
@@ -156,7 +156,7 @@ def _format_exit_goals(view: View[HexWorld]) -> list[str]:
     negative = " and ".join(format_signed(pay) for pay in rewards if pay < 0)
     return [
         *([f"reach exit {positive}"] if positive else []),
-        *([f"avoid {negative}"] if negative else []),
+        *([f"avoid exit {negative}"] if negative else []),
     ]
 
 

@@ -143,7 +143,7 @@ def _draw_large_board(
         view, canvas, y, options._replace(width=min(options.width, BELIEF_COLUMNS))
     )
     canvas.write_text(0, y + 2, "expected reward", "dim")
-    regret_heading = "below best" if options.regret is not None else ""
+    regret_heading = "value below best" if options.regret is not None else ""
     canvas.write_text(REGRET_COLUMN, y + 2, regret_heading, "dim")
     rewards_by_action = _compute_expected_rewards(view, options)
     for row, action in enumerate(rank_actions(options, len(rewards_by_action)), y + 3):

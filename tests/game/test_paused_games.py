@@ -268,7 +268,10 @@ def test_a_paused_game_stays_paused_however_the_program_ends() -> None:
     [
         ({}, "dmplay resume max.dmt"),
         ({"is_handed_in": False, "problem": "hexworld"}, "dmplay resume max.dmt"),
-        ({"is_handed_in": False}, "dmplay resume max.dmt  # the file then says that you looked"),
+        (
+            {"is_handed_in": False},
+            "dmplay resume max.dmt  # the file then records that you saw the hidden states",
+        ),
         ({"is_handed_in": False, "strict": True}, ""),
         (
             {"is_handed_in": False, "record_path": Path("a b.dmt")},

@@ -59,7 +59,7 @@ sated   ####.................................... 0.093
 hungry  ####################################.... 0.907
 chance of hunger by turn =#
 
-mean reward now  hunger  effort     sum  below best
+mean reward now  hunger  effort     sum  value below best
 s sing            -9.07   -0.50   -9.57  best
 f feed            -9.07   -5.00  -14.07  #......... -0.4
 i ignore          -9.07   +0.00   -9.07  ########## -3.25
@@ -103,7 +103,7 @@ saw  nothing (not examined)                  0 failed
 2 failed  #................... 0.036          o m m \
 chance of a failed part by turn _.:          /*m m m \
                                             / m m m e \
-expected reward      below best            / m m m e e \
+expected reward      value below best      / m m m e e \
 m manufacture +0.747 best                 / m m m i i e \
 e examine     +0.497 #....... -0.25      / i i i i i i i \
 i interrupt   -0.880 ####.... -1.5      / i i i i i i i r \
@@ -118,15 +118,15 @@ chance                0     1     2
         make_view_after("catch", "50", "100", "60"),
         ASCII_OPTIONS._replace(regret=DISTANCE_REGRET, forecast=THROW_FORECAST),
         """
-skill belief  caught  10  20  30  40  50  60  70  80  90 100
+% caught at each distance in m (50% where it equals the skill)
+skill        belief   10  20  30  40  50  60  70  80  90 100
 20 m #....... 0.134  +66 =50 :34 .21 _12 _ 6 _ 3 _ 2 _ 1 _ 0
 40 m ###..... 0.318  #88 *79 +66 =50 :34 .21 _12 _ 6 _ 3 _ 2
 60 m ###..... 0.373  #97 #94 #88 *79 +66 =50 :34 .21 _12 _ 6
 80 m #....... 0.175  #99 #98 #97 #94 #88 *79 +66 =50 :34 .21
-% caught by distance in m; 50% if distance = skill
 expected reward        9  17  23  26  26  24  20  15  10   7
                       ++  ::  ..  __      __  ..  ::  ++  ##
-below best (*)         9 4.5 2.2   1   * 0.5 1.8   4   8  12
+value below best       9 4.5 2.2   1   0 0.5 1.8   4   8  12
 
 throws 50v 100x 60x
 
@@ -139,9 +139,9 @@ chance              20 m  40 m  60 m  80 m
         make_view_after("prisoners-dilemma", "defect cooperate", "defect defect", seat=1),
         LARGE_OPTIONS._replace(regret=PRISONER_REGRET, forecast=make_reply_forecast(1)),
         """
-agent1        agent2 (you) chooses
-chooses     │  cooperate    │> defect
-            │  ████ -1.5    │  best
+> last round  you choose
+agent1      │  cooperate    │> defect
+            │  1.5 less     │  best
 ────────────┼───────────────┼───────────────
   cooperate │  agent1   -1  │  agent1   -4
             │  you      -1  │  you       0
@@ -159,17 +159,17 @@ defect: you get 0 against cooperate, -3 against defect""",
         make_view_after("rock-paper-scissors", "rock rock", "paper rock"),
         ASCII_OPTIONS._replace(regret=BABY_REGRET, forecast=make_reply_forecast(1)),
         """
-agent1 (you)  agent2 chooses
-chooses     |> rock         |  paper        |  scissors
+> last round  agent2 chooses
+you choose  |> rock         |  paper        |  scissors
 ------------+---------------+---------------+---------------
   rock      |  you       0  |  you      -1  |  you       1
-  .... -0.4 |  agent2    0  |  agent2    1  |  agent2   -1
+  0.4 less  |  agent2    0  |  agent2    1  |  agent2   -1
 ------------+---------------+---------------+---------------
 > paper     | [you       1] |  you       0  |  you      -1
   best      | [agent2   -1] |  agent2    0  |  agent2    1
 ------------+---------------+---------------+---------------
   scissors  |  you      -1  |  you       1  |  you       0
-  #### -3.25|  agent2    1  |  agent2   -1  |  agent2    0
+  3.25 less |  agent2    1  |  agent2   -1  |  agent2    0
 
 you             R    P
 reward          0    1   total 1

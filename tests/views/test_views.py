@@ -214,7 +214,7 @@ def test_the_goal_depends_on_the_parameters_and_the_seat() -> None:
         )
 
     assert describe_start("hexworld") == (
-        "reach exit +10 or +5; avoid -10; a bump costs 1; 30% of steps slip sideways"
+        "reach exit +10 or +5; avoid exit -10; a bump costs 1; 30% of steps slip"
     )
     assert describe_start("hexworld", slip=0.0, bump_cost=2.5, rewards=[[[0, 0], 3]]) == (
         "reach exit +3; a bump costs 2.5"

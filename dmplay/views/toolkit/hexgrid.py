@@ -37,7 +37,6 @@ COMPASS = ("E", "NE", "NW", "W", "SW", "SE")
 EDGE_STYLE = "dim"
 HOLE_GLYPH = "░"
 MIN_HOLE_NEIGHBOURS = 3  # a position without a hex looks like one from this number on
-MAX_WALL_TEXT = 60  # columns of the map of hexworld in normal size
 SMALL_HEX_LEGEND = "* best, █ worst"  # legend of the keys in small hexes
 
 KEYS = {
@@ -114,8 +113,8 @@ def iter_maps(
     """Yield the map in every size, the largest first.
 
     The large sizes are drawn only if `options.allow_large` is set and they fit. In each size, the
-    map comes with the first caption that is no wider than it, if any, then without a caption. A
-    smaller size that does not fit is yielded as blank text of the same extent.
+    map comes with each caption that is no wider than it, the fullest first, then without a caption.
+    A smaller size that does not fit is yielded as blank text of the same extent.
     """
     half_columns = [2 * q + r for q, r in hexes]
     hex_rows = [r for _, r in hexes]
@@ -138,7 +137,8 @@ def iter_maps(
         legend = (
             f"; {SMALL_HEX_LEGEND}" if options.regret is not None and size.text_rows < 2 else ""
         )
-        captions = (f"{caption}{legend}", legend[2:], caption) if caption else ()
+        last_row = caption.rpartition("\n")[2]
+        captions = (f"{caption}{legend}", legend[2:], caption, last_row) if caption else ()
         yield from _draw_captioned_map(tuple(hexes), cells, size, captions)
 
 
@@ -179,11 +179,14 @@ def draw_map(
 def _draw_captioned_map(
     hexes: tuple[Hex, ...], cells: tuple[HexCell, ...], size: HexSize, captions: tuple[str, ...]
 ) -> tuple[Text, ...]:
-    """Return the map with the first caption that is no wider than it, if any, and without one."""
+    """Return the map with each caption that is no wider than it, and without one."""
     map_text = _draw_cells(hexes, cells, size)
     width = measured(map_text)[0]
-    caption = next((candidate for candidate in captions if 0 < len(candidate) <= width), "")
-    return (map_text.copy().append(f"\n{caption}", "bold"), map_text) if caption else (map_text,)
+    fitting = (caption for caption in captions if 0 < max(map(len, caption.split("\n"))) <= width)
+    return (
+        *(map_text.copy().append(f"\n{caption}", "bold") for caption in dict.fromkeys(fitting)),
+        map_text,
+    )
 
 
 def _draw_cells(hexes: Sequence[Hex], cells: Sequence[HexCell], size: HexSize) -> Text:
@@ -283,10 +286,13 @@ def get_direction_key(options: DrawOptions, direction: int) -> str:
 
 
 def make_direction_cell(options: DrawOptions, direction: int, size: HexSize) -> HexCell:
-    """Return the content of a neighbour hex: its key and, with hints, a regret bar and number."""
+    """Return the content of a neighbour hex: its key and, with hints, a regret bar and number.
+
+    With a forecast there are no regrets, because the numbers on the map are then probabilities.
+    """
     key, columns = get_direction_key(options, direction), size.width - 1
     regret_text = format_regret(options, direction, columns)
-    if not regret_text:
+    if options.forecast or not regret_text:
         return HexCell(key, style="green")
     is_best = sort_regrets(options)[direction] < REGRET_TOLERANCE
     style = "bold green" if is_best else "green"
@@ -302,9 +308,9 @@ def make_direction_cell(options: DrawOptions, direction: int, size: HexSize) -> 
 
 
 def format_wall_regrets(hexes: Sequence[Hex], position: Hex, options: DrawOptions) -> str:
-    """Return the regret of each move into a wall as text, because no hex shows it.
+    """Return the caption of the regrets on the map, and a row with those of moves into walls.
 
-    If no wall is adjacent, return a caption of the regrets on the map.
+    No hex shows the regret of a move into a wall.
     """
     adjacent = hex_neighbours(position)
     parts = [
@@ -312,11 +318,8 @@ def format_wall_regrets(hexes: Sequence[Hex], position: Hex, options: DrawOption
         for a in sort_regrets(options)
         if adjacent[a] not in hexes
     ]
-    if not parts:
-        return "numbers: below the best"
-    walls = f"walls: {' '.join(parts)}"
-    text = f"numbers: below the best; {walls}"
-    return text if len(text) <= MAX_WALL_TEXT else f"{walls} (below best)"
+    caption = "numbers and bars: how much less than the best action"
+    return f"{caption}\nmoves into a wall: {', '.join(parts)}" if parts else caption
 
 
 def format_move_condition(forecast: Forecast) -> str:

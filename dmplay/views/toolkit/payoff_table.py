@@ -1,5 +1,6 @@
 """Draw and describe payoff matrices; the rows are agent 1's actions."""
 
+import re
 from collections.abc import Iterator
 from itertools import pairwise, product
 
@@ -9,8 +10,8 @@ from dmplay.core.session import View
 from dmplay.problems.shared.matrix_game import MatrixGame
 from dmplay.views.protocol import DrawOptions
 from dmplay.views.toolkit.action_hints_and_outcomes import (
+    format_regret,
     format_regret_rows,
-    format_regret_with_bar,
     iter_with_and_without_rows,
 )
 from dmplay.views.toolkit.canvas import Canvas, format_percent
@@ -23,7 +24,6 @@ CELL_ROWS, MAX_CELL_ROWS, REPLY_ROWS = 3, 9, 24
 CELL_COLUMNS, ROW_LABEL_COLUMNS = 15, 12
 PAID_ROUND_COLUMNS = 5  # columns of a round that is listed with its payoff
 TOTAL_COLUMNS = 14  # columns of the total after the payoffs
-REGRET_BAR_COLUMNS = 4  # columns of a regret bar
 
 
 def get_last_joint_action(view: View[MatrixGame]) -> tuple[int, int] | None:
@@ -117,12 +117,13 @@ def _draw_named_table(
     """Draw the table with both payoffs in a cell by agent name; return the next row."""
     problem, last_actions = view.problem, get_last_joint_action(view)
     rows, columns = problem.actions
-    row_agent, column_agent = list_marked_agent_names(view)
-    canvas.write_text(0, 0, row_agent)
-    canvas.write_text(0, 1, "chooses", "dim")
-    canvas.write_text(ROW_LABEL_COLUMNS + 2, 0, f"{column_agent} chooses")
+    names = list_agent_names(view)
+    row_agent, column_agent = (f"{name} choose{'s' * (name != 'you')}" for name in names)
+    canvas.write_text(0, 0, "> last round" if last_actions else "", "dim")
+    canvas.write_text(0, 1, row_agent if len(row_agent) <= ROW_LABEL_COLUMNS else names[0])
+    canvas.write_text(ROW_LABEL_COLUMNS + 2, 0, column_agent)
     regret_texts = [
-        format_regret_with_bar(options, action, REGRET_BAR_COLUMNS)
+        re.sub("^-(.*)", r"\1 less", format_regret(options, action))
         for action in range(len(problem.actions[view.seat]))
     ]
     for j, name in enumerate(columns):
