@@ -110,7 +110,8 @@ class RegretMatchingEquilibrium(_MixedStrategyPolicy):
 
 @dataclass(frozen=True)
 class HierarchicalSoftmax(_MixedStrategyPolicy):
-    """Reasons in levels (book, section 24.7); level 0 plays all actions with equal probability.
+    """Answers a player who reasons one level less; level 0 plays at random (section 24.7).
+
     It plays level `level`. A level above 0 plays an action with a probability proportional to
     exp(`precision` u); u is the expected reward of that action against the level below.
     """

@@ -7,7 +7,13 @@ from typing import Self
 import numpy as np
 
 from dmplay.agents.available_agents import Roster
-from dmplay.agents.base import ESTIMATED_VALUES, AdviceQuestion, ConstantPolicy, ReactivePolicy
+from dmplay.agents.base import (
+    ESTIMATED_VALUES,
+    WITHOUT_END,
+    AdviceQuestion,
+    ConstantPolicy,
+    ReactivePolicy,
+)
 from dmplay.core.arrays import Array, Bools, Reals
 from dmplay.core.memoization import memoize
 from dmplay.core.parameters import parameter
@@ -43,9 +49,10 @@ class Balance(ReactivePolicy):
 
 @dataclass(frozen=True)
 class LinearQuadraticPolicy(ReactivePolicy):
-    """Pushes in the direction of the linear quadratic regulator of this cart and pole.
+    """Pushes by a weighted sum of position, speed, angle and swing that balances the pole.
 
-    Its weights follow from the problem's parameters by the Riccati equation.
+    It is the linear quadratic regulator of this cart and pole: the weights follow from the
+    problem's parameters by the Riccati equation.
     """
 
     values_name = ESTIMATED_VALUES
@@ -71,8 +78,9 @@ class LinearQuadraticPolicy(ReactivePolicy):
         return replace(self, horizon=min(question.turn_limit or LOOKAHEAD_TURNS, self.horizon))
 
     def describe_scope(self, turns: int | None) -> str:
-        """Return the number of turns it looks ahead, of which fewer may be left."""
+        """Return the number of turns it looks ahead, and that it does not count those left."""
         note = "" if self.problem.discount == 1.0 else ", discount ignored"
+        note = note if turns is None else f", {WITHOUT_END}{note}"
         is_last_turn = turns == self.horizon == 1
         return "" if is_last_turn else f"{format_count(self.horizon, 'turn')} ahead{note}"
 

@@ -45,7 +45,7 @@ class AvoidWhenNear(ReactivePolicy):
 
 @dataclass(frozen=True)
 class Optimal(GreedyPolicy, ReactivePolicy):
-    """Takes the best action, by backward induction on a grid with interpolation."""
+    """Takes the best action; values come from a grid, computed from the last turn back."""
 
     values_name = ESTIMATED_VALUES
 

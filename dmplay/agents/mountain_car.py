@@ -37,7 +37,7 @@ class Pump(ReactivePolicy):
 
 @dataclass(frozen=True)
 class Optimal(GreedyPolicy, ReactivePolicy):
-    """Takes the best action by value iteration on a grid, interpolating between its points."""
+    """Takes the best action; values come from a grid of positions and speeds (value iteration)."""
 
     values_name = ESTIMATED_VALUES
 

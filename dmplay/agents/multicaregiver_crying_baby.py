@@ -124,10 +124,11 @@ class _PartnerModelPolicy(SeatPolicy):
 
 @dataclass(frozen=True)
 class BestResponse(TurnsLeftPolicy, GreedyPolicy, _PartnerModelPolicy):
-    """Plays a best response to a partner that always plays `to` (an agent or an action).
+    """Plays a best response to the partner, if it plays as assumed.
 
-    It plans for an infinite horizon or for `horizon` turns, in a POMDP that includes the partner.
-    The values are against that partner.
+    The partner is assumed to play `to` (an agent or an action) always. It plans for an infinite
+    horizon or for `horizon` turns, in a POMDP that includes the partner. The values are against
+    that partner.
     """
 
     values_name = EXACT_VALUES
@@ -143,7 +144,8 @@ class BestResponse(TurnsLeftPolicy, GreedyPolicy, _PartnerModelPolicy):
         """Return the model of the partner, if it is not how this partner plays."""
         if (self.to,) == tuple(opponents):
             return ""
-        return "with a random partner" if self.to == "random" else f"if the partner plays {self.to}"
+        is_random = self.to == "random"
+        return "assuming a random partner" if is_random else f"if the partner plays {self.to}"
 
     def describe_model(self, memory: Memory) -> str:
         """Return the belief with a partner that is not random, which differs from the board's."""

@@ -75,10 +75,11 @@ OPPONENT_MODELS = ("natural", *DISTANCE_POLICIES, "random")
 
 @dataclass(frozen=True)
 class BestResponse(TurnsLeftPolicy, StationaryPolicy):
-    """Plays a best response to other agents that all play `to`.
+    """Plays a best response to the other agents, if they play as assumed.
 
-    Natural means that predators chase and prey flee. It plans for an infinite horizon, by policy
-    iteration, or for `horizon` turns; its values are against these agents.
+    They are assumed to play `to`; natural means that predators chase and prey flee. It plans for an
+    infinite horizon, by policy iteration, or for `horizon` turns; its values are against these
+    agents.
     """
 
     values_name = EXACT_VALUES

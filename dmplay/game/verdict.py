@@ -31,7 +31,7 @@ from dmplay.registry import agents
 from dmplay.registry.problem_name_kinds import names_bot
 
 COMPARED_GAMES = 100  # games of each agent that the score is compared with
-COMPARISON_SEED = 1_000_003
+COMPARISON_SEED = 1_000_005  # in every problem, the returns of its random games are typical
 MAX_COMPARED_TURNS = 2000  # turns after which a game of an agent must be over
 MAX_SECONDS = 1.0  # seconds of processor time of each part of a verdict that nobody waits for
 COMPARISON_TASK = TaskInfo("comparing your score with other games", is_after_game=True)
@@ -289,6 +289,16 @@ def _assess_seat(
     luck = choices.score - (start_value - regret)
     is_zero = abs(luck) <= RETURN_TOLERANCE * max(abs(start_value), abs(choices.score), 1.0)
     return replace(choices, start_value=start_value, luck=0.0 if is_zero else luck)
+
+
+def has_exact_verdict(session: Session, question: AdviceQuestion) -> bool:
+    """Return whether the regret of a person's choices in this game will be known exactly."""
+    provider = agents.find_hint_provider(session.problem, question)
+    return (
+        provider is not None
+        and provider.policy.values_name == EXACT_VALUES
+        and _are_about_game(session, question, provider.scope)
+    )
 
 
 def _are_about_game(session: Session, question: AdviceQuestion, scope: str) -> bool:

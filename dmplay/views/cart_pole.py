@@ -34,7 +34,7 @@ from dmplay.views.toolkit.number_line import (
 KEYS = {
     "h": "left", "l": "right", "left": "left", "right": "right", "a": "left", "d": "right",
 }  # fmt: skip
-UPRIGHT = "the pole is upright"  # outcome if the cart is on the track, too
+UPRIGHT = "the pole still stands"  # outcome if the cart is on the track, too
 REGRET_STYLES = {BEST_LABEL: "bold green"}  # styles of regrets that stand out
 COLUMNS_PER_ROW = 2  # columns as long as a row is high
 MAX_UPRIGHT_SLOPE = 0.75  # columns per row; a pole of one glyph that leans less is drawn upright
@@ -351,7 +351,7 @@ def panel_rows(view: View[CartPole]) -> list[tuple[str, str]]:
 
 
 def _describe_outcome(cart: CartState) -> str:
-    """Describe whether the pole is upright, or the side on which it fell or the cart left."""
+    """Describe whether the pole stands, or the side on which it fell or the cart left."""
     if cart.is_off_track:
         return f"the cart left the track on the {'right' if cart.x > 0 else 'left'}"
     if cart.has_fallen:

@@ -387,6 +387,7 @@ def goal_lines(view: View[CollaborativePredatorPrey]) -> list[str]:
 def lesson(view: View[CollaborativePredatorPrey]) -> Lesson:
     """Return the lesson: the hunters, the hidden facts, and the cost of a turn."""
     problem, others = view.problem, len(view.problem.agents) - 1
+    names = (*problem.agents, "prey")
     team = f", one of {others + 1} predators that cannot talk" if others else ""
     blind = (
         "after each turn you see your own hex"
@@ -401,9 +402,17 @@ def lesson(view: View[CollaborativePredatorPrey]) -> Lesson:
     return Lesson(
         f"You are {problem.agents[view.seat]}{team}; {blind}, and only sense a prey on your hex or "
         "a neighbouring one",
-        "You want to reach the prey: a turn that begins on its hex pays "
-        f"{'each predator ' * (others > 0)}{CAPTURE_REWARD:g}",
+        (
+            "You want to reach the prey: "
+            + (
+                "if a predator begins a turn on its hex, each predator gets "
+                if others
+                else "a turn that begins on its hex pays "
+            )
+            + f"{CAPTURE_REWARD:g}"
+        ),
         f"Any other turn costs {-MOVE_REWARD:g}, and {slips}",
+        example_start=f"with {' and '.join(f'{name} at {{}}' for name in names)}",
     )
 
 
@@ -420,7 +429,7 @@ def panel_rows(view: View[CollaborativePredatorPrey]) -> list[tuple[str, str]]:
         ("sensed", observation_text),
         ("reward", reward),
     ]
-    if len(view.problem.agents) > 1:
+    if len(view.problem.agents) > 1 and view.rewards is None:
         rows.append(("partner", "hidden"))
     return [*rows, ("discount", f"{view.problem.discount:.2f} (gamma)")]
 

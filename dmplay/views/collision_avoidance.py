@@ -15,9 +15,11 @@ from rich.text import Text
 from dmplay.core.arrays import Array
 from dmplay.core.session import View
 from dmplay.problems.collision_avoidance import (
+    ADVISED_RATES,
     ADVISORY_CHANGE_COST,
     COLLISION_COST,
     COLLISION_DISTANCE,
+    MAX_ACCELERATION,
     START_TIME,
     CollisionAvoidance,
 )
@@ -386,8 +388,9 @@ def goal_lines(view: View[CollisionAvoidance]) -> list[str]:
 def lesson(view: View[CollisionAvoidance]) -> Lesson:
     """Return the lesson: the advisories, the distance to keep, and the costs."""
     return Lesson(
-        "You advise the aircraft ◆ to climb, to descend or neither (no-advisory); another "
-        "aircraft, A, comes towards it at height 0",
+        "You advise the aircraft ◆ to climb, to descend or neither (no-advisory); its rate then "
+        f"nears {ADVISED_RATES[2]:g}, {ADVISED_RATES[0]:g} or 0 m/s, by about "
+        f"{MAX_ACCELERATION:g} m/s a second. Another aircraft, A, comes towards it at height 0",
         f"You want ◆ to be at least {COLLISION_DISTANCE:g} m above or below A when they pass, "
         f"{START_TIME:g} s after the start",
         f"A collision costs {COLLISION_COST:g}, each change of the advisory "
@@ -403,7 +406,7 @@ def panel_rows(view: View[CollisionAvoidance]) -> list[tuple[str, str]]:
     return [
         ("height", f"{format_signed_fixed(h, 0)} m"),
         ("rate", f"{format_signed_fixed(dh, 1)} m/s"),
-        ("pass in", f"{seconds_left:g} s{', last turn' * is_last_turn}"),
+        ("pass in", "0 s: now (last turn)" if is_last_turn else f"{seconds_left:g} s"),
         ("advisory", _get_current_advisory(view)),
     ]
 

@@ -244,7 +244,7 @@ def goal_lines(view: View[CaregiverProblem]) -> list[str]:
     return [
         "keep the baby sated (not hungry)",
         f"hunger costs {-problem.hungry_reward:g}",
-        f"feeding {-feeding:g}",
+        f"feeding {'you ' * (len(problem.agents) > 1)}{-feeding:g}",
         f"singing {-singing:g}",
         "its crying is the only clue",
     ]
@@ -271,7 +271,7 @@ def lesson(view: View[CaregiverProblem]) -> Lesson:
         "whether it cries",
         f"You want it sated: feeding always sates it{song}",
         f"A turn that starts with a hungry baby costs {-problem.hungry_reward:g}; feeding costs "
-        f"{feeding}, singing {singing}, ignoring {ignoring}",
+        f"{'' if is_single_agent else 'you '}{feeding}, singing {singing}, ignoring {ignoring}",
         "feed",
         "with a baby that is {}",
         chances=tuple(_describe_chances(view)),

@@ -53,7 +53,7 @@ MAX_TRIANGLE_ROWS, MIN_CHART_TRIANGLE_ROWS, MAX_CHART_ROWS = 40, 30, 12
 REGRET_COLUMN = 21  # first column of the regrets
 TRIANGLE_LEGEND = (
     "● belief now, · earlier beliefs",
-    "at a corner, this number is certain",
+    "a corner: this state for certain",
     "Tab shows the best action by belief",
 )
 REGION_LEGEND = (
@@ -110,7 +110,7 @@ def _iter_small_boards(view: View[MachineReplacement], options: DrawOptions) -> 
     line = "  ".join(
         f"{key} {reward:+.2f}" for key, _, reward in _compute_expected_rewards(view, options)
     )
-    canvas.write_text(0, y, line)
+    canvas.write_text(0, y, "" if view.end_reason else line)
     draw_true_state(canvas, y + 1, STATE_NAMES, options)
     yield canvas.to_text()
 
@@ -122,8 +122,9 @@ def _draw_belief_history(
 
     At most MAX_HISTORY_TURNS turns are drawn.
     """
-    title = "chance of a failed part by turn "
-    columns = max(min(MAX_HISTORY_TURNS, options.width - len(title)), 1)
+    title, latest_title = "chance of a failed part by turn ", "chance of a failed part, last turns "
+    columns = max(min(MAX_HISTORY_TURNS, options.width - len(latest_title)), 1)
+    title = title if len(view.beliefs or ()) <= columns else latest_title
     failure_probabilities = [1.0 - float(b[0]) for b in (view.beliefs or ())[-columns:]]
     canvas.write_text(0, y, title, "dim")
     canvas.write_text(len(title), y, format_sparkline(failure_probabilities, options.ascii), "cyan")
@@ -323,7 +324,7 @@ def lesson(view: View[MachineReplacement]) -> Lesson:
             f"{production[0]} pays {_format_rewards_by_failures(production[1])} "
             "with 0, 1 or 2 failed parts when the turn begins"
         ),
-        f"With 0, 1 or 2 failed parts then, the other actions pay: {'; '.join(clauses)}",
+        f"With 0, 1 or 2 failed parts, the other actions pay: {'; '.join(clauses)}",
         "examine",
         "with {} failed parts",
         "{} failed",

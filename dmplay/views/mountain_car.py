@@ -15,7 +15,11 @@ from rich.text import Text
 from dmplay.core.session import View
 from dmplay.problems.mountain_car import LEFT_WALL, RIGHT_WALL, TOP_SPEED, MountainCar
 from dmplay.views.protocol import DrawOptions, Lesson
-from dmplay.views.toolkit.action_hints_and_outcomes import format_condition, format_regret
+from dmplay.views.toolkit.action_hints_and_outcomes import (
+    format_condition,
+    format_less,
+    format_regret,
+)
 from dmplay.views.toolkit.canvas import Canvas, draw_text_rows
 from dmplay.views.toolkit.number_line import (
     NumberLine,
@@ -131,8 +135,8 @@ def _draw_hint(
 ) -> None:
     """Draw the regret of each action above the car, left of the flag."""
     regrets = [
-        f"{arrow} {format_regret(options, a)}"
-        for a, arrow in enumerate("←·→")
+        f"{arrow} {format_less(format_regret(options, a))}"
+        for a, arrow in enumerate(("←", "coast", "→"))
         if format_regret(options, a)
     ]
     if regrets:
@@ -279,7 +283,7 @@ def _describe_state(view: View[MountainCar]) -> str:
         else "stands still"
     )
     if x == LEFT_WALL:
-        return f"at the left wall, {'stopped' if not v else motion}"
+        return f"at the left wall, {f'speed {format_signed_fixed(v, 4)}' if v else 'stopped'}"
     return f"{motion}, position {format_signed_fixed(x, 3)}"
 
 

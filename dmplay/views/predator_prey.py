@@ -265,7 +265,7 @@ def lesson(view: View[PredatorPrey]) -> Lesson:
         if problem.slip
         else "no step slips"
     )
-    start = f"with {', '.join(problem.agents)} at {{}}"
+    start = f"with {' and '.join(f'{name} at {{}}' for name in problem.agents)}"
     role = (
         f"You are {problem.agents[view.seat]}; all agents see each other, move one hex at the same "
         "time, and can swap hexes"

@@ -77,7 +77,8 @@ class Lesson(NamedTuple):
     objective: str
     costs: str  # the cost of each action, and the part of chance
     example_action: str = ""  # the example action; '' for any
-    example_start: str = ""  # a phrase with {} for the state before it; '' for a general one
+    # a phrase with {} for the state before it, or for each word of it; '' for a general one
+    example_start: str = ""
     state_name: str = "{}"  # the name of a hidden state in a belief, with {} for its text
     chances: tuple[str, ...] = ()  # sentences with the probabilities, for exact computations
     map_mark: str = ""  # the player's mark on a map, such as "@"; "" if the board is no map

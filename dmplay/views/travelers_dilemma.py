@@ -210,8 +210,8 @@ def _draw_claim_regrets(canvas: Canvas, y: int, options: DrawOptions, line: Numb
     canvas.write_text(
         0,
         y + 1,
-        f"● best claim {MIN_CLAIM + best}; "
-        f"the worst is {format_significant(largest, MAX_NUMBER_COLUMNS)} lower in value",
+        f"● best claim {MIN_CLAIM + best}; bars: value lost, at most "
+        f"{format_significant(largest, MAX_NUMBER_COLUMNS)}",
         "yellow",
     )
     return y + 2

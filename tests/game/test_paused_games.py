@@ -270,7 +270,7 @@ def test_a_paused_game_stays_paused_however_the_program_ends() -> None:
         ({"is_handed_in": False, "problem": "hexworld"}, "dmplay resume max.dmt"),
         (
             {"is_handed_in": False},
-            "dmplay resume max.dmt  # the file then records that you saw the hidden states",
+            "dmplay resume max.dmt  # the file notes that you could see the hidden states",
         ),
         ({"is_handed_in": False, "strict": True}, ""),
         (

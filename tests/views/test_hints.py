@@ -101,7 +101,7 @@ saw  nothing (not examined)                  0 failed
 0 failed  #############....... 0.656            / \
 1 failed  ######.............. 0.308           . m \
 2 failed  #................... 0.036          o m m \
-chance of a failed part by turn _.:          /*m m m \
+chance of a failed part, last turns :        /*m m m \
                                             / m m m e \
 expected reward      value below best      / m m m e e \
 m manufacture +0.747 best                 / m m m i i e \
@@ -195,7 +195,7 @@ agent1 v   agent2 (you) >   cells: pay to agent1, agent2
 2 +------------------------------o--------------------*+ 100
                                  agent1 60, paid 62
   #######******+++++++======-------::::::......._____*__
-* best claim 97; the worst is 47.5 lower in value
+* best claim 97; bars: value lost, at most 47.5
 if you claim 97, you get 97 if equal, 99 if lower, else the other claim - 2""",
     ),
     "generic with a belief, what is lost and seen": (

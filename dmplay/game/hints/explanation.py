@@ -19,7 +19,7 @@ from dmplay.game.hints.hint_provider import (
 )
 from dmplay.game.hints.obvious_actions import ObviousAction
 from dmplay.game.hints.rule_explanation import describe_rule, format_real_action
-from dmplay.views.protocol import REGRET_TOLERANCE
+from dmplay.views.protocol import REGRET_TOLERANCE, load_view_module
 
 MAX_LISTED_OUTCOMES = 3  # maximum number of outcomes that are listed one by one
 MAX_OUTCOME_CHARS, MAX_OUTCOME_WORDS = 32, 4  # longer names of outcomes are left out
@@ -232,8 +232,13 @@ class _ValueExplainer:
             if outcomes[0].text.startswith(END_PREFIX):
                 yield "the game then ends"
                 return
-            noun = "observation" if is_observed else "state"
-            yield f"the next {noun} is {outcomes[0].text} in any case{details}" * has_short_names
+            if is_observed:
+                name = self._name(parts.action)
+                yield f"{name} shows nothing new: the next observation is certain{details}"
+            elif has_short_names and not isinstance(
+                self._session.problem.state_count, ContinuousStates
+            ):
+                yield f"the next state is {outcomes[0].text} in any case"
             return
         if has_short_names and len(outcomes) <= MAX_LISTED_OUTCOMES:
             verb = "you observe" if is_observed else "next is"
@@ -271,8 +276,9 @@ class _ValueExplainer:
 
     def _format_event(self, state: int) -> str:
         """Return the name of the probability of a hidden state, `P(hungry)`; '' if it is long."""
-        problem = self._session.problem
-        name = problem.format_state(problem.enumerate_states()[state])
+        problem, view = self._session.problem, self._session.view(self._provider.seat)
+        state_name = load_view_module(problem).lesson(view).state_name
+        name = state_name.format(problem.format_state(problem.enumerate_states()[state]))
         if not _is_short(name):
             return ""
         return f"P({name})" if any(map(str.isalpha, name)) else f"P(state {name})"
@@ -296,13 +302,22 @@ class _ValueExplainer:
         There is no range if the values after the outcomes do not sum to that of the action.
         """
         problem = self._session.problem
-        totals = [parts.outcome_total(outcome) for outcome in parts.outcomes]
-        noun = "replies" if problem.state_count == 1 else "outcomes"
-        text = f"{len(parts.outcomes)} {noun} are possible"
+        if problem.state_count == 1:
+            yield from self._iter_reply_summaries(parts)
+            return
+        text = f"{len(parts.outcomes)} outcomes are possible"
         if not self._adds_up(parts):
             yield text
             return
-        text = f"{text}, {self._worth} {self._number(min(totals))} to {self._number(max(totals))}"
+        # As the values after the outcomes in other sentences, these are without this turn's reward.
+        is_same_reward = np.ptp([outcome.reward for outcome in parts.outcomes]) <= REGRET_TOLERANCE
+        uses_values_after = is_same_reward and not parts.is_last_turn
+        totals = [
+            outcome.value_after if uses_values_after else parts.outcome_total(outcome)
+            for outcome in parts.outcomes
+        ]
+        worth = f"then {self._worth}" if uses_values_after else self._worth
+        text = f"{text}, {worth} {self._number(min(totals))} to {self._number(max(totals))}"
         likeliest, second = parts.outcomes[:2]
         if likeliest.probability > second.probability + MIN_LEAD:
             has_name = _is_short(likeliest.text) and not isinstance(
@@ -310,7 +325,25 @@ class _ValueExplainer:
             )
             yield (
                 f"{text}; the likeliest{f', {likeliest.text},' * has_name} has probability "
-                f"{likeliest.probability:.2f} and is {self._worth} {self._number(totals[0])}"
+                f"{likeliest.probability:.2f} and is {worth} {self._number(totals[0])}"
+            )
+        yield text
+
+    def _iter_reply_summaries(self, parts: ActionBreakdown) -> Iterator[str]:
+        """Yield clauses on many actions of the others: the likeliest and the range, the range."""
+        count = f"{self._name_others()} can choose {len(parts.outcomes)} actions"
+        if not self._adds_up(parts):
+            yield count
+            return
+        totals = [parts.outcome_total(outcome) for outcome in parts.outcomes]
+        name, worst, best = self._name(parts.action), min(totals), max(totals)
+        text = f"{count}; against them, {name} is {self._worth} {self._number(worst)} to "
+        text += self._number(best)
+        likeliest, second = parts.outcomes[:2]
+        if likeliest.probability > second.probability + MIN_LEAD and _is_short(likeliest.text):
+            yield (
+                f"{text}, and {self._number(totals[0])} against the likeliest, {likeliest.text} "
+                f"(probability {likeliest.probability:.2f})"
             )
         yield text
 
@@ -330,7 +363,9 @@ class _ValueExplainer:
         rule = self._choose_alternative()
         if rule is None:
             is_only_one = len(self._legal_actions) == 1
-            text = "No other action is legal." if is_only_one else "All are equally good."
+            text = "No other action is legal."
+            if not is_only_one:
+                text = f"All {len(self._legal_actions)} actions are equally good."
             return None, text, ""
         other_value = self._values[rule.action]
         name = self._name(rule.action)

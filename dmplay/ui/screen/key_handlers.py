@@ -4,10 +4,9 @@ from collections.abc import Callable, Sequence
 from math import copysign, inf, isinf
 from typing import NamedTuple
 
-from dmplay.agents.base import EXACT_VALUES
 from dmplay.game.game import Game
 from dmplay.game.playback import Playback
-from dmplay.registry import agents
+from dmplay.game.verdict import has_exact_verdict
 from dmplay.ui.screen.frame_state import NEXT_PAGE_KEYS
 from dmplay.ui.screen.modes import Mode, ModeEvent
 from dmplay.ui.screen.play_operations import (
@@ -35,7 +34,7 @@ SCROLL_ROWS_BY_KEY = {  # rows to scroll back, by key, for the log and for pages
 LOOKBACK_HELP = (
     "Enter",
     "look back",
-    "after the game: show its turns, and where another action was better",
+    "after the game: show its turns, and better actions if they are known",
 )
 SCROLL_HELP = ("PgUp", "scroll", "scroll the log; after the game: list its turns")
 HEX_SCROLL_HELP = ("Shift-PgUp", "scroll", "scroll the log (PgUp alone moves you NE)")
@@ -273,15 +272,9 @@ def _has_pace(screen: PlayScreen) -> bool:
 
 
 def _has_quiz(screen: PlayScreen) -> bool:
-    """Return whether the game can end with a quiz, for which values must be exact."""
+    """Return whether the game can end with a quiz on a person's choices."""
     game = screen.game
-    providers = (
-        agents.find_hint_provider(game.problem, question) for question in game.advice_questions
-    )
-    return any(
-        provider and provider.has_exact_regrets and provider.policy.values_name == EXACT_VALUES
-        for provider in providers
-    )
+    return any(has_exact_verdict(game.session, question) for question in game.advice_questions)
 
 
 class ScreenKey(NamedTuple):
@@ -311,7 +304,7 @@ SCREEN_KEYS = (
         ("V",),
         "V",
         "overlay",
-        "on hex maps: show values, then best actions, then the number of each hex",
+        "on hex maps: show values, then best actions, then state numbers (0, 1, 2, ...)",
         PlayScreen.show_next_overlay,
         is_useful=_has_overlay,
     ),

@@ -167,7 +167,7 @@ class GameTimeline(Game):
             return []
         turns = f"turn{'s' * (len(worst) > 1)} {', '.join(map(str, worst))}"
         names = {move.values_name for moves in self._moves_by_turn for move in moves}
-        noun = "rating lost" if RATINGS in names else "regret"
+        noun = "rating lost" if RATINGS in names else "value lost"
         captions = [
             (f"{noun} by turn ", f"  [ ] = next turn; most in {turns}"),
             (f"{noun} ", f"  most in {turns}"),
@@ -188,7 +188,8 @@ class GameTimeline(Game):
 def _describe_choice(move: ReviewedAction, *, shows_discounted: bool) -> str:
     """Return a choice as text, with the better action and its gain if there was one."""
     if move.chosen in move.best:
-        return f"chose {move.chosen}, {review.append_scope('the best action', move.scope)}"
+        rank = "the best action" if len(move.best) == 1 else f"one of {len(move.best)} best actions"
+        return f"chose {move.chosen}, {review.append_scope(rank, move.scope)}"
     best = " or ".join(move.best)
     if move.values_name == RATINGS:
         return f"chose {move.chosen}; {best} was rated higher"

@@ -86,7 +86,9 @@ def describe_example_turn(problem: Problem, seat: int, lesson: Lesson) -> str:
     general_start = "with the hidden state {}" if problem.partially_observable else "in state {}"
     state_text = problem.format_state(initial_state)
     shows_state = shows_state and len(state_text) <= MAX_STATE_COLUMNS  # no whole board
-    start = (lesson.example_start or general_start).format(state_text)
+    phrase = lesson.example_start or general_start
+    words = state_text.split() if phrase.count("{}") > 1 else [state_text]
+    start = phrase.format(*words)
     start = start if shows_state else "one turn"
     turn_text = load_view_module(problem).describe_turn(session.view(seat))
     return f"For example, {start}: {turn_text} The reward is {reward:.4g}."

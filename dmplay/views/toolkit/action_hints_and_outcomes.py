@@ -89,6 +89,12 @@ def format_regret(options: DrawOptions, action: int, width: int = 6) -> str:
     return EQUALLY_GOOD_LABEL if is_equally_good else BEST_LABEL[:width]
 
 
+def format_less(regret_text: str) -> str:
+    """Return the text of a regret in words: `-0.31` becomes `0.31 less`."""
+    number = regret_text.removeprefix("-")
+    return regret_text if number == regret_text else f"{number} less"
+
+
 def format_significant(number: float, width: int) -> str:
     """Format a number with three significant digits, or as many as `width` columns hold."""
     forms = [".3g", ".2g", ".1g", ".2f"] if abs(number) < INTEGER_THRESHOLD else []

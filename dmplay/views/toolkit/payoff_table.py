@@ -1,6 +1,5 @@
 """Draw and describe payoff matrices; the rows are agent 1's actions."""
 
-import re
 from collections.abc import Iterator
 from itertools import pairwise, product
 
@@ -10,6 +9,7 @@ from dmplay.core.session import View
 from dmplay.problems.shared.matrix_game import MatrixGame
 from dmplay.views.protocol import DrawOptions
 from dmplay.views.toolkit.action_hints_and_outcomes import (
+    format_less,
     format_regret,
     format_regret_rows,
     iter_with_and_without_rows,
@@ -123,7 +123,7 @@ def _draw_named_table(
     canvas.write_text(0, 1, row_agent if len(row_agent) <= ROW_LABEL_COLUMNS else names[0])
     canvas.write_text(ROW_LABEL_COLUMNS + 2, 0, column_agent)
     regret_texts = [
-        re.sub("^-(.*)", r"\1 less", format_regret(options, action))
+        format_less(format_regret(options, action))
         for action in range(len(problem.actions[view.seat]))
     ]
     for j, name in enumerate(columns):
@@ -284,8 +284,10 @@ def draw_rounds(  # noqa: PLR0913 - a canvas, a position and the content
 ) -> None:
     """Draw the last rounds: a row for each agent, `round_columns` columns for each round.
 
-    `empty_text` stands in the first column before any round.
+    `empty_text` stands in the first column before any round; without it nothing is drawn then.
     """
+    if not (view.joint_actions or empty_text):
+        return
     problem = view.problem
     label_columns = max(map(len, problem.agents)) + 7
     joints = (view.joint_actions or ())[-max((width - label_columns) // round_columns, 1) :]

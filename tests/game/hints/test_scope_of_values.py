@@ -84,8 +84,8 @@ def test_the_values_of_the_first_turn_are_those_of_all_twenty() -> None:
         ("mountain-car", 3, "hint by optimal (turn limit ignored): "),
         ("collision-avoidance", None, "hint by optimal: "),
         ("collision-avoidance", 3, "hint by optimal (turn limit ignored): "),
-        ("cart-pole", None, "hint by regulate (50 turns ahead): "),
-        ("cart-pole", 5, "hint by regulate (5 turns ahead): "),
+        ("cart-pole", None, "hint by regulate (50 turns ahead, turn limit ignored): "),
+        ("cart-pole", 5, "hint by regulate (5 turns ahead, turn limit ignored): "),
         ("cart-pole", 1, "hint by regulate (1 turn left): "),
         ("catch", None, "hint by optimal (10 turns left): "),
         ("catch", 11, "hint by optimal (11 turns left): "),
@@ -127,7 +127,7 @@ def test_a_hint_is_about_the_turns_left_or_says_what_it_is_about(
         (
             "multicaregiver-crying-baby",
             20,
-            "hint by best-response (20 turns left, with a random partner): ",
+            "hint by best-response (20 turns left, assuming a random partner): ",
         ),
     ],
 )
@@ -313,8 +313,8 @@ def test_values_have_regrets_only_against_a_rule_that_can_be_planned_against(
         ("predator-prey", "human", "if the other agent plays flee"),
         ("predator-prey", "equilibrium", "if the other agent plays flee"),
         ("multicaregiver-crying-baby", "random", "against random"),
-        ("multicaregiver-crying-baby", "feed-when-crying", "with a random partner"),
-        ("multicaregiver-crying-baby", "human", "with a random partner"),
+        ("multicaregiver-crying-baby", "feed-when-crying", "assuming a random partner"),
+        ("multicaregiver-crying-baby", "human", "assuming a random partner"),
     ],
 )
 def test_hint_values_and_review_name_the_other_players(
@@ -396,7 +396,7 @@ def test_a_hint_beside_a_partner_assumes_the_partner_of_the_belief() -> None:
         session = Session(problem, dmplay.SeededUniforms(1), seated, turn_limit=6)
         provider = HintProvider(session, AdviceQuestion.about(session, 0, ["human", partner]))
         hint = provider.create_hint()
-        assert hint.startswith("hint by best-response (6 turns left, with a random partner): ")
+        assert hint.startswith("hint by best-response (6 turns left, assuming a random partner): ")
         agent = find_hint_provider(problem, AdviceQuestion(0, 6, ("human", partner)))
         assert agent is not None
         policy = agent.policy
