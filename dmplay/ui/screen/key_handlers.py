@@ -38,6 +38,7 @@ LOOKBACK_HELP = (
 )
 SCROLL_HELP = ("PgUp", "scroll", "scroll the log; after the game: list its turns")
 HEX_SCROLL_HELP = ("Shift-PgUp", "scroll", "scroll the log (PgUp alone moves you NE)")
+NUMBER_SCROLL_HELP = ("Shift-PgUp", "scroll", "scroll the log (PgUp alone changes the number)")
 RECORD_HELP = ("PgUp", "turns", "after the game: list its turns")
 
 
@@ -254,7 +255,11 @@ def _show_help(screen: PlayScreen) -> None:
     ]
     replay_keys = REPLAY_HELP if isinstance(screen.game, Playback) else ()
     lookback_keys = [LOOKBACK_HELP] if screen.game.human_seats else []
-    scroll_keys = [HEX_SCROLL_HELP, RECORD_HELP] if _has_hex_map(screen) else [SCROLL_HELP]
+    scroll_keys = [SCROLL_HELP]
+    if _has_hex_map(screen):
+        scroll_keys = [HEX_SCROLL_HELP, RECORD_HELP]
+    elif "pageup" in screen.game.keyboard.number_steps:
+        scroll_keys = [NUMBER_SCROLL_HELP, RECORD_HELP]
     keys = [*replay_keys, *screen_keys, *lookback_keys, *scroll_keys]
     screen.open_page(format_help_page(screen.game, keys))
 

@@ -213,3 +213,10 @@ def test_a_message_on_an_illegal_key_begins_with_the_action() -> None:
     current_game = make_game("2048")
     message = play_keys(current_game, "left", "left").last.split("\n")[-2]
     assert message.startswith(" left is not legal now; expected one of ")
+
+
+def test_where_page_up_changes_the_number_the_help_page_names_another_key() -> None:
+    game = make_game("travelers-dilemma", "human", "level-k")
+    page = " ".join(play_keys(game, "?", size=(120, 60)).last.split())
+    assert "Shift-PgUp scroll scroll the log (PgUp alone changes the number)" in page
+    assert "100 Enter plays it" in " ".join(play_keys(game, *"96", "enter", "pageup").last.split())
