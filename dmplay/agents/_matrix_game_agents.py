@@ -110,10 +110,11 @@ class RegretMatchingEquilibrium(_MixedStrategyPolicy):
 
 @dataclass(frozen=True)
 class HierarchicalSoftmax(_MixedStrategyPolicy):
-    """Answers a player who reasons one level less; level 0 plays at random (section 24.7).
+    """Plays well, with errors, against an agent that reasons one level less (section 24.7).
 
-    It plays level `level`. A level above 0 plays an action with a probability proportional to
-    exp(`precision` u); u is the expected reward of that action against the level below.
+    It plays level `level`; level 0 plays at random. A level above 0 plays an action with a
+    probability proportional to exp(`precision` u); u is the expected reward of that action against
+    the level below.
     """
 
     precision: float = parameter(0.5, "precision of the softmax; 0: uniform", 0.0)

@@ -49,7 +49,7 @@ class Balance(ReactivePolicy):
 
 @dataclass(frozen=True)
 class LinearQuadraticPolicy(ReactivePolicy):
-    """Pushes by a weighted sum of position, speed, angle and swing that balances the pole.
+    """Pushes left or right by the sign of a weighted sum of position, speed, angle and swing.
 
     It is the linear quadratic regulator of this cart and pole: the weights follow from the
     problem's parameters by the Riccati equation.

@@ -34,7 +34,7 @@ PLAN_SEED = 3  # gives the best plans of four seeds on the standard map
 
 @dataclass(frozen=True)
 class Sweep(SeatPolicy):
-    """Moves back and forth; reverses after a few turns, or if a prey is or just was near.
+    """Moves back and forth; turns round after a few turns, or near a prey, and one turn later.
 
     Each seat begins in another direction. Of the rules that turn by a fixed angle at each of these
     three moments, this one catches most on the standard map.
@@ -106,12 +106,12 @@ class ChaseBelief(_FactoredBeliefPolicy):
 
 @dataclass(frozen=True)
 class Qmdp(_FactoredBeliefPolicy, GreedyBeliefPolicy):
-    """Assumes that its partners see the state now, and itself from the next turn on (QMDP)."""
+    """Assumes that its partners see the state now, and that it sees it next turn (QMDP)."""
 
     values_name = UPPER_BOUNDS
 
     values_without_end = True
-    hint_basis = "qmdp, as if partners saw the state now, and you from the next turn on"
+    hint_basis = "qmdp, as if partners saw the state now, and you saw it next turn"
 
     def __post_init__(self) -> None:
         """Raise BadPolicy for hunts that it cannot plan."""

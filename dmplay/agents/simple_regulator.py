@@ -16,7 +16,7 @@ from dmplay.problems.simple_regulator import SimpleRegulator
 
 @dataclass(frozen=True)
 class Optimal(ReactivePolicy):
-    """Cancels the current number: a = -s."""
+    """Pushes by minus the current number, which aims at 0."""
 
     problem: SimpleRegulator
 

@@ -154,7 +154,7 @@ def replay(
       Home, End            go to the start or to the end
       a number and Enter   go to the turn with this number
       P                    play all turns, at --speed
-      X                    go to the choice that lost most
+      X                    go to the worst choice, the next worst, and so on
       Enter                start a new game for you from the turn that you see
 
     \b
@@ -258,7 +258,7 @@ def bot(
         str, typer.Option("--problem", "-p", metavar="PROBLEM", help="problem to play")
     ],
 ) -> object:
-    """Let another program use an agent of dmplay as a player.
+    """Lend an agent of dmplay to another program as a player.
 
     The other program runs the game. It sends each observation as a line of JSON to the
     standard input of 'dmplay bot', and reads each action from its standard output.

@@ -230,7 +230,7 @@ RealTimeRate = Annotated[
         metavar="X",
         min=0.1,
         max=1000,
-        help="play in real time; the clock speeds up to X turns per second (50 without X)",
+        help="play in real time, with a clock that gets faster, to X turns per second (default 50)",
     ),
 ]
 EpisodeNumber = Annotated[
@@ -322,7 +322,9 @@ TERMINAL_OPTIONS = {
     ],
     "input": Annotated[
         bool,
-        shared_switch("input", "let a person type; --no-input needs an agent in every seat"),
+        shared_switch(
+            "input", "let a person type; --no-input needs an agent in every seat of a terminal"
+        ),
     ],
 }
 ViewerInput = Annotated[

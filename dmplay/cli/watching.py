@@ -89,8 +89,8 @@ def watch(
 ) -> object:
     """Watch an algorithm of the book at work, step by step.
 
-    A step shows what the algorithm does, and the formula with its numbers. Space shows
-    the next step, Backspace the previous step, and P plays all steps. In a pipe, dmplay
+    A step shows what the algorithm does, usually with the formula and its numbers. Space
+    shows the next step, Backspace the previous step, and P plays all steps. In a pipe, dmplay
     prints the steps as text.
 
     \b

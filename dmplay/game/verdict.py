@@ -126,10 +126,11 @@ class ScoreComparison:
     lower_count: int
     equal_count: int = 0
 
-    def __str__(self) -> str:
-        """Return the number of lower games, and of equal ones if there are any."""
+    def describe(self, *, names_games: bool) -> str:
+        """Return the share of lower games, and the number of equal ones if there are any."""
         ties = f" ({format_count(self.equal_count, 'tie')})" * (self.equal_count > 0)
-        return f"{self.lower_count}{ties}"
+        games = f"{self.game_count} games of " if names_games else ""
+        return f"{self.lower_count} of {games}{self.agent_name}{ties}"
 
     @property
     def agent_name(self) -> str:
@@ -157,12 +158,11 @@ class Verdict:
             for row in choices.lines(f"{choices.seat} " if has_several_seats else "")
         ]
         if self.comparisons:
-            count = self.comparisons[0].game_count
-            texts = [
-                f"{comparison.agent_name}{' scored less than you' * (index == 0)} in {comparison}"
+            parts = [
+                comparison.describe(names_games=index == 0)
                 for index, comparison in enumerate(self.comparisons)
             ]
-            rows.append(f"of {count} games with other seeds, {', and '.join(texts)}")
+            rows.append(f"with other seeds, {' and '.join(parts)} scored less than you")
         rows += [self.ghost_line] if self.ghost_line else []
         return rows + ([f"review: {self.error}"] if self.error else [])
 

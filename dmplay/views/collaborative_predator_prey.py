@@ -469,9 +469,9 @@ def _describe_belief(view: View[CollaborativePredatorPrey], hex_count: int) -> s
             f"{hex_} ({format_percent(probability)})"
             for hex_, probability in _list_likeliest_hexes(view, probabilities, hex_count)
         )
-        sentences.append(
-            f"{view.player_label if name == 'you' else name} likeliest at {hexes_text}."
-        )
+        owner = view.player_label if name == "you" else name
+        subject = "your likeliest" if owner == "you" else f"likeliest {owner}"
+        sentences.append(f"{subject} hex{'es' * (hex_count > 1)}: {hexes_text}.")
     return " ".join(sentences)
 
 

@@ -19,7 +19,6 @@ from dmplay.problems.collision_avoidance import (
     ADVISORY_CHANGE_COST,
     COLLISION_COST,
     COLLISION_DISTANCE,
-    MAX_ACCELERATION,
     START_TIME,
     CollisionAvoidance,
 )
@@ -388,9 +387,9 @@ def goal_lines(view: View[CollisionAvoidance]) -> list[str]:
 def lesson(view: View[CollisionAvoidance]) -> Lesson:
     """Return the lesson: the advisories, the distance to keep, and the costs."""
     return Lesson(
-        "You advise the aircraft ◆ to climb, to descend or neither (no-advisory); its rate then "
-        f"nears {ADVISED_RATES[2]:g}, {ADVISED_RATES[0]:g} or 0 m/s, by about "
-        f"{MAX_ACCELERATION:g} m/s a second. Another aircraft, A, comes towards it at height 0",
+        "You advise the aircraft ◆ to climb or to descend, which brings its rate towards "
+        f"{ADVISED_RATES[2]:g} or {ADVISED_RATES[0]:g} m/s, or neither (no-advisory), which keeps "
+        "its rate; another aircraft, A, comes towards it at height 0",
         f"You want ◆ to be at least {COLLISION_DISTANCE:g} m above or below A when they pass, "
         f"{START_TIME:g} s after the start",
         f"A collision costs {COLLISION_COST:g}, each change of the advisory "

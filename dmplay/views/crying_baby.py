@@ -107,9 +107,10 @@ def _draw_belief_history(
     At most MAX_HISTORY_TURNS turns are drawn.
     """
     title, latest_title = "chance of hunger by turn ", "chance of hunger, last turns "
-    columns = max(min(MAX_HISTORY_TURNS, options.width - len(latest_title)), 1)
+    columns = max(min(MAX_HISTORY_TURNS, options.width - len(title)), 1)
     probabilities = [float(b[-1]) for b in view.beliefs or ()]
-    title = title if len(probabilities) <= columns else latest_title
+    if len(probabilities) > columns:
+        title, columns = latest_title, max(options.width - len(latest_title), 1)
     canvas.write_text(0, y, title, "dim")
     probabilities = probabilities[-columns:]
     sparkline = format_sparkline(probabilities, options.ascii).ljust(
@@ -244,7 +245,7 @@ def goal_lines(view: View[CaregiverProblem]) -> list[str]:
     return [
         "keep the baby sated (not hungry)",
         f"hunger costs {-problem.hungry_reward:g}",
-        f"feeding {'you ' * (len(problem.agents) > 1)}{-feeding:g}",
+        f"feeding {'costs you ' * (len(problem.agents) > 1)}{-feeding:g}",
         f"singing {-singing:g}",
         "its crying is the only clue",
     ]

@@ -53,7 +53,7 @@ MAX_TRIANGLE_ROWS, MIN_CHART_TRIANGLE_ROWS, MAX_CHART_ROWS = 40, 30, 12
 REGRET_COLUMN = 21  # first column of the regrets
 TRIANGLE_LEGEND = (
     "● belief now, · earlier beliefs",
-    "a corner: this state for certain",
+    "corner: this number is certain",
     "Tab shows the best action by belief",
 )
 REGION_LEGEND = (
@@ -122,9 +122,10 @@ def _draw_belief_history(
 
     At most MAX_HISTORY_TURNS turns are drawn.
     """
-    title, latest_title = "chance of a failed part by turn ", "chance of a failed part, last turns "
-    columns = max(min(MAX_HISTORY_TURNS, options.width - len(latest_title)), 1)
-    title = title if len(view.beliefs or ()) <= columns else latest_title
+    title, latest_title = "chance of failure by turn ", "chance of failure, last turns "
+    columns = max(min(MAX_HISTORY_TURNS, options.width - len(title)), 1)
+    if len(view.beliefs or ()) > columns:
+        title, columns = latest_title, max(options.width - len(latest_title), 1)
     failure_probabilities = [1.0 - float(b[0]) for b in (view.beliefs or ())[-columns:]]
     canvas.write_text(0, y, title, "dim")
     canvas.write_text(len(title), y, format_sparkline(failure_probabilities, options.ascii), "cyan")

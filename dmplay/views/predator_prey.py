@@ -244,7 +244,7 @@ def goal_lines(view: View[PredatorPrey]) -> list[str]:
         sharing_clause = ", shared by the predators there" if problem.predators > 1 else ""
         return [
             "catch the prey",
-            f"a turn that begins on its hex pays 1{unit}{sharing_clause}",
+            f"starting a turn on its hex pays 1{unit}{sharing_clause}",
             "other turns cost 1",
             *slips,
             f"a caught prey loses {-DEVOURED_REWARD:g} and reappears at random",
@@ -277,12 +277,12 @@ def lesson(view: View[PredatorPrey]) -> Lesson:
         f"The predator stays, and the prey reappears on each of the {len(problem.hexes)} hexes "
         f"with probability 1/{len(problem.hexes)}",
     )
-    mark = f"@ or {get_agent_glyph(problem, view.seat)}"
+    mark = f"{get_agent_glyph(problem, view.seat)}, and @ if the map is small"
     if view.seat in problem.predator_seats:
         sharing_clause = ", shared by the predators on it" if problem.predators > 1 else ""
         objective = (
-            f"You want to reach a prey: a turn that begins on its hex pays 1{sharing_clause}; you "
-            f"stay there, and the prey loses {-DEVOURED_REWARD:g} and reappears on a random hex"
+            f"You want to reach a prey: if you begin a turn on its hex, you get 1{sharing_clause}; "
+            f"you stay there, and the prey loses {-DEVOURED_REWARD:g} and reappears on a random hex"
         )
         costs = f"Any other turn costs {-MOVE_REWARD:g}, and {slips}"
         return Lesson(role, objective, costs, example_start=start, chances=chances, map_mark=mark)

@@ -26,7 +26,7 @@ NUMBER_LINE_LIMITS = (
     2.0,
     5.0,
 )  # limits of the number line, and these times 10, 100, ...
-LEGEND = "● number, ▄█▄ where chance could put it, → push to its aim"
+LEGEND = "● number, ▄█▄ where it could have been, → push to its aim"
 BLOCKS = " ▁▂▃▄▅▆▇█"
 
 

@@ -165,7 +165,9 @@ def _format_last_payment(view: View[TravelersDilemma]) -> str:
     payments = zip(
         list_agent_names(view), joint_action, view.problem.payoffs[joint_action], strict=True
     )
-    return "; ".join(f"{name} {MIN_CLAIM + claim}, paid {pay:g}" for name, claim, pay in payments)
+    return "; ".join(
+        f"{name} claimed {MIN_CLAIM + claim}, got {pay:g}" for name, claim, pay in payments
+    )
 
 
 def _draw_claim_line(view: View[TravelersDilemma], canvas: Canvas, y: int, line: NumberLine) -> int:
@@ -185,8 +187,8 @@ def _draw_claim_line(view: View[TravelersDilemma], canvas: Canvas, y: int, line:
         glyph, style, row = glyphs[seat]
         claim = MIN_CLAIM + joint_action[seat]
         label = (
-            f"{list_agent_names(view)[seat]} "
-            f"{claim}, paid "
+            f"{list_agent_names(view)[seat]} claimed "
+            f"{claim}, got "
             f"{view.problem.payoffs[joint_action][seat]:g}"
         )
         column = line.column_of(claim)

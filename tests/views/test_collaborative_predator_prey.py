@@ -146,13 +146,13 @@ def test_the_reward_is_hidden_until_the_game_ends() -> None:
 
 
 def test_the_description_for_a_blind_predator_lists_the_likeliest_hexes() -> None:
-    assert (
-        collaborative_predator_prey.describe_turn(make_view_after("e w"))
-        == "chose E, sensed nothing. prey likeliest at (-1,1) (10%). you likeliest at (4,1) (16%)."
+    assert collaborative_predator_prey.describe_turn(make_view_after("e w")) == (
+        "chose E, sensed nothing. likeliest prey hex: (-1,1) (10%). your likeliest hex: (4,1) "
+        "(16%)."
     )
     assert collaborative_predator_prey.describe_situation(make_view_after("e w", sighted=True)) == (
-        "sensed nothing (2,0). prey likeliest at (0,2) (16%), (-1,1) (15%), (3,1) (15%), "
-        "(4,0) (15%). you likeliest at (2,0) (100%). at (2,0). E (3,0) prey 0%. NE wall. NW "
+        "sensed nothing (2,0). likeliest prey hexes: (0,2) (16%), (-1,1) (15%), (3,1) (15%), "
+        "(4,0) (15%). your likeliest hexes: (2,0) (100%). at (2,0). E (3,0) prey 0%. NE wall. NW "
         "(1,1) prey 0%. W (1,0) prey 0%. SW wall. SE wall. predator2 is hidden; "
         "the belief assumes uniformly random actions."
     )

@@ -101,7 +101,7 @@ saw  nothing (not examined)                  0 failed
 0 failed  #############....... 0.656            / \
 1 failed  ######.............. 0.308           . m \
 2 failed  #................... 0.036          o m m \
-chance of a failed part, last turns :        /*m m m \
+chance of failure by turn _.:                /*m m m \
                                             / m m m e \
 expected reward      value below best      / m m m e e \
 m manufacture +0.747 best                 / m m m i i e \
@@ -191,9 +191,9 @@ agent1 v   agent2 (you) >   cells: pay to agent1, agent2
   61 | 63, 59 | 63, 59 | 63, 59 | 63, 59 | 63, 59 | 63, 59
   62 | 64, 60 | 64, 60 | 64, 60 | 64, 60 | 64, 60 | 64, 60
 
-                                             you 99, paid 58
+                                      you claimed 99, got 58
 2 +------------------------------o--------------------*+ 100
-                                 agent1 60, paid 62
+                                 agent1 claimed 60, got 62
   #######******+++++++======-------::::::......._____*__
 * best claim 97; bars: value lost, at most 47.5
 if you claim 97, you get 97 if equal, 99 if lower, else the other claim - 2""",

@@ -179,13 +179,7 @@ class _ValueExplainer:
         text = f"{beginning}: reward {reward} now and {later} later"
         product = f" (discount {parts.discount:g} x mean value {self._number(parts.value_after)})"
         product = product if parts.discount < 1.0 else ""
-        if not parts.adds_up or not self._round(parts.information_value):
-            return f"{text}{product}."
-        information = self._number(parts.information_value)
-        return (
-            f"{text}{product}. What you observe after it helps to choose your next action, which "
-            f"adds {information}."
-        )
+        return f"{text}{product}."
 
     def _describe_outcomes(self, parts: ActionBreakdown) -> str:
         """Return a sentence on the possible outcomes: a list of few, or the range of many."""
@@ -234,7 +228,7 @@ class _ValueExplainer:
                 return
             if is_observed:
                 name = self._name(parts.action)
-                yield f"{name} shows nothing new: the next observation is certain{details}"
+                yield f"the observation after {name} is certain and shows nothing new{details}"
             elif has_short_names and not isinstance(
                 self._session.problem.state_count, ContinuousStates
             ):
@@ -255,7 +249,9 @@ class _ValueExplainer:
         entries = []
         for outcome in parts.outcomes:
             belief_text = self._describe_belief(parts, outcome) if has_belief else ""
-            details = ", ".join(filter(None, (belief_text, self._describe_worth(parts, outcome))))
+            # Bounds after the outcomes may be closer than that of the action, and not sum to it.
+            worth = self._describe_worth(parts, outcome) if self._adds_up(parts) else ""
+            details = ", ".join(filter(None, (belief_text, worth)))
             probability = f"{outcome.probability:.{decimals}f}"
             again = "again " * (outcome.text == self._present_state)
             details = f" ({details})" if details else ""
@@ -337,13 +333,12 @@ class _ValueExplainer:
             return
         totals = [parts.outcome_total(outcome) for outcome in parts.outcomes]
         name, worst, best = self._name(parts.action), min(totals), max(totals)
-        text = f"{count}; against them, {name} is {self._worth} {self._number(worst)} to "
-        text += self._number(best)
+        text = f"{count}; these make {name} worth {self._number(worst)} to {self._number(best)}"
         likeliest, second = parts.outcomes[:2]
         if likeliest.probability > second.probability + MIN_LEAD and _is_short(likeliest.text):
             yield (
-                f"{text}, and {self._number(totals[0])} against the likeliest, {likeliest.text} "
-                f"(probability {likeliest.probability:.2f})"
+                f"{text}; its likeliest action, {likeliest.text} (probability "
+                f"{likeliest.probability:.2f}), makes it {self._number(totals[0])}"
             )
         yield text
 
@@ -371,7 +366,8 @@ class _ValueExplainer:
         name = self._name(rule.action)
         text = (
             f"The action {name}, {rule.text}, is {self._worth} "
-            f"{self._number(other_value)}, {self._number(value - other_value)} less."
+            f"{self._number(other_value)}, {self._number(value - other_value)} less than "
+            f"{self._name(best)}."
         )
         return rule, text, self._describe_reason(rule.action)
 

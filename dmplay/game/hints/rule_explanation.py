@@ -81,7 +81,7 @@ def _choose_alternative(
     smallest = min(max(0.0, action_set.low), action_set.high)
     if abs(smallest - action) <= REGRET_TOLERANCE:
         return None
-    return _Alternative(smallest, "the weakest action")
+    return _Alternative(smallest, "the smallest change,")
 
 
 def format_real_action(provider: HintProvider, action: float) -> str:

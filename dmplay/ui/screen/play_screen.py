@@ -42,7 +42,7 @@ OVERLAYS = ("", "values", "policy", "states")
 OVERLAY_LABELS = {
     "values": "values",
     "policy": "best actions",
-    "states": "number of each state, from 0, if you stood there",
+    "states": "state numbers (0, 1, 2, ...), if you stood there",
 }
 WHY_KEY_HELP = "Y why"  # in the message of a hint if the key row has no space for it
 VALUES_MEANING = "of each hex, if you stood there"  # the meaning of the values on hex maps

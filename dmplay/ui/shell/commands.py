@@ -253,7 +253,7 @@ COMMANDS_BY_TOPIC: Mapping[str, tuple[Command, ...]] = {
         Command(
             "hint",
             "",
-            "show the suggested action and all action values",
+            "show the suggested action, and the action values if known",
             _bind_to_game(of_game.show_hint),
             "tab",
             "Tab",

@@ -232,7 +232,7 @@ def assume_player(game: Game, argument: str) -> str:
                 game.assume_players(previous)
                 raise BadParameter(f"assume: the advice in this game cannot assume {agent_name}")
     players = run_cancellable(HINT_TASK, game.hint_provider.describe_players)
-    return f"advice is given {players or 'without a model of the other agents'}"
+    return f"hints now give advice {players or 'without a model of the other agents'}"
 
 
 def preview_typed_action(game: Game, argument: str) -> str:

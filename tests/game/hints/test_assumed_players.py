@@ -93,7 +93,7 @@ def forecast(game: Game, action: str) -> dict[tuple[int, ...], float]:
 def test_hint_values_and_forecast_assume_the_agent_that_a_person_chooses() -> None:
     game = make_game("prisoners-dilemma", "human", "tit-for-tat", turns=5)
     assert "against tit-for-tat): cooperate. " in show_hint(game, "")
-    assert assume_player(game, "always-defect") == "advice is given against always-defect"
+    assert assume_player(game, "always-defect") == "hints now give advice against always-defect"
     assert show_hint(game, "").startswith(
         "hint by plan-rounds (5 turns left, against always-defect): defect. "
     )
@@ -103,7 +103,7 @@ def test_hint_values_and_forecast_assume_the_agent_that_a_person_chooses() -> No
     assert preview_typed_action(game, "cooperate") == (
         "if cooperate against always-defect: reward -4, as the other agent chooses defect"
     )
-    assert assume_player(game, "actual") == "advice is given against tit-for-tat"
+    assert assume_player(game, "actual") == "hints now give advice against tit-for-tat"
     assert show_values(game, "") == (
         "exact values (5 turns left, against tit-for-tat): cooperate -4.00, defect -6.00"
     )
@@ -113,7 +113,7 @@ def test_a_caregiver_may_assume_a_partner_that_feeds_a_crying_baby() -> None:
     # Both hear the same. After crying the partner feeds, so the baby is sated after the next turn.
     game = make_game("multicaregiver-crying-baby", "human", "human", turns=6)
     reply = assume_player(game, "feed-when-crying")
-    assert reply == "advice is given if the partner plays feed-when-crying"
+    assert reply == "hints now give advice if the partner plays feed-when-crying"
     while not game.session.turns or game.session.observation_after(0, len(game.session.turns)) != 0:
         game.session.advance([IGNORE, IGNORE])
     assert preview_typed_action(game, "ignore") == (

@@ -239,7 +239,7 @@ def test_one_key_cycles_through_the_overlays() -> None:
     assert "│ 7.04│" in result.frames[1]
     assert "overlay: best actions" in result.frames[2]
     assert "  ↘  " in result.frames[2]
-    assert "overlay: number of each state, from 0" in result.frames[3]
+    assert "overlay: state numbers (0, 1, 2, ...)" in result.frames[3]
     assert "│  22 │" in result.frames[3]
     assert "overlay: none" in result.frames[4]
 

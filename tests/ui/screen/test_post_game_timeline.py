@@ -71,8 +71,8 @@ EXPECTED_FRAMES: dict[tuple[str, Sequence[str], tuple[int, int], bool], str] = {
  choices: best action 1 of 4 times; expected score lost: 5.97 (regret)
  score -1.54 = 5.78 (average of best play) - 5.97 (regret) - 1.35 (bad luck)
  worst: turn 1, chose w, not se: 5.05 lost
- of 100 games with other seeds, random scored less than you in 53 (5 ties), and
-   optimal in 10
+ with other seeds, 53 of 100 games of random (5 ties) and 10 of optimal scored
+   less than you
  same seed: optimal scored 8.1, you -1.539
  turn 4. chose E, slipped, bumped, stayed at (5,2). reward -1. score -1.539.
 
@@ -126,8 +126,8 @@ moves into a wall: ne -0.624, nw -0.624, sw -0.624, se -0.624    w      -0.48
  score -19.42 = -13.47 (average of best play) -
    3.29 (regret) - 2.66 (bad luck)
  worst: turn 4, chose feed, not ignore: 2.83 lost
- of 100 games with other seeds, random scored
-   less than you in 52, and optimal in 13
+ with other seeds, 52 of 100 games of random and
+   13 of optimal scored less than you
  same seed: optimal scored -15, you -19.423
  turn 5. chose sing, heard quiet.
 
@@ -186,8 +186,8 @@ true state: sated
  choices: best action 2 of 5 times; expected score lost: 3.29 (regret)
  score -19.42 = -13.47 (average of best play) - 3.29 (regret) - 2.66 (bad luck)
  worst: turn 4, chose feed, not ignore: 2.83 lost
- of 100 games with other seeds, random scored less than you in 52, and optimal
-   in 13
+ with other seeds, 52 of 100 games of random and 13 of optimal scored less than
+   you
  same seed: optimal scored -15, you -19.423
 
  turn 2. chose sing, heard quiet. belief: sated 0.989, hungry 0.011.

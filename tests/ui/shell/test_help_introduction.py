@@ -48,7 +48,7 @@ def test_a_lesson_is_three_sentences_and_an_example_turn_independent_of_the_game
         ("crying-baby", {"hungry_reward": -7.0}, 2, "hungry baby costs 7; feeding costs 5"),
         ("cart-pole", {"theta_limit": 20.0, "force": 5.0}, 1, "within 20 degrees of upright"),
         ("2048", {"p_two": 0.9}, 2, "90% of new tiles are 2, the others 4"),
-        ("predator-prey", {"predators": 2}, 1, "pays 1, shared by the predators on it"),
+        ("predator-prey", {"predators": 2}, 1, "you get 1, shared by the predators on it"),
         ("simple-regulator", {"noise": 0.0}, 2, "a push is free; a reward one turn later"),
     ],
 )
@@ -104,7 +104,9 @@ def test_help_begins_with_the_lesson_on_the_screen_and_in_lines(size: tuple[int,
 
 def test_the_mark_on_the_map_is_named_on_the_screen_but_not_in_lines() -> None:
     game = make_game("predator-prey", "human", "flee")
-    assert "On the map you are @ or A." in " ".join(play_keys(game, "?").last.split())
+    assert "On the map you are A, and @ if the map is small." in " ".join(
+        play_keys(game, "?").last.split()
+    )
     assert "@" not in str(run_line(GameController(game), "help"))
 
 
