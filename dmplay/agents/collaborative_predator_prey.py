@@ -121,7 +121,7 @@ class Qmdp(_FactoredBeliefPolicy, GreedyBeliefPolicy):
 
     def describe_assumed_players(self, opponents: Sequence[str]) -> str:
         """Return the assumed play of the other agents, '' if they play so."""
-        return "" if {*opponents} == {"random"} else "belief assumes random partners"
+        return "" if {*opponents} == {"random"} else "random partners assumed"
 
     @cached_property
     def _q(self) -> Reals:

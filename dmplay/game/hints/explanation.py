@@ -333,7 +333,8 @@ class _ValueExplainer:
             return
         totals = [parts.outcome_total(outcome) for outcome in parts.outcomes]
         name, worst, best = self._name(parts.action), min(totals), max(totals)
-        text = f"{count}; these make {name} worth {self._number(worst)} to {self._number(best)}"
+        text = f"{count}; these make {name} {self._worth} {self._number(worst)} to "
+        text += self._number(best)
         likeliest, second = parts.outcomes[:2]
         if likeliest.probability > second.probability + MIN_LEAD and _is_short(likeliest.text):
             yield (

@@ -99,8 +99,8 @@ def test_the_values_of_the_first_turn_are_those_of_all_twenty() -> None:
         (
             "collaborative-predator-prey",
             None,
-            "hint by qmdp (if partners see the state now, you from the next turn on, "
-            "turn limit ignored, belief with random partners): ",
+            "hint by qmdp (as if partners saw the state now, and you saw it next turn, "
+            "turn limit ignored, random partners assumed): ",
         ),
         (
             "prisoners-dilemma",
