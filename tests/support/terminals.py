@@ -55,7 +55,8 @@ class EmulatedRows:
         for y in screen.dirty:
             row = [" "] * screen.columns
             for x, cell in screen.buffer[y].items():
-                row[x] = cell.data
+                if x < screen.columns:  # else written before the program knew the new size
+                    row[x] = cell.data
             self._rows[y] = "".join(row).rstrip()
         screen.dirty.clear()
         return "\n".join(self._rows[y] for y in range(screen.lines))
