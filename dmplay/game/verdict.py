@@ -31,7 +31,9 @@ from dmplay.registry import agents
 from dmplay.registry.problem_name_kinds import names_bot
 
 COMPARED_GAMES = 100  # games of each agent that the score is compared with
-COMPARISON_SEED = 1_000_005  # in every problem, the returns of its random games are typical
+# In every problem, the returns of its 100 random games differ by at most 0.08 (Kolmogorov-Smirnov)
+# from those of 4,000 games.
+COMPARISON_SEED = 1_000_005
 MAX_COMPARED_TURNS = 2000  # turns after which a game of an agent must be over
 MAX_SECONDS = 1.0  # seconds of processor time of each part of a verdict that nobody waits for
 COMPARISON_TASK = TaskInfo("comparing your score with other games", is_after_game=True)
