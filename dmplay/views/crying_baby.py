@@ -22,9 +22,9 @@ from dmplay.views.toolkit.action_hints_and_outcomes import (
 from dmplay.views.toolkit.belief_bars import (
     draw_belief_bars,
     draw_belief_chart,
+    draw_probability_history,
     draw_true_state,
     format_belief,
-    format_sparkline,
 )
 from dmplay.views.toolkit.canvas import Canvas
 from dmplay.views.toolkit.number_line import format_signed_fixed
@@ -106,17 +106,15 @@ def _draw_belief_history(
 
     At most MAX_HISTORY_TURNS turns are drawn.
     """
-    title, latest_title = "chance of hunger by turn ", "chance of hunger, last turns "
-    columns = max(min(MAX_HISTORY_TURNS, options.width - len(title)), 1)
-    probabilities = [float(b[-1]) for b in view.beliefs or ()]
-    if len(probabilities) > columns:
-        title, columns = latest_title, max(options.width - len(latest_title), 1)
-    canvas.write_text(0, y, title, "dim")
-    probabilities = probabilities[-columns:]
-    sparkline = format_sparkline(probabilities, options.ascii).ljust(
-        columns, " " if options.ascii else "·"
+    draw_probability_history(
+        canvas,
+        y,
+        "chance of hunger",
+        [float(b[-1]) for b in view.beliefs or ()],
+        options,
+        max_turns=MAX_HISTORY_TURNS,
+        fill=" " if options.ascii else "·",
     )
-    canvas.write_text(len(title), y, sparkline, "cyan")
     return y + 1
 
 

@@ -32,9 +32,9 @@ from dmplay.views.toolkit.action_hints_and_outcomes import (
 from dmplay.views.toolkit.belief_bars import (
     draw_belief_bars,
     draw_belief_chart,
+    draw_probability_history,
     draw_true_state,
     format_belief,
-    format_sparkline,
 )
 from dmplay.views.toolkit.canvas import Canvas
 
@@ -122,13 +122,10 @@ def _draw_belief_history(
 
     At most MAX_HISTORY_TURNS turns are drawn.
     """
-    title, latest_title = "chance of failure by turn ", "chance of failure, last turns "
-    columns = max(min(MAX_HISTORY_TURNS, options.width - len(title)), 1)
-    if len(view.beliefs or ()) > columns:
-        title, columns = latest_title, max(options.width - len(latest_title), 1)
-    failure_probabilities = [1.0 - float(b[0]) for b in (view.beliefs or ())[-columns:]]
-    canvas.write_text(0, y, title, "dim")
-    canvas.write_text(len(title), y, format_sparkline(failure_probabilities, options.ascii), "cyan")
+    probabilities = [1.0 - float(b[0]) for b in view.beliefs or ()]
+    draw_probability_history(
+        canvas, y, "chance of failure", probabilities, options, max_turns=MAX_HISTORY_TURNS
+    )
 
 
 def _draw_large_board(
