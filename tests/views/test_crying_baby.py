@@ -1,8 +1,7 @@
 """Tests of the view of the crying baby."""
 
 import dmplay
-from dmplay.views import crying_baby
-from dmplay.views.protocol import DrawOptions, fit_board
+from dmplay.views.protocol import DrawOptions, fit_board, load_view_module
 
 
 def test_a_long_history_is_of_the_last_twenty_turns_and_says_so() -> None:
@@ -11,7 +10,9 @@ def test_a_long_history_is_of_the_last_twenty_turns_and_says_so() -> None:
     )
     histories = []
     for _ in range(25):
-        board = fit_board(crying_baby, session.view(0), DrawOptions(80, 24, allow_large=True)).plain
+        view = session.view(0)
+        options = DrawOptions(80, 24, allow_large=True)
+        board = fit_board(load_view_module(view.problem), view, options).plain
         histories += [row for row in board.split("\n") if row.startswith("chance of hunger")]
         session.advance([2])
     assert histories[0] == "chance of hunger by turn ▅···················"
