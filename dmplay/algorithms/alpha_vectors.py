@@ -74,7 +74,8 @@ def mark_dominated(vectors: Reals) -> Bools:
     """Return a mask `[K]` of the vectors `[K, S]` that are better than all others at no belief.
 
     As in the book, the set of needed vectors grows: as long as a candidate is above all of them at
-    some belief, the candidate that is best at this belief becomes one of them. A vector that was
+    some belief, the candidate that is best at this belief becomes one of them. Candidates that are
+    better than it in no state are dominated, which saves most linear programs. A vector that was
     added because of a tie may not be needed, which the last loop finds.
     """
     tolerance = compute_tolerance(vectors)
@@ -87,6 +88,7 @@ def mark_dominated(vectors: Reals) -> Bools:
         if lead > tolerance:
             candidate = int(np.argmax(np.where(candidates, vectors @ belief, -np.inf)))
             needed.append(candidate)
+            candidates &= (vectors > vectors[candidate]).any(axis=1)
         candidates[candidate] = False
     for index in needed.copy():
         others = [other for other in needed if other != index]
