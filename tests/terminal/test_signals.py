@@ -121,7 +121,7 @@ def test_a_signal_during_solving_restores_the_cursor(number: int, tmp_path: Path
 @pytest.mark.parametrize(
     ("line", "expected_text"),
     [
-        (f"{LONG_GAME_COMMAND} --speed 99", "turn 3/"), (f"{LONG_GAME_COMMAND} --plain", "turn 3"),
+        (f"{LONG_GAME_COMMAND} --speed 99", "chose"), (f"{LONG_GAME_COMMAND} --plain", "turn 3"),
         ("hexworld --seed 7 --json -o g.dmt", "event"),
     ],
 )  # fmt: skip
