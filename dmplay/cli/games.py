@@ -258,7 +258,7 @@ def bot(
         str, typer.Option("--problem", "-p", metavar="PROBLEM", help="problem to play")
     ],
 ) -> object:
-    """Lend an agent of dmplay to another program as a player.
+    """Let an agent of dmplay play in another program.
 
     The other program runs the game. It sends each observation as a line of JSON to the
     standard input of 'dmplay bot', and reads each action from its standard output.

@@ -230,7 +230,7 @@ RealTimeRate = Annotated[
         metavar="X",
         min=0.1,
         max=1000,
-        help="play in real time, with a clock that gets faster, to X turns per second (default 50)",
+        help="play in real time; the clock speeds up to X turns per second (--rate alone: 50)",
     ),
 ]
 EpisodeNumber = Annotated[
@@ -239,7 +239,7 @@ EpisodeNumber = Annotated[
         "--episode",
         metavar="N",
         min=0,
-        help="number of the game: a seed gives many games, with the numbers 0, 1, 2, ...",
+        help="which game of the seed to play: each seed has the games 0, 1, 2, ...",
     ),
 ]
 TurnLimit = Annotated[
@@ -323,7 +323,7 @@ TERMINAL_OPTIONS = {
     "input": Annotated[
         bool,
         shared_switch(
-            "input", "let a person type; --no-input needs an agent in every seat of a terminal"
+            "input", "let a person type; in a terminal, --no-input needs an agent in every seat"
         ),
     ],
 }

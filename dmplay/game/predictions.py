@@ -214,7 +214,7 @@ class Predictor:
         outcome = name_outcome(self._session.problem, self._seat, turn)
         happened = float(outcome == answer.outcome)
         score = (answer.number - happened) ** 2
-        verb = f"{outcome} happened, as named" if happened else f"{outcome} happened"
+        verb = f"{outcome} happened, as you predicted" if happened else f"{outcome} happened"
         text = (
             f"{verb}; you gave {answer.outcome} {answer.number:g}: Brier score {score:.3f} "
             f"({self._describe_mean('mean', score)})."
