@@ -110,9 +110,9 @@ class RegretMatchingEquilibrium(_MixedStrategyPolicy):
 
 @dataclass(frozen=True)
 class HierarchicalSoftmax(_MixedStrategyPolicy):
-    """Plays well, with errors, against an agent that reasons one level less (section 24.7).
+    """Answers an agent one level lower, with errors; level 0 acts at random (section 24.7).
 
-    It plays level `level`; level 0 plays at random. A level above 0 plays an action with a
+    Its own level is `level`. A level above 0 plays an action with a
     probability proportional to exp(`precision` u); u is the expected reward of that action against
     the level below.
     """

@@ -34,7 +34,7 @@ PLAN_SEED = 3  # gives the best plans of four seeds on the standard map
 
 @dataclass(frozen=True)
 class Sweep(SeatPolicy):
-    """Moves back and forth; turns round after a few turns, or near a prey, and one turn later.
+    """Moves back and forth; turns round every few turns, when it senses a prey, and a turn later.
 
     Each seat begins in another direction. Of the rules that turn by a fixed angle at each of these
     three moments, this one catches most on the standard map.
@@ -106,12 +106,15 @@ class ChaseBelief(_FactoredBeliefPolicy):
 
 @dataclass(frozen=True)
 class Qmdp(_FactoredBeliefPolicy, GreedyBeliefPolicy):
-    """Assumes that its partners see the state now, and that it sees it next turn (QMDP)."""
+    """Takes the action that would be best if it saw all positions from the next turn on (QMDP).
+
+    Partners are assumed to see all positions now.
+    """
 
     values_name = UPPER_BOUNDS
 
     values_without_end = True
-    hint_basis = "qmdp, as if partners saw the state now, and you saw it next turn"
+    hint_basis = "qmdp, as if partners saw all positions now and you from the next turn on"
 
     def __post_init__(self) -> None:
         """Raise BadPolicy for hunts that it cannot plan."""
@@ -121,7 +124,7 @@ class Qmdp(_FactoredBeliefPolicy, GreedyBeliefPolicy):
 
     def describe_assumed_players(self, opponents: Sequence[str]) -> str:
         """Return the assumed play of the other agents, '' if they play so."""
-        return "" if {*opponents} == {"random"} else "random partners assumed"
+        return "" if {*opponents} == {"random"} else "belief for random partners"
 
     @cached_property
     def _q(self) -> Reals:

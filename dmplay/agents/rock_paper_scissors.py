@@ -24,7 +24,7 @@ class BeatLast(RepeatedGameRule):
 
 
 class Plan(RepeatedGamePlan):
-    """Plans all rounds left against the other agent's policy or, if unknown, the possible ones."""
+    """Plans all rounds left against the other agent's policy; if unknown, against possible ones."""
 
     candidate_rules = {  # noqa: RUF012 - never written
         "uniform": Random, "beat-last": BeatLast, "frequency": FictitiousPlay,

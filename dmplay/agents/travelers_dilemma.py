@@ -33,7 +33,7 @@ class FixedClaim(ReactivePolicy):
 
 
 class Plan(RepeatedGamePlan):
-    """Plans all rounds left against the other agent's policy or, if unknown, the possible ones."""
+    """Plans all rounds left against the other agent's policy; if unknown, against possible ones."""
 
     candidate_rules = {  # noqa: RUF012 - never written
         "nash": Nash, "level-k": HierarchicalSoftmax, "claim": FixedClaim, "random": Random,

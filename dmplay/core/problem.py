@@ -251,6 +251,12 @@ class Problem(ABC):
     def parse_state(self, text: str) -> Array:
         """Return the state that `format_state` wrote."""
 
+    def describe_state(self, s: Array) -> str:
+        """Return one state as text for readers; real numbers have three significant digits."""
+        if isinstance(self.state_count, ContinuousStates):
+            return " ".join(f"{number:.3g}" for number in s)
+        return self.format_state(s)
+
     def terminal(self, s: Array) -> Bools:
         """Return a mask `[B]` of the terminal states, which absorb and have reward 0."""
         return np.zeros(len(s), bool)

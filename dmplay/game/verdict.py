@@ -129,10 +129,10 @@ class ScoreComparison:
     equal_count: int = 0
 
     def describe(self, *, names_games: bool) -> str:
-        """Return the share of lower games, and the number of equal ones if there are any."""
-        ties = f" ({format_count(self.equal_count, 'tie')})" * (self.equal_count > 0)
-        games = f"{self.game_count} games of " if names_games else ""
-        return f"{self.lower_count} of {games}{self.agent_name}{ties}"
+        """Return the number of lower games, and that of equal ones if there are any."""
+        games = f" of {self.game_count} games" if names_games else ""
+        equal_text = f" ({self.equal_count} equal)" * (self.equal_count > 0)
+        return f"{self.agent_name} in {self.lower_count}{games}{equal_text}"
 
     @property
     def agent_name(self) -> str:
@@ -164,7 +164,7 @@ class Verdict:
                 comparison.describe(names_games=index == 0)
                 for index, comparison in enumerate(self.comparisons)
             ]
-            rows.append(f"with other seeds, {' and '.join(parts)} scored less than you")
+            rows.append(f"with other seeds, your score beats {' and '.join(parts)}")
         rows += [self.ghost_line] if self.ghost_line else []
         return rows + ([f"review: {self.error}"] if self.error else [])
 

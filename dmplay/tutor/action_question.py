@@ -127,9 +127,9 @@ class ActionQuestion:
         return load_view_module(self.problem).lesson(self.position.session.view(self.seat))
 
     @property
-    def map_mark(self) -> str:
-        """The player's mark on a map; '' if the board is no map."""
-        return self._lesson.map_mark
+    def has_map(self) -> bool:
+        """True if the board is a map that marks the player."""
+        return bool(self._lesson.map_mark)
 
     def _describe_players(self) -> Iterator[str]:
         """Yield sentences on each other player."""

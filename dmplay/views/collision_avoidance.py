@@ -19,6 +19,7 @@ from dmplay.problems.collision_avoidance import (
     ADVISORY_CHANGE_COST,
     COLLISION_COST,
     COLLISION_DISTANCE,
+    MAX_ACCELERATION,
     START_TIME,
     CollisionAvoidance,
 )
@@ -387,15 +388,26 @@ def goal_lines(view: View[CollisionAvoidance]) -> list[str]:
 def lesson(view: View[CollisionAvoidance]) -> Lesson:
     """Return the lesson: the advisories, the distance to keep, and the costs."""
     return Lesson(
-        "You advise the aircraft ◆ to climb or to descend, which brings its rate towards "
-        f"{ADVISED_RATES[2]:g} or {ADVISED_RATES[0]:g} m/s, or neither (no-advisory), which keeps "
-        "its rate; another aircraft, A, comes towards it at height 0",
+        "You advise the aircraft ◆ to climb, to descend, or neither (no-advisory, which keeps its "
+        "rate); another aircraft, A, comes towards it at height 0",
         f"You want ◆ to be at least {COLLISION_DISTANCE:g} m above or below A when they pass, "
         f"{START_TIME:g} s after the start",
-        f"A collision costs {COLLISION_COST:g}, each change of the advisory "
-        f"{ADVISORY_CHANGE_COST:g}, a repeated one nothing; gusts push the aircraft up and down",
+        f"A collision costs {COLLISION_COST:g}, and each change of the advisory costs "
+        f"{ADVISORY_CHANGE_COST:g}; {_describe_response(view.problem)}; gusts also change the rate",
         "climb",
     )
+
+
+def _describe_response(problem: CollisionAvoidance) -> str:
+    """Return a clause on how the rate follows an advisory."""
+    down, _, up = ADVISED_RATES
+    clause = (
+        f"an advisory changes the rate by {MAX_ACCELERATION:g} m/s each second, towards {up:g} or "
+        f"{down:g} m/s"
+    )
+    if problem.repaired:
+        return clause
+    return f"{clause} (by {up:g} m/s if the rate is less than {MAX_ACCELERATION:g} m/s from there)"
 
 
 def panel_rows(view: View[CollisionAvoidance]) -> list[tuple[str, str]]:

@@ -245,7 +245,7 @@ def goal_lines(view: View[CaregiverProblem]) -> list[str]:
         f"hunger costs {-problem.hungry_reward:g}",
         f"feeding {'costs you ' * (len(problem.agents) > 1)}{-feeding:g}",
         f"singing {-singing:g}",
-        "its crying is the only clue",
+        "crying is the only clue",
     ]
 
 

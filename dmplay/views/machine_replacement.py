@@ -53,7 +53,7 @@ MAX_TRIANGLE_ROWS, MIN_CHART_TRIANGLE_ROWS, MAX_CHART_ROWS = 40, 30, 12
 REGRET_COLUMN = 21  # first column of the regrets
 TRIANGLE_LEGEND = (
     "● belief now, · earlier beliefs",
-    "corner: this number is certain",
+    "corner: you are sure of the number",
     "Tab shows the best action by belief",
 )
 REGION_LEGEND = (
@@ -124,7 +124,7 @@ def _draw_belief_history(
     """
     probabilities = [1.0 - float(b[0]) for b in view.beliefs or ()]
     draw_probability_history(
-        canvas, y, "chance of failure", probabilities, options, max_turns=MAX_HISTORY_TURNS
+        canvas, y, "chance of failed parts", probabilities, options, max_turns=MAX_HISTORY_TURNS
     )
 
 

@@ -27,8 +27,8 @@ def iter_boards(view: View[MulticaregiverCryingBaby], options: DrawOptions) -> I
         return
     name = get_partner_name(view)
     assumption = options.forecast.other_players if options.forecast else ""
-    note = f"the belief assumes that {name} acts at random"
-    short_note = f"belief assumes a random {name}"
+    note = f"bars: your belief, computed as if {name} acted at random"
+    short_note = f"belief as if {name} acted at random"
     if assumption.startswith("if "):
         policy = assumption.removeprefix("if ")
         note = f"bars: {name} acts at random; forecast: {policy}"

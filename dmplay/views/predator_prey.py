@@ -277,7 +277,7 @@ def lesson(view: View[PredatorPrey]) -> Lesson:
         f"The predator stays, and the prey reappears on each of the {len(problem.hexes)} hexes "
         f"with probability 1/{len(problem.hexes)}",
     )
-    mark = f"{get_agent_glyph(problem, view.seat)}, and @ if the map is small"
+    mark = get_agent_glyph(problem, view.seat)
     if view.seat in problem.predator_seats:
         sharing_clause = ", shared by the predators on it" if problem.predators > 1 else ""
         objective = (

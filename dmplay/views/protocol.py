@@ -81,7 +81,7 @@ class Lesson(NamedTuple):
     example_start: str = ""
     state_name: str = "{}"  # the name of a hidden state in a belief, with {} for its text
     chances: tuple[str, ...] = ()  # sentences with the probabilities, for exact computations
-    map_mark: str = ""  # the player's mark on a map, such as "@"; "" if the board is no map
+    map_mark: str = ""  # the player's mark on a large map, "@" on all small ones; "" without a map
 
 
 class ViewModule(Protocol):

@@ -26,7 +26,7 @@ NUMBER_LINE_LIMITS = (
     2.0,
     5.0,
 )  # limits of the number line, and these times 10, 100, ...
-LEGEND = "● number, ▄█▄ where it could have been, → push to its aim"
+LEGEND = "● number, ▄█▄ where it could {verb}, → push to its aim"
 BLOCKS = " ▁▂▃▄▅▆▇█"
 
 
@@ -146,7 +146,7 @@ def iter_boards(view: View[SimpleRegulator], options: DrawOptions) -> Iterator[T
         elif layout.width > options.columns_beside_panel:
             canvas.write_text(0, y, _format_state(view, is_brief, options), "bold")
         else:
-            canvas.write_text(0, y, LEGEND, "dim")
+            canvas.write_text(0, y, LEGEND.format(verb="have been" if turns else "start"), "dim")
         yield canvas.to_text()
     (current,) = _list_recent_numbers(view, 0)
     canvas = Canvas()

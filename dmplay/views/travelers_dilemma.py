@@ -212,7 +212,7 @@ def _draw_claim_regrets(canvas: Canvas, y: int, options: DrawOptions, line: Numb
     canvas.write_text(
         0,
         y + 1,
-        f"● best claim {MIN_CLAIM + best}; bars: value lost, at most "
+        f"● best claim {MIN_CLAIM + best}; bars: value lost by each claim; tallest "
         f"{format_significant(largest, MAX_NUMBER_COLUMNS)}",
         "yellow",
     )

@@ -80,7 +80,8 @@ def test_an_outcome_has_a_brier_score(tmp_path: Path) -> None:
     game = start_game("hexworld", "outcome", tmp_path / "game.dmt")
     replies = play_lines(game, "se", "(8,1) 0.7", "se", "(8,1) 0.8")
     assert replies[2] == (
-        "(8,1) happened, as you predicted; you gave (8,1) 0.7: Brier score 0.090 (mean of 1: 0.090)."
+        "(8,1) happened, as you predicted; you gave (8,1) 0.7: "
+        "Brier score 0.090 (mean of 1: 0.090)."
     )
     assert replies[5] == (
         "(9,0) happened; you gave (8,1) 0.8: Brier score 0.640 (mean of 2: 0.365)."
@@ -108,7 +109,9 @@ def test_a_value_is_compared_with_that_of_the_hint(tmp_path: Path) -> None:
 def test_the_reply_of_an_opponent_is_an_outcome(tmp_path: Path) -> None:
     game = start_game("prisoners-dilemma", "outcome", tmp_path / "game.dmt")
     *_, score = play_lines(game, "defect", "Cooperate 1")
-    assert score.startswith("cooperate happened, as you predicted; you gave cooperate 1: Brier score 0.000")
+    assert score.startswith(
+        "cooperate happened, as you predicted; you gave cooperate 1: Brier score 0.000"
+    )
 
 
 @pytest.mark.parametrize("name", CASE_NAMES)

@@ -57,7 +57,7 @@ heard  crying
 
 sated   ####.................................... 0.093
 hungry  ####################################.... 0.907
-chance of hunger by turn =#
+chance of hunger in each turn =#
 
 mean reward now  hunger  effort     sum  value below best
 s sing            -9.07   -0.50   -9.57  best
@@ -77,7 +77,7 @@ heard  quiet
 
 sated   ████████████████████████████████████████ 1.000
 hungry  ········································ 0.000
-chance of hunger by turn ▅▁··················
+chance of hunger in each turn ▅▁··················
 
 mean reward now  hunger  effort     sum
 f feed            +0.00   -5.00   -5.00
@@ -88,7 +88,7 @@ a hungry baby cries: 90%, with or without a song
 a sated baby cries: 0%, with or without a song
 an unfed sated baby gets hungry: 50%
 true state: sated
-the belief assumes that caregiver1 acts at random""",
+bars: your belief, computed as if caregiver1 acted at random""",
     ),
     "the machine in ascii with what is lost and seen": (
         make_view_after("machine-replacement", "manufacture", "manufacture"),
@@ -101,7 +101,7 @@ saw  nothing (not examined)                  0 failed
 0 failed  #############....... 0.656            / \
 1 failed  ######.............. 0.308           . m \
 2 failed  #................... 0.036          o m m \
-chance of failure by turn _.:                /*m m m \
+chance of failed parts, last turns :         /*m m m \
                                             / m m m e \
 expected reward      value below best      / m m m e e \
 m manufacture +0.747 best                 / m m m i i e \
@@ -195,7 +195,7 @@ agent1 v   agent2 (you) >   cells: pay to agent1, agent2
 2 +------------------------------o--------------------*+ 100
                                  agent1 claimed 60, got 62
   #######******+++++++======-------::::::......._____*__
-* best claim 97; bars: value lost, at most 47.5
+* best claim 97; bars: value lost by each claim; tallest 47.5
 if you claim 97, you get 97 if equal, 99 if lower, else the other claim - 2""",
     ),
     "generic with a belief, what is lost and seen": (

@@ -111,7 +111,7 @@ def test_large_hexes_keep_their_content_beside_the_coordinates() -> None:
 
 
 def test_a_board_without_hexes_has_no_coordinates() -> None:
-    assert "this board has no coordinates" in draw(make_game("2048"), 80, 24, "C")
+    assert "this board shows no coordinates" in draw(make_game("2048"), 80, 24, "C")
 
 
 @pytest.mark.parametrize(("name", "is_listed"), [("hexworld", True), ("2048", False)])

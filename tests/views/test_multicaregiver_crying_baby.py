@@ -25,8 +25,8 @@ heard  quiet
 
 sated   ████████████████████ 1.000
 hungry  ···················· 0.000
-chance of hunger by turn ▅█▁·················
-the belief assumes that caregiver1 acts at random"""
+chance of hunger in each turn ▅█▁·················
+bars: your belief, computed as if caregiver1 acted at random"""
     )
 
 
@@ -41,8 +41,8 @@ heard  quiet
 
 sated   ##################.. 0.909
 hungry  ##.................. 0.091
-chance of hunger by turn =_
-belief assumes a random caregiver2"""
+chance of hunger in each turn =_
+belief as if caregiver2 acted at random"""
     )
 
 
@@ -75,7 +75,7 @@ def test_a_forecast_with_another_partner_than_the_belief_names_both() -> None:
     forecast = Forecast(2, np.array([1.0]), np.array([1]), quiet)
     view = make_view_after("feed ignore")
     for other_players, note in [
-        ("with a random partner", "the belief assumes that caregiver2 acts at random"),
+        ("with a random partner", "bars: your belief, computed as if caregiver2 acted at random"),
         (
             "if the partner plays feed-when-crying",
             "bars: caregiver2 acts at random; forecast: the partner plays feed-when-crying",

@@ -15,7 +15,6 @@ from dmplay.core.belief import apply_bayes_rule
 from dmplay.core.chance import FiniteChance
 from dmplay.core.policy import Memory, Percept
 from dmplay.core.problem import (
-    ContinuousStates,
     Problem,
     build_percept,
     checked_state_indices,
@@ -192,9 +191,9 @@ def _list_next_states(
     else:
         is_end = problem.terminal(outcome.state).tolist()
         texts = [
-            f"{END_PREFIX}{_format_state(problem, state)})"
+            f"{END_PREFIX}{problem.describe_state(state)})"
             if ends
-            else _format_state(problem, state)
+            else problem.describe_state(state)
             for state, ends in zip(outcome.state, is_end, strict=True)
         ]
     replies = None
@@ -216,13 +215,6 @@ def _format_other_actions(problem: Problem, seat: int, joint_action: Array) -> s
     """Return the actions of the other agents as text."""
     names = [problem.format_action(i, a) for i, a in enumerate(joint_action) if i != seat]
     return " and ".join(names)
-
-
-def _format_state(problem: Problem, state: Array) -> str:
-    """Return a state as text; real numbers have three significant digits."""
-    if isinstance(problem.state_count, ContinuousStates):
-        return " ".join(f"{number:.3g}" for number in state)
-    return problem.format_state(state)
 
 
 def _list_observations(

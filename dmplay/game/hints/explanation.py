@@ -227,8 +227,8 @@ class _ValueExplainer:
                 yield "the game then ends"
                 return
             if is_observed:
-                name = self._name(parts.action)
-                yield f"the observation after {name} is certain and shows nothing new{details}"
+                details = f", and {belief_text} follows" if belief_text else ""
+                yield f"the observation after {self._name(parts.action)} is certain{details}"
             elif has_short_names and not isinstance(
                 self._session.problem.state_count, ContinuousStates
             ):
@@ -274,7 +274,7 @@ class _ValueExplainer:
         """Return the name of the probability of a hidden state, `P(hungry)`; '' if it is long."""
         problem, view = self._session.problem, self._session.view(self._provider.seat)
         state_name = load_view_module(problem).lesson(view).state_name
-        name = state_name.format(problem.format_state(problem.enumerate_states()[state]))
+        name = state_name.format(problem.describe_state(problem.enumerate_states()[state]))
         if not _is_short(name):
             return ""
         return f"P({name})" if any(map(str.isalpha, name)) else f"P(state {name})"
@@ -327,19 +327,21 @@ class _ValueExplainer:
 
     def _iter_reply_summaries(self, parts: ActionBreakdown) -> Iterator[str]:
         """Yield clauses on many actions of the others: the likeliest and the range, the range."""
-        count = f"{self._name_others()} can choose {len(parts.outcomes)} actions"
+        others = self._name_others()
         if not self._adds_up(parts):
-            yield count
+            yield f"{others} can choose {len(parts.outcomes)} actions"
             return
         totals = [parts.outcome_total(outcome) for outcome in parts.outcomes]
         name, worst, best = self._name(parts.action), min(totals), max(totals)
-        text = f"{count}; these make {name} {self._worth} {self._number(worst)} to "
-        text += self._number(best)
+        text = (
+            f"depending on what {others} chooses, {name} is {self._worth} {self._number(worst)} "
+            f"to {self._number(best)}"
+        )
         likeliest, second = parts.outcomes[:2]
         if likeliest.probability > second.probability + MIN_LEAD and _is_short(likeliest.text):
             yield (
-                f"{text}; its likeliest action, {likeliest.text} (probability "
-                f"{likeliest.probability:.2f}), makes it {self._number(totals[0])}"
+                f"{text}; against the likeliest choice, {likeliest.text} (probability "
+                f"{likeliest.probability:.2f}), {self._number(totals[0])}"
             )
         yield text
 
@@ -561,7 +563,7 @@ def _format_place(provider: HintProvider) -> str:
     is_named = isinstance(problem.state_count, int) and problem.state_count > 1
     if problem.partially_observable or not is_named:
         return ""
-    text = problem.format_state(provider.session.state)
+    text = problem.describe_state(provider.session.state)
     return f"{PLACE_PREFIX}{text}" if _is_short(text) else ""
 
 

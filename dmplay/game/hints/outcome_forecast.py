@@ -12,7 +12,6 @@ from dmplay.core.belief import apply_bayes_rule
 from dmplay.core.chance import FiniteChance
 from dmplay.core.policy import Memory
 from dmplay.core.problem import (
-    ContinuousStates,
     Problem,
     enumerate_possible_outcomes,
     validate_outcome,
@@ -224,7 +223,7 @@ def format_forecast(
         return f"if {name}{others}: {_format_payoffs(session, seat, forecast.action, model)}"
     if forecast.is_sampled:
         low, high = forecast.outcomes.min(axis=0), forecast.outcomes.max(axis=0)
-        state_range = f"{_format_state(problem, low)} to {_format_state(problem, high)}"
+        state_range = f"{problem.describe_state(low)} to {problem.describe_state(high)}"
         return f"if {name}{others}: {state_range}{sample_note}"
     listed = forecast.probabilities[:MAX_LISTED_OUTCOMES].tolist()
     omitted_probability = float(forecast.probabilities[MAX_LISTED_OUTCOMES:].sum())
@@ -242,7 +241,7 @@ def format_forecast(
 def _format_outcome(problem: Problem, seat: int, forecast: Forecast, outcome_index: int) -> str:
     """Return an outcome as text: the next state, or an observation and the most probable states."""
     if forecast.beliefs is None:
-        return _format_state(problem, forecast.outcomes[outcome_index])
+        return problem.describe_state(forecast.outcomes[outcome_index])
     observation = problem.observations[seat].format_observation(forecast.outcomes[outcome_index])
     belief = forecast.beliefs[outcome_index]
     states = problem.enumerate_states()
@@ -253,17 +252,10 @@ def _format_outcome(problem: Problem, seat: int, forecast: Forecast, outcome_ind
     ]
     decimals = count_probability_decimals(belief.tolist())
     belief_text = ", ".join(
-        f"{problem.format_state(states[index])}: {belief[index]:.{decimals}f}"
+        f"{problem.describe_state(states[index])}: {belief[index]:.{decimals}f}"
         for index in likely_states
     )
     return f"{observation} (then belief {belief_text})" if belief_text else observation
-
-
-def _format_state(problem: Problem, state: Array) -> str:
-    """Return a state as text; real numbers have three significant digits."""
-    if isinstance(problem.state_count, ContinuousStates):
-        return " ".join(f"{number:.3g}" for number in state)
-    return problem.format_state(state)
 
 
 def _format_payoffs(

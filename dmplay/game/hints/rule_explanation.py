@@ -60,7 +60,7 @@ def describe_rule(
     other_mean = format_fixed(other.mean, decimals)
     difference = float(other_mean) - float(mean)
     comparison = (
-        f"With the same random numbers, {alternative.text} ({name}) returns {other_mean}, which is "
+        f"With the same random numbers, {alternative.text} {name} returns {other_mean}, which is "
         f"{format_fixed(abs(difference), decimals)} {'more' if difference > 0 else 'less'}."
     )
     return (*sentences, comparison), data
@@ -81,7 +81,7 @@ def _choose_alternative(
     smallest = min(max(0.0, action_set.low), action_set.high)
     if abs(smallest - action) <= REGRET_TOLERANCE:
         return None
-    return _Alternative(smallest, "the action nearest to zero")
+    return _Alternative(smallest, "the action nearest to zero," if smallest else "the action")
 
 
 def format_real_action(provider: HintProvider, action: float) -> str:

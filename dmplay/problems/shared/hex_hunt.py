@@ -117,6 +117,12 @@ class HexHunt(Problem):
         """Return a state as text: `(q,r)` of each walker in turn."""
         return " ".join(format_hex(self.hexes[int(hex_)]) for hex_ in s)
 
+    def describe_state(self, s: Array) -> str:
+        """Return a state as text for readers: `predator=(0,2) prey=(3,0)`."""
+        names = [*self.agents, "prey"][: self.walker_count]  # a prey may be no agent
+        hexes = self.format_state(s).split()
+        return " ".join(f"{name}={hex_}" for name, hex_ in zip(names, hexes, strict=True))
+
     def parse_state(self, text: str) -> Array:
         """Return the state that `format_state` wrote."""
         return np.array([self.hexes.index(parse_hex(word)) for word in text.split()])

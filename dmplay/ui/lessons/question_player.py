@@ -15,6 +15,7 @@ from dmplay.tutor.exercise import Exercise, ExerciseRun, current_day
 from dmplay.tutor.lesson_run import TutorReply
 from dmplay.ui.lessons.line_dialog import DialogLeft, LineDialog
 
+SMALL_MAP_MARK = "@"  # the mark of the player on small maps, such as those of puzzles
 NOT_FINISHED_EXIT_CODE = 1  # a script that ends before every question is answered
 QUESTION_HELP = (
     "type an action, or: show (the solution, after one try), look (the board), "
@@ -123,8 +124,8 @@ class QuestionDialog(LineDialog):
         if not question.shows_board:
             return
         is_drawn = self._print_board(question.position, question.describe_situation())
-        if is_drawn and question.map_mark:
-            self._print(f"On the map you are {question.map_mark}.")
+        if is_drawn and question.has_map:
+            self._print(f"On the map you are {SMALL_MAP_MARK}.")
 
     def print_lines(self, *lines: str) -> None:
         """Print lines as the dialog prints its own."""

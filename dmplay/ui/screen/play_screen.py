@@ -268,7 +268,7 @@ class PlayScreen:
         has_changed = self.render_upper(self._viewport).plain != plain_screen
         self.show_coordinates = self.show_coordinates and has_changed
         state = "shown, as the log names them" if self.show_coordinates else "hidden"
-        self.message = f"coordinates: {state}" if has_changed else "this board has no coordinates"
+        self.message = f"coordinates: {state}" if has_changed else "this board shows no coordinates"
 
     def show_next_overlay(self) -> None:
         """Show the next overlay that changes the board, or none after the last one.

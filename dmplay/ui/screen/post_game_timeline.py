@@ -169,8 +169,8 @@ class GameTimeline(Game):
         names = {move.values_name for moves in self._moves_by_turn for move in moves}
         noun = "rating lost" if RATINGS in names else "value lost"
         captions = [
-            (f"{noun} by turn ", f"  [ ] = next turn; most in {turns}"),
-            (f"{noun} ", f"  most in {turns}"),
+            (f"{noun} in each turn ", f"  [ ] = next turn; largest in {turns}"),
+            (f"{noun} ", f"  largest in {turns}"),
         ]
         prefix, suffix = captions[width < MIN_CAPTION_COLUMNS]
         bar_columns = max(width - len(prefix) - len(suffix) - MARGIN_COLUMNS, 1)

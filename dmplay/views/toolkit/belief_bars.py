@@ -92,7 +92,7 @@ def draw_probability_history(  # noqa: PLR0913 - a canvas, a position and the co
 
     At most `max_turns` turns are drawn. The place of turns to come has the character `fill`.
     """
-    title = f"{name} by turn "
+    title = f"{name} in each turn "
     columns = max(min(max_turns, options.width - len(title)), 1)
     if len(probabilities) > columns:
         title = f"{name}, last turns "

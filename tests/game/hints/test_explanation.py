@@ -83,7 +83,7 @@ def name_outcome(game: Game, turn: Turn) -> str:
         return problem.observations[0].format_observation(turn.observations[0])
     if problem.state_count == 1:
         return problem.format_action(1, turn.actions[1])
-    text = problem.format_state(turn.state)
+    text = problem.describe_state(turn.state)
     return f"the end ({text})" if problem.terminal(turn.state[None])[0] else text
 
 
