@@ -6,7 +6,8 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
-from dmplay.agents._belief_policy import BeliefPolicy
+from dmplay.agents._belief_policy import BeliefPolicy, apply_by_group
+from dmplay.agents._turns_left import TurnsLeftPolicy
 from dmplay.agents.available_agents import Roster
 from dmplay.agents.base import UPPER_BOUNDS, ReactivePolicy, SeatPolicy
 from dmplay.agents.belief_policy_bases import GreedyBeliefPolicy
@@ -26,15 +27,16 @@ from dmplay.solvers.decpomdp import joint_plan_improvement, reactive_predator_te
 from dmplay.solvers.decpomdp.collaborative_predator_prey_model import PredatorPreyDecPomdp
 from dmplay.solvers.decpomdp.dec_pomdp_model import AgentPlan, DecPomdp
 from dmplay.solvers.mdp import sparse_mdp
-from dmplay.solvers.mdp.sparse_mdp import SparseMdpSolution
+from dmplay.solvers.mdp.sparse_mdp import SparseMdp
 
 PLAN_WORK_PER_JOINT_NODE = 4e8  # for each joint node of a plan
+MAX_PLANNED_STATES = 200_000  # states times turns up to which qmdp plans a game to its end
 PLAN_SEED = 3  # gives the best plans of four seeds on the standard map
 
 
 @dataclass(frozen=True)
 class Sweep(SeatPolicy):
-    """Moves back and forth; turns round every few turns, when it senses a prey, and a turn later.
+    """Keeps one direction; reverses it every few turns, on sensing a prey, and one turn after that.
 
     Each seat begins in another direction. Of the rules that turn by a fixed angle at each of these
     three moments, this one catches most on the standard map.
@@ -105,16 +107,18 @@ class ChaseBelief(_FactoredBeliefPolicy):
 
 
 @dataclass(frozen=True)
-class Qmdp(_FactoredBeliefPolicy, GreedyBeliefPolicy):
+class Qmdp(TurnsLeftPolicy, _FactoredBeliefPolicy, GreedyBeliefPolicy):
     """Takes the action that would be best if it saw all positions from the next turn on (QMDP).
 
-    Partners are assumed to see all positions now.
+    Partners are assumed to see all positions now. It plans for an infinite horizon, or for
+    `horizon` turns.
     """
 
     values_name = UPPER_BOUNDS
 
-    values_without_end = True
-    hint_basis = "qmdp, as if partners saw all positions now and you from the next turn on"
+    problem: CollaborativePredatorPrey
+
+    hint_basis = "qmdp, as if partners see all positions now, and you see them next turn"
 
     def __post_init__(self) -> None:
         """Raise BadPolicy for hunts that it cannot plan."""
@@ -124,18 +128,37 @@ class Qmdp(_FactoredBeliefPolicy, GreedyBeliefPolicy):
 
     def describe_assumed_players(self, opponents: Sequence[str]) -> str:
         """Return the assumed play of the other agents, '' if they play so."""
-        return "" if {*opponents} == {"random"} else "belief for random partners"
+        return "" if {*opponents} == {"random"} else "belief as if partners moved at random"
+
+    def can_plan_turns(self, turns: int) -> bool:
+        """Return whether the values of that many turns can be computed and stored in time."""
+        return self.problem.state_count * turns <= MAX_PLANNED_STATES
 
     @cached_property
-    def _q(self) -> Reals:
-        """Q* `[S, A]` of each move with the partner's best one, if all is observed."""
+    def _q_by_turns(self) -> Reals:
+        """Q `[T, S, A]` of each move with the partner's best one, if all is observed.
+
+        The first axis has 1 to `horizon` turns left, or one entry without an end.
+        """
         shape = self.problem.action_counts
-        others = tuple(1 + i for i in range(len(shape)) if i != self.seat)
-        return np.asarray(solve_fully_observed(self.problem).q.reshape(-1, *shape).max(axis=others))
+        others = tuple(-len(shape) + i for i in range(len(shape)) if i != self.seat)
+        if self.horizon:
+            q = sparse_mdp.compute_finite_horizon_q(
+                build_fully_observed_mdp(self.problem), self.problem.discount, self.horizon
+            )
+        else:
+            q = solve_fully_observed(self.problem)[None]
+        return np.asarray(q.reshape(*q.shape[:2], *shape).max(axis=others))
 
     def action_values(self, memory: Memory) -> Reals:
-        """Return the mean of Q* over the belief: an upper bound for teams that do not see all."""
-        return weighted_sum(memory[0], self._q)
+        """Return the mean of Q over the belief: an upper bound for teams that do not see all."""
+        if not self.horizon:
+            return weighted_sum(memory[0], self._q_by_turns[0])
+        return apply_by_group(
+            memory[0],
+            self.turns_left(memory),
+            lambda b, turns: weighted_sum(b, self._q_by_turns[turns - 1]),
+        )
 
 
 @dataclass(frozen=True)
@@ -221,9 +244,15 @@ def _improve_plans(
 
 
 @lru_cache(maxsize=1)  # 30 MB on the standard map
-def solve_fully_observed(problem: CollaborativePredatorPrey) -> SparseMdpSolution:
-    """Return the outcomes and values of one planner that sees all, cached for every seat."""
-    return sparse_mdp.solve_sparse_mdp(problem)
+def build_fully_observed_mdp(problem: CollaborativePredatorPrey) -> SparseMdp:
+    """Return the outcomes for one planner that sees all, cached for every seat."""
+    return sparse_mdp.build_sparse_mdp(problem)
+
+
+@lru_cache(maxsize=1)
+def solve_fully_observed(problem: CollaborativePredatorPrey) -> Reals:
+    """Return Q* `[S, A]` of one planner that sees all, cached for every seat."""
+    return sparse_mdp.compute_optimal_q(build_fully_observed_mdp(problem), problem.discount)
 
 
 @memoize

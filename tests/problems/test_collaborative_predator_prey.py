@@ -238,6 +238,26 @@ def test_qmdp_values_are_below_full_information_and_certainty_leads_to_the_prey(
         )
 
 
+def test_the_values_of_qmdp_count_the_turns_left() -> None:
+    """In the last turn every move earns what the present hexes pay, so that none is better."""
+    circle = dmplay.load_problem(f"{PROBLEM_NAME}:circle")
+    states = [circle.format_state(s) for s in circle.enumerate_states()]
+    belief = np.zeros((1, len(states)))
+    belief[0, [states.index("(-1,2) (0,2) (0,0)"), states.index("(-1,2) (0,2) (0,2)")]] = 0.5
+
+    def compute_values(name: str, *memory: int) -> np.ndarray:
+        """Return the values of the six moves, with a memory after this number of turns."""
+        policy = dmplay.load_agent(circle, 0, name)
+        values = policy.action_values((belief, *(np.array([turns]) for turns in memory)))
+        assert values is not None
+        return np.asarray(values[0])
+
+    assert compute_values("qmdp:horizon=3", 2) == pytest.approx([(-1.0 + 10.0) / 2] * 6)
+    assert int(compute_values("qmdp:horizon=3", 1).argmax()) == SW
+    endless = compute_values("qmdp")
+    assert compute_values("qmdp:horizon=250", 0) == pytest.approx(endless, abs=1e-6)
+
+
 @pytest.mark.slow
 def test_a_sighted_team_catches_more_by_qmdp_than_by_chase_belief() -> None:
     sighted = dmplay.load_problem(f"{PROBLEM_NAME}:circle", sighted=True)

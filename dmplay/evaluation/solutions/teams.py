@@ -6,7 +6,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dmplay.agents.collaborative_predator_prey import HuntJointPlan, solve_fully_observed
+from dmplay.agents.collaborative_predator_prey import (
+    HuntJointPlan,
+    build_fully_observed_mdp,
+    solve_fully_observed,
+)
 from dmplay.core import belief
 from dmplay.core.arrays import Reals
 from dmplay.core.best_actions import select_greedy_actions
@@ -143,11 +147,11 @@ def solve_shared_reward_team(problem: Problem) -> Solution:
     """
     hunt_problem = problem if isinstance(problem, CollaborativePredatorPrey) else None
     with scale_progress(0.0, 0.2):
-        model, q = (
-            solve_fully_observed(hunt_problem)
-            if hunt_problem
-            else sparse_mdp.solve_sparse_mdp(problem)
-        )
+        if hunt_problem:  # its agents use the same
+            model, q = build_fully_observed_mdp(hunt_problem), solve_fully_observed(hunt_problem)
+        else:
+            model = sparse_mdp.build_sparse_mdp(problem)
+            q = sparse_mdp.compute_optimal_q(model, problem.discount)
     random_values = sparse_mdp.evaluate_policy(
         model, problem.discount, np.full(q.shape, 1 / q.shape[1])
     )

@@ -38,19 +38,6 @@ class SparseMdp(NamedTuple):
     rewards: Reals  # [S, A]
 
 
-class SparseMdpSolution(NamedTuple):
-    """The outcomes of a problem and the values of one planner that observes the state."""
-
-    model: SparseMdp
-    q: Reals  # [S, A], Q*
-
-
-def solve_sparse_mdp(problem: Problem) -> SparseMdpSolution:
-    """Return the outcomes of a problem and its optimal values; the discount is below 1."""
-    model = build_sparse_mdp(problem)
-    return SparseMdpSolution(model, compute_optimal_q(model, problem.discount))
-
-
 def count_outcomes(problem: Problem) -> int:
     """Return the number of outcomes that a finite problem lists."""
     assert isinstance(problem.state_count, int)
@@ -165,7 +152,7 @@ def compute_finite_horizon_q(model: SparseMdp, discount: float, turns: int) -> R
     q = np.zeros((turns, *model.rewards.shape))
     values = np.zeros(len(model.rewards))
     for turn in range(turns):
-        budget.spend_work(ARRAY_CALL_WORK + 10 * model.probabilities.size, turn / turns)
+        budget.spend_work(ARRAY_CALL_WORK + 5 * model.probabilities.size, turn / turns)
         q[turn] = compute_action_values(model, discount, values)
         values = q[turn].max(axis=1)
     return q
