@@ -110,7 +110,7 @@ class RegretMatchingEquilibrium(_MixedStrategyPolicy):
 
 @dataclass(frozen=True)
 class HierarchicalSoftmax(_MixedStrategyPolicy):
-    """Answers an agent one level lower, with errors; level 0 acts at random (section 24.7).
+    """Plays well, with errors, against an agent one level lower; level 0 is random (section 24.7).
 
     Its own level is `level`. A level above 0 plays an action with a
     probability proportional to exp(`precision` u); u is the expected reward of that action against
@@ -141,7 +141,7 @@ class HierarchicalSoftmax(_MixedStrategyPolicy):
 
 @dataclass(frozen=True)
 class FictitiousPlay(GreedyPolicy, _PayoffTablePolicy):
-    """Plays a best response to the opponent's action frequencies so far (fictitious play).
+    """Counts the opponent's actions, and plays best against these frequencies (fictitious play).
     It takes them as equal in the first round, and of equally good actions plays the first listed.
     """
 

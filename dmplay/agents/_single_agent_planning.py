@@ -150,7 +150,7 @@ class _AlphaVectorPolicy(GreedyBeliefPolicy):
 
 @dataclass(frozen=True)
 class PomdpOptimalPolicy(TurnsLeftPolicy, _AlphaVectorPolicy):
-    """Takes the best action for its belief (with alpha vectors, section 20.3).
+    """Takes the best action for its belief, from the values of all plans (section 20.3).
 
     It plans for an infinite horizon or for `horizon` turns.
     """

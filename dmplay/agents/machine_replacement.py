@@ -55,7 +55,7 @@ class Threshold(BeliefPolicy):
 
 @dataclass(frozen=True)
 class Optimal(RemainingHorizonPolicy):
-    """Takes the best action for its belief and the turns left (alpha vectors, section 20.3)."""
+    """Takes the best action for its belief, from the values of all plans (section 20.3)."""
 
     values_name = EXACT_VALUES
 

@@ -75,7 +75,7 @@ OPPONENT_MODELS = ("natural", *DISTANCE_POLICIES, "random")
 
 @dataclass(frozen=True)
 class BestResponse(TurnsLeftPolicy, StationaryPolicy):
-    """Has the highest values against the agents that it assumes for the other seats.
+    """Takes the action with the highest value if the other agents play as it assumes.
 
     They are assumed to play `to`; natural means that predators chase and prey flee. It plans for an
     infinite horizon, by policy iteration, or for `horizon` turns; its values are against these

@@ -15,7 +15,7 @@ from dmplay.core.problem import Problem
 
 
 class Plan(RepeatedGamePlan):
-    """Plans all rounds left against the other agent's policy; if unknown, against possible ones."""
+    """Plans all rounds left for the other agent's rule, or for each rule that it may follow."""
 
     candidate_rules = {**REPEATED_GAME_RULES, "random": Random}  # noqa: RUF012 - never written
 

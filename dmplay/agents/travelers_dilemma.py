@@ -33,7 +33,7 @@ class FixedClaim(ReactivePolicy):
 
 
 class Plan(RepeatedGamePlan):
-    """Plans all rounds left against the other agent's policy; if unknown, against possible ones."""
+    """Plans all rounds left for the other agent's rule, or for each rule that it may follow."""
 
     candidate_rules = {  # noqa: RUF012 - never written
         "nash": Nash, "level-k": HierarchicalSoftmax, "claim": FixedClaim, "random": Random,

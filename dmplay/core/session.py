@@ -347,10 +347,9 @@ class Session(NotebookDisplay):
     def undo(self, turns: int = 1) -> list[Turn]:
         """Undo the last turns and return them; the same actions give the same outcomes again."""
         if not 1 <= turns <= len(self.turns):
-            played_text = (
-                f"{len(self.turns)} turn{'s were' if len(self.turns) != 1 else ' was'} played"
-            )
-            raise IllegalAction(f"undo {turns}: {played_text}")
+            counts = {0: "no turn was", 1: "only 1 turn was"}
+            played_text = counts.get(len(self.turns), f"only {len(self.turns)} turns were")
+            raise IllegalAction(f"undo: {played_text} played")
         self._forced_end_reason = None
         undone = self.turns[-turns:]
         del self.turns[-turns:]

@@ -320,13 +320,13 @@ class Game:
         return fit_board(self.view_module, snapshot.view, options)
 
     def describe_expected_reward(self, action: float) -> str:
-        """Return the view's text on an action's expected reward, after a space; '' if it has
+        """Return the view's text on an action's expected reward, after a comma; '' if it has
         none.
         """
         describe: Callable[[View[Problem], float], str] | None = getattr(
             self.view_module, "describe_expected_reward", None
         )
-        return f" {describe(self.view(), action)}" if describe else ""
+        return f", {describe(self.view(), action)}" if describe else ""
 
     @property
     def _revealed_state(self) -> Array | None:

@@ -93,7 +93,7 @@ def format_debrief_table(problem: Problem, rows: Sequence[Mapping[str, object]])
         ]
     )
     names = " / ".join(problem.agents)
-    caption = [f"{names}; a single entry holds for all"] if len(problem.agents) > 1 else []
+    caption = [f"{names}; one value alone is for all"] if len(problem.agents) > 1 else []
     return [*caption, *lines]
 
 

@@ -128,11 +128,11 @@ class ScoreComparison:
     lower_count: int
     equal_count: int = 0
 
-    def describe(self, *, names_games: bool) -> str:
+    def describe(self, *, has_verb: bool) -> str:
         """Return the number of lower games, and that of equal ones if there are any."""
-        games = f" of {self.game_count} games" if names_games else ""
+        verb = "scored less than you " if has_verb else ""
         equal_text = f" ({self.equal_count} equal)" * (self.equal_count > 0)
-        return f"{self.agent_name} in {self.lower_count}{games}{equal_text}"
+        return f"{self.agent_name} {verb}in {self.lower_count}{equal_text}"
 
     @property
     def agent_name(self) -> str:
@@ -161,10 +161,11 @@ class Verdict:
         ]
         if self.comparisons:
             parts = [
-                comparison.describe(names_games=index == 0)
+                comparison.describe(has_verb=index == 0)
                 for index, comparison in enumerate(self.comparisons)
             ]
-            rows.append(f"with other seeds, your score beats {' and '.join(parts)}")
+            games = format_count(self.comparisons[0].game_count, "game")
+            rows.append(f"in {games} with other seeds, {', '.join(parts)}")
         rows += [self.ghost_line] if self.ghost_line else []
         return rows + ([f"review: {self.error}"] if self.error else [])
 

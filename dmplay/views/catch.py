@@ -35,7 +35,7 @@ HEAT_LABEL_COLUMNS = 20  # columns before the heat map
 HEAT_STYLES = ("dim", "", "cyan", "bold cyan")  # styles of catch probabilities from 0 to 1
 # columns of a distance in the heat map, and rows of the expected-reward chart, tried in this order
 LARGE_LAYOUTS = ((12, 30), (7, 20), (4, 6), (4, 4), (4, 2), (4, 0))
-HEAT_LEGEND = "% caught at each distance in m (50% where it equals the skill)"
+HEAT_LEGEND = "% caught at each distance in m (50% if the distance equals the skill)"
 SMALL_REGRET = 0.095  # smaller regrets are printed with two decimals
 ACTION_PHRASE = "throw {} m"
 PLOT_LEGEND = ("chance of catch", "2: skill 20 m", "4: skill 40 m", "and so on")
@@ -163,14 +163,10 @@ def _draw_throw_marker(canvas: Canvas, y: int, throw: int, cell_columns: int) ->
 
 
 def describe_expected_reward(view: View[Catch], throw: float) -> str:
-    """Describe a throw: its distance, catch probability and expected reward."""
-    distance, expected_reward = (
-        DISTANCES[int(throw)],
-        float(_compute_expected_rewards(view)[int(throw)]),
-    )
-    catch_percent = format_percent(expected_reward / distance)
-    chance = f"caught in {catch_percent} of cases; expected reward {expected_reward:.0f}"
-    return f"is {distance:.0f} m, {chance}"
+    """Describe a throw: its catch probability and expected reward."""
+    expected_reward = float(_compute_expected_rewards(view)[int(throw)])
+    catch_percent = format_percent(expected_reward / DISTANCES[int(throw)])
+    return f"caught in {catch_percent} of cases; expected reward {expected_reward:.0f}"
 
 
 def _draw_column_chart(  # noqa: PLR0913 - a canvas, a position and the content

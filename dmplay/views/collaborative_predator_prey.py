@@ -221,11 +221,11 @@ def _format_caption(
             strict=False,
         )
         observation_texts = (
-            f"{observation_names[int(observation)]} ({format_percent(float(p))}): {map_row} row"
+            f"{map_row}: sensed {observation_names[int(observation)]} ({format_percent(float(p))})"
             for map_row, observation, p in forecast_rows
         )
         return [
-            f"{hexgrid.format_move_condition(options.forecast)}: chance of the prey after sensing",
+            f"{hexgrid.format_move_condition(options.forecast)}: chance of the prey on each hex",
             "; ".join(observation_texts),
         ]
     if options.regret is not None:
@@ -243,8 +243,10 @@ def _format_caption(
         return [f"{observation_text}. belief: not shown"]
     viewer, full_glyph = view.player_label, "#" if options.ascii else "█"
     position_text = viewer if own_hex else f"where {viewer} may be"
+    legend = f"@ {position_text}, {full_glyph} where the prey may be"
     readings = (
-        f"@ {position_text}, {full_glyph} where the prey may be",
+        f"{legend} (more is likelier)",
+        legend,
         f"@ {viewer}, {full_glyph} likely prey",
         observation_text,
     )

@@ -113,7 +113,6 @@ def _draw_belief_history(
         [float(b[-1]) for b in view.beliefs or ()],
         options,
         max_turns=MAX_HISTORY_TURNS,
-        fill=" " if options.ascii else "·",
     )
     return y + 1
 
@@ -240,11 +239,12 @@ def goal_lines(view: View[CaregiverProblem]) -> list[str]:
     """Return the goal and the costs of hunger, feeding and singing, as clauses."""
     problem = view.problem
     feeding, singing, _ = problem.action_rewards[view.seat]
+    you = "you " * (len(problem.agents) > 1)
     return [
         "keep the baby sated (not hungry)",
         f"hunger costs {-problem.hungry_reward:g}",
-        f"feeding {'costs you ' * (len(problem.agents) > 1)}{-feeding:g}",
-        f"singing {-singing:g}",
+        f"feeding costs {you}{-feeding:g}",
+        f"singing costs {you}{-singing:g}",
         "crying is the only clue",
     ]
 

@@ -270,12 +270,12 @@ def test_a_paused_game_stays_paused_however_the_program_ends() -> None:
         ({"is_handed_in": False, "problem": "hexworld"}, "dmplay resume max.dmt"),
         (
             {"is_handed_in": False},
-            "dmplay resume max.dmt  # marks the game, because you now know its hidden states",
+            "dmplay resume max.dmt  # the file will say that you saw the hidden states",
         ),
         ({"is_handed_in": False, "strict": True}, ""),
         (
             {"is_handed_in": False, "record_path": Path("a b.dmt")},
-            "dmplay resume 'a b.dmt'  # marks the game",
+            "dmplay resume 'a b.dmt'  # the file",
         ),
         ({"turns": 1}, ""),
         ({"problem": "prisoners-dilemma", "other_agent": "grim"}, "dmplay resume max.dmt"),

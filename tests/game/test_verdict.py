@@ -127,7 +127,7 @@ def test_the_lines_of_a_game_of_hexworld() -> None:
         "choices: best action 1 of 3 times; expected score lost: 4.07 (regret)",
         "score -0.90 = 3.75 (average of best play) - 4.07 (regret) - 0.58 (bad luck)",
         "worst: turn 1, chose e, not se: 3.20 lost",
-        "with other seeds, your score beats random in 53 of 100 games (8 equal) and optimal in 16 "
+        "in 100 games with other seeds, random scored less than you in 53 (8 equal), optimal in 16 "
         "(5 equal)",
         "same seed: optimal scored 8.1, you -0.9",
     ]
@@ -282,13 +282,14 @@ def test_equal_scores_are_not_better() -> None:
     assert comparison.lower_count == (returns < score).sum()
     assert comparison.equal_count == (returns == score).sum()
     assert (
-        ScoreComparison("random", 100, 0).describe(names_games=True) == "random in 0 of 100 games"
+        ScoreComparison("random", 100, 0).describe(has_verb=True)
+        == "random scored less than you in 0"
     )
 
 
 def test_a_score_that_every_game_has_is_equal_and_not_worse() -> None:
     game = play("cart-pole", ["left"], turns=1)  # a pole cannot fall in one turn
-    assert [item.describe(names_games=False) for item in judge(game).comparisons] == [
+    assert [item.describe(has_verb=False) for item in judge(game).comparisons] == [
         "random in 0 (100 equal)",
         "regulate in 0 (100 equal)",
     ]

@@ -548,9 +548,9 @@ def test_bytes_that_are_not_utf_8_are_reported_with_line_and_column() -> None:
         ('turn: 1\nactions: {"prey": "e"}\ndraws: [0.1]\n', "11: actions: expected one for each"),
         ("turn: 1\ndraws: [0.1]\n", "10: actions: expected one for each of agent"),
         ('turn: 3\nactions: {"agent": "e"}\ndraws: [0.1]\n', "10: got turn 3, expected 1"),
-        ("undo: 1\n", "10: undo 1: 0 turns were played"),
+        ("undo: 1\n", "10: undo: no turn was played"),
         ("undo: 0\n", "10: undo: expected a whole number of 1 or more"),
-        ("reroll: 1\n", "10: undo 1: 0 turns were played"),
+        ("reroll: 1\n", "10: undo: no turn was played"),
     ],
 )
 def test_inputs_that_cannot_be_played_are_reported_with_their_line(

@@ -15,6 +15,6 @@ def test_a_long_history_is_of_the_last_twenty_turns_and_says_so() -> None:
         board = fit_board(load_view_module(view.problem), view, options).plain
         histories += [row for row in board.split("\n") if row.startswith("chance of hunger")]
         session.advance([2])
-    assert histories[0] == "chance of hunger in each turn ▅···················"
+    assert histories[0] == "chance of hunger, turn by turn ▅"
     assert histories[-1].startswith("chance of hunger, last turns ")
     assert len(histories[-1].removeprefix("chance of hunger, last turns ")) == 20

@@ -57,7 +57,7 @@ heard  crying
 
 sated   ####.................................... 0.093
 hungry  ####################################.... 0.907
-chance of hunger in each turn =#
+chance of hunger, turn by turn =#
 
 mean reward now  hunger  effort     sum  value below best
 s sing            -9.07   -0.50   -9.57  best
@@ -77,7 +77,7 @@ heard  quiet
 
 sated   ████████████████████████████████████████ 1.000
 hungry  ········································ 0.000
-chance of hunger in each turn ▅▁··················
+chance of hunger, turn by turn ▅▁
 
 mean reward now  hunger  effort     sum
 f feed            +0.00   -5.00   -5.00
@@ -118,7 +118,7 @@ chance                0     1     2
         make_view_after("catch", "50", "100", "60"),
         ASCII_OPTIONS._replace(regret=DISTANCE_REGRET, forecast=THROW_FORECAST),
         """
-% caught at each distance in m (50% where it equals the skill)
+% caught at each distance in m (50% if the distance equals the skill)
 skill        belief   10  20  30  40  50  60  70  80  90 100
 20 m #....... 0.134  +66 =50 :34 .21 _12 _ 6 _ 3 _ 2 _ 1 _ 0
 40 m ###..... 0.318  #88 *79 +66 =50 :34 .21 _12 _ 6 _ 3 _ 2

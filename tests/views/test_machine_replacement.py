@@ -23,7 +23,7 @@ saw  nothing yet                                0 ●
 0 failed  ████████████████████ 1.000          ╱       ╲
 1 failed  ···················· 0.000        ╱           ╲
 2 failed  ···················· 0.000    1 ╱───────────────╲ 2
-chance of failed parts in each turn ▁
+chance of failed parts, turn by turn ▁
 
 expected reward
 m manufacture +0.902
@@ -47,7 +47,7 @@ saw  defective                                    0
 0 failed  .................... 0.000          /       \
 1 failed  ###########......... 0.550        /           \
 2 failed  #########........... 0.450    1 /------*--------\ 2
-chance of failed parts in each turn _.:-=++#
+chance of failed parts, turn by turn _.:-=++#
 
 expected reward
 m manufacture +0.374

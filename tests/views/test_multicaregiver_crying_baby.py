@@ -25,7 +25,7 @@ heard  quiet
 
 sated   ████████████████████ 1.000
 hungry  ···················· 0.000
-chance of hunger in each turn ▅█▁·················
+chance of hunger, turn by turn ▅█▁
 bars: your belief, computed as if caregiver1 acted at random"""
     )
 
@@ -41,7 +41,7 @@ heard  quiet
 
 sated   ##################.. 0.909
 hungry  ##.................. 0.091
-chance of hunger in each turn =_
+chance of hunger, turn by turn =_
 belief as if caregiver2 acted at random"""
     )
 

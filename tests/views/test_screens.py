@@ -133,8 +133,8 @@ any action collects +10"""),
    │█████│█████│▆▆▆▆▆│▆▆▆▆▆│█████│
    │▄▄▄▄▄│█17%█│█18%█│█████│▂▂▂▂▂│
      ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱
-if you go SW: chance of the prey after sensing
-nothing (95%): upper row; prey (5%): lower row"""),
+if you go SW: chance of the prey on each hex
+upper: sensed nothing (95%); lower: sensed prey (5%)"""),
     "who truly was where": (
         get_view(BLIND_HUNT_GAME),
         LARGE_OPTIONS._replace(width=60, revealed_state=np.array([3, 4, 5])),

@@ -227,8 +227,8 @@ class _ValueExplainer:
                 yield "the game then ends"
                 return
             if is_observed:
-                details = f", and {belief_text} follows" if belief_text else ""
-                yield f"the observation after {self._name(parts.action)} is certain{details}"
+                details = f", and then {belief_text}" if belief_text else ""
+                yield f"the observation is certain (so it tells nothing){details}"
             elif has_short_names and not isinstance(
                 self._session.problem.state_count, ContinuousStates
             ):
@@ -312,8 +312,8 @@ class _ValueExplainer:
             outcome.value_after if uses_values_after else parts.outcome_total(outcome)
             for outcome in parts.outcomes
         ]
-        worth = f"then {self._worth}" if uses_values_after else self._worth
-        text = f"{text}, {worth} {self._number(min(totals))} to {self._number(max(totals))}"
+        worth = f"what follows is {self._worth}" if uses_values_after else f"they are {self._worth}"
+        text = f"{text}; {worth} {self._number(min(totals))} to {self._number(max(totals))}"
         likeliest, second = parts.outcomes[:2]
         if likeliest.probability > second.probability + MIN_LEAD:
             has_name = _is_short(likeliest.text) and not isinstance(
@@ -334,14 +334,14 @@ class _ValueExplainer:
         totals = [parts.outcome_total(outcome) for outcome in parts.outcomes]
         name, worst, best = self._name(parts.action), min(totals), max(totals)
         text = (
-            f"depending on what {others} chooses, {name} is {self._worth} {self._number(worst)} "
+            f"depending on the choice of {others}, {name} is {self._worth} {self._number(worst)} "
             f"to {self._number(best)}"
         )
         likeliest, second = parts.outcomes[:2]
         if likeliest.probability > second.probability + MIN_LEAD and _is_short(likeliest.text):
             yield (
-                f"{text}; against the likeliest choice, {likeliest.text} (probability "
-                f"{likeliest.probability:.2f}), {self._number(totals[0])}"
+                f"{text}; if it chooses {'also ' * (likeliest.text == name)}{likeliest.text} "
+                f"(probability {likeliest.probability:.2f}), {self._number(totals[0])}"
             )
         yield text
 
@@ -477,7 +477,7 @@ class _ValueExplainer:
             return ""
         described, reference = likeliest if self._action == other.action else likeliest[::-1]
         return (
-            f", as it most likely leads to {described.text}, worth "
+            f", mainly as it likely leads to {described.text}, worth "
             f"{self._number(described.value_after)}, not to {reference.text}, worth "
             f"{self._number(reference.value_after)}"
         )

@@ -62,7 +62,7 @@ class NumberInput:
         action = game.keyboard.parse_action(game.view(), self.text)
         name = game.session.format_action(game.viewing_seat, action)
         name_note = f" = {name}" if float(self.text) != float(name) else ""
-        return game.describe_expected_reward(action) or name_note
+        return name_note + game.describe_expected_reward(action)
 
     def take_text(self) -> str:
         """Return the text of the number and clear it."""

@@ -42,7 +42,7 @@ OVERLAYS = ("", "values", "policy", "states")
 OVERLAY_LABELS = {
     "values": "values",
     "policy": "best actions",
-    "states": "state numbers (0, 1, 2, ...), if you stood there",
+    "states": "the number of the state in which you stand on each hex (0, 1, 2, ...)",
 }
 WHY_KEY_HELP = "Y why"  # in the message of a hint if the key row has no space for it
 VALUES_MEANING = "of each hex, if you stood there"  # the meaning of the values on hex maps
@@ -353,7 +353,7 @@ class PlayScreen:
                 reward_text = (
                     "" if hint.action is None else self.game.describe_expected_reward(hint.action)
                 )
-                self.message = hint.summary + f". This{reward_text}" * bool(reward_text)
+                self.message = hint.summary + reward_text
                 if (
                     WHY_KEY_HELP
                     not in format_footer(self.game, self._viewport, self.frame_state).plain

@@ -165,12 +165,13 @@ class GameTimeline(Game):
         worst, regrets = self.worst_turns, self._turn_regrets
         if not worst:
             return []
-        turns = f"turn{'s' * (len(worst) > 1)} {', '.join(map(str, worst))}"
+        has_more = sum(regret >= regrets[worst[-1] - 1] for regret in regrets) > len(worst)
+        turns = f"turn{'s' * (len(worst) > 1)} {', '.join(map(str, worst))}{', ...' * has_more}"
         names = {move.values_name for moves in self._moves_by_turn for move in moves}
         noun = "rating lost" if RATINGS in names else "value lost"
         captions = [
-            (f"{noun} in each turn ", f"  [ ] = next turn; largest in {turns}"),
-            (f"{noun} ", f"  largest in {turns}"),
+            (f"{noun}, turn by turn ", f"  [ ] = next turn; most lost in {turns}"),
+            (f"{noun} ", f"  most in {turns}"),
         ]
         prefix, suffix = captions[width < MIN_CAPTION_COLUMNS]
         bar_columns = max(width - len(prefix) - len(suffix) - MARGIN_COLUMNS, 1)
@@ -198,7 +199,7 @@ def _describe_choice(move: ReviewedAction, *, shows_discounted: bool) -> str:
         gain = f" by {format_fixed(move.regret, move.decimal_count)}"
         if shows_discounted and move.discount_factor < 1.0:
             lost = format_fixed(move.discounted_regret, move.decimal_count)
-            gain += f" (discounted: {lost})"
+            gain += f" ({lost} of the score)"
     return f"chose {move.chosen}; {best} {review.append_scope(f'was better{gain}', move.scope)}"
 
 

@@ -27,8 +27,10 @@ def lesson_lines(game: Game, *, shows_map: bool = False) -> list[str]:
     """
     problem, view = game.problem, game.view()
     content = game.view_module.lesson(view)
-    discount_note = f"; a reward one turn later counts {problem.discount:g} times as much (gamma)"
-    cost = content.costs + discount_note * (problem.discount < 1.0)
+    discount_note = "; there is no discount: the rewards of all turns count the same"
+    if (gamma := problem.discount) < 1.0:
+        discount_note = f"; a reward one turn later counts {gamma:g} times as much (gamma)"
+    cost = content.costs + discount_note
     mark = f" On the map you are {content.map_mark}." if shows_map and content.map_mark else ""
     hidden_rewards = [] if problem.rewards_observable or game.reveal else [HIDDEN_REWARDS_NOTE]
     return [

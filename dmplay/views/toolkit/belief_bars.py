@@ -86,20 +86,19 @@ def draw_probability_history(  # noqa: PLR0913 - a canvas, a position and the co
     options: DrawOptions,
     *,
     max_turns: int,
-    fill: str = "",
 ) -> None:
     """Draw a sparkline of a probability by turn, of the last turns if not all fit.
 
-    At most `max_turns` turns are drawn. The place of turns to come has the character `fill`.
+    At most `max_turns` turns are drawn.
     """
-    title = f"{name} in each turn "
+    title = f"{name}, turn by turn "
     columns = max(min(max_turns, options.width - len(title)), 1)
     if len(probabilities) > columns:
         title = f"{name}, last turns "
         columns = max(min(max_turns, options.width - len(title)), 1)
     sparkline = format_sparkline(probabilities[-columns:], options.ascii)
     canvas.write_text(0, y, title, "dim")
-    canvas.write_text(len(title), y, sparkline.ljust(columns, fill) if fill else sparkline, "cyan")
+    canvas.write_text(len(title), y, sparkline, "cyan")
 
 
 def draw_belief_chart(  # noqa: PLR0913 - a canvas, a position and the content

@@ -25,6 +25,7 @@ from dmplay.problems.shared.hexgrid import (
 from dmplay.views.protocol import REGRET_TOLERANCE, DrawOptions, Forecast
 from dmplay.views.toolkit.action_hints_and_outcomes import (
     format_condition,
+    format_less,
     format_regret,
     format_regret_bar,
     sort_regrets,
@@ -37,6 +38,7 @@ COMPASS = ("E", "NE", "NW", "W", "SW", "SE")
 EDGE_STYLE = "dim"
 HOLE_GLYPH = "░"
 MIN_HOLE_NEIGHBOURS = 3  # a position without a hex looks like one from this number on
+WORD_COLUMNS = 9  # columns from which on a hex says `0.2 less` in place of `-0.196`
 SMALL_HEX_LEGEND = "* best, █ worst"  # legend of the keys in small hexes
 
 KEYS = {
@@ -297,6 +299,8 @@ def make_direction_cell(options: DrawOptions, direction: int, size: HexSize) -> 
     is_best = sort_regrets(options)[direction] < REGRET_TOLERANCE
     style = "bold green" if is_best else "green"
     if size.text_rows > 1:
+        if columns >= WORD_COLUMNS:
+            regret_text = format_less(format_regret(options, direction, columns - len("less")))
         mark = (
             key
             if is_best

@@ -86,7 +86,7 @@ def test_invalid_calls_raise_one_line_errors_and_change_nothing(folder: Path) ->
         "down is not legal now; expected one of": lambda: games.play_action("g1", "down"),
         "unknown action '1'": lambda: games.play_action("g1", "1"),
         "turn: got 2, expected 1": lambda: games.play_action("g1", "left", turn=2),
-        "undo 1: 0 turns were played": lambda: games.undo_turns("g1"),
+        "undo: no turn was played": lambda: games.undo_turns("g1"),
         "unknown problem '../2048'": lambda: games.start_game("../2048"),
         "unknown problem '2048; rm -r .'": lambda: games.start_game("2048; rm -r ."),
         "unknown problem './evil.py:X'": lambda: games.problem_info("./evil.py:X"),

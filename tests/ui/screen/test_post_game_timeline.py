@@ -71,7 +71,7 @@ EXPECTED_FRAMES: dict[tuple[str, Sequence[str], tuple[int, int], bool], str] = {
  choices: best action 1 of 4 times; expected score lost: 5.97 (regret)
  score -1.54 = 5.78 (average of best play) - 5.97 (regret) - 1.35 (bad luck)
  worst: turn 1, chose w, not se: 5.05 lost
- with other seeds, your score beats random in 53 of 100 games (5 equal) and
+ in 100 games with other seeds, random scored less than you in 53 (5 equal),
    optimal in 10
  same seed: optimal scored 8.1, you -1.539
  turn 4. chose E, slipped, bumped, stayed at (5,2). reward -1. score -1.539.
@@ -98,8 +98,8 @@ moves into a wall: ne -0.624, nw -0.624, sw -0.624, se -0.624    w      -0.48
                                                                  se     -1.10
 
  turn 2. chose W, moved W to (5,2). reward 0. score 0.
- value lost in each turn █▂[▂]▁  [ ] = next turn; largest in turns 1, 3, 2
- next, turn 3: chose se; e or w was better by 0.62 (discounted: 0.51).
+ value lost, turn by turn …▂[▂]▁  [ ] = next turn; most lost in turns 1, 3, 2
+ next, turn 3: chose se; e or w was better by 0.62 (0.51 of the score).
 
  ← → turns  Enter play from here  N new  R restart  Bksp undo  ? help  q quit""",
     ("hexworld", ("enter", "left"), SMALL_SIZE, True): """\
@@ -126,8 +126,8 @@ moves into a wall: ne -0.624, nw -0.624, sw -0.624, se -0.624    w      -0.48
  score -19.42 = -13.47 (average of best play) -
    3.29 (regret) - 2.66 (bad luck)
  worst: turn 4, chose feed, not ignore: 2.83 lost
- with other seeds, your score beats random in 52
-   of 100 games and optimal in 13
+ in 100 games with other seeds, random scored
+   less than you in 52, optimal in 13
  same seed: optimal scored -15, you -19.423
  turn 5. chose sing, heard quiet.
 
@@ -138,23 +138,23 @@ heard  quiet
 
 sated   ███████████████████▌ 0.973
 hungry  ▌··················· 0.027
-chance of hunger in each turn ▅▁▁▁················
+chance of hunger, turn by turn ▅▁▁▁
 true state: sated
 hint: best i; s ▌··· -0.5; f ████ -3.88
 
- value lost ▁▂▁[█]▂  largest in turns 4, 5, 2
+ value lost ▁▂▁[█]▂  most in turns 4, 5, 2
  next, turn 4: chose feed; ignore was better by
    3.88.
 
  ← → turns  Enter play from here  ? help  q quit""",
     ("crying-baby", ("left", "left"), LARGE_SIZE, True): """\
  dmplay crying-baby    seed 7   before turn 4/5   score (discounted) -15.45
- keep the baby sated (not hungry); hunger costs 10; feeding 5; singing 0.5
+ keep the baby sated (not hungry); hunger costs 10; feeding costs 5
 heard  quiet                                               reward   0
                                                            discount 0.90
 sated   #######################################. 0.973     exact values
 hungry  #....................................... 0.027     2 turns left
-chance of hunger in each turn =___                           ignore -1.38
+chance of hunger, turn by turn =___                          ignore -1.38
                                                              sing   -1.88
 mean reward now  hunger  effort     sum  value below best    feed   -5.27
 i ignore          -0.27   +0.00   -0.27  best
@@ -168,28 +168,28 @@ true state: sated
 
  turn 3. chose ignore, heard quiet. belief: sated 0.973, hungry 0.027. reward
    0. score -15.45.
- value lost in each turn _._[#].  [ ] = next turn; largest in turns 4, 5, 2
- next, turn 4: chose feed; ignore was better by 3.88 (discounted: 2.83).
+ value lost, turn by turn ~_[#].  [ ] = next turn; most lost in turns 4, 5, 2
+ next, turn 4: chose feed; ignore was better by 3.88 (2.83 of the score).
 
  < > turns  Enter play from here  N new  R restart  ? help  q quit  : command""",
     ("crying-baby", (), LARGE_SIZE, False): """\
  crying-baby  turn 5/5  score (discounted) -19.42  turn limit
- keep the baby sated (not hungry); hunger costs 10; feeding 5; singing 0.5
-heard  quiet                                        reward   -0.5
-                                                    discount 0.90
+ keep the baby sated (not hungry); hunger costs 10; feeding costs 5
+heard  quiet                           reward   -0.5
+                                       discount 0.90
 sated   ███████████████████▊ 0.989
 hungry  ▎··················· 0.011
-chance of hunger in each turn ▅▁▁▁▁▁··············
+chance of hunger, turn by turn ▅▁▁▁▁▁
 true state: sated
 
  over: turn limit after 5 turns. your score -19.423 (undiscounted -21).
  choices: best action 2 of 5 times; expected score lost: 3.29 (regret)
  score -19.42 = -13.47 (average of best play) - 3.29 (regret) - 2.66 (bad luck)
  worst: turn 4, chose feed, not ignore: 2.83 lost
- with other seeds, your score beats random in 52 of 100 games and optimal in 13
+ in 100 games with other seeds, random scored less than you in 52, optimal in
+   13
  same seed: optimal scored -15, you -19.423
 
- turn 1. chose feed, heard quiet. belief: sated 1.000, hungry 0.000.
  turn 2. chose sing, heard quiet. belief: sated 0.989, hungry 0.011.
  turn 3. chose ignore, heard quiet. belief: sated 0.973, hungry 0.027.
  turn 4. chose feed, heard quiet. belief: sated 1.000, hungry 0.000.
@@ -304,7 +304,7 @@ def test_a_long_game_shows_the_regret_around_the_turn() -> None:
     screen_text = press_keys(screen, *["l"] * 90, "enter", *["left"] * 3, size=SMALL_SIZE)
     row = next(row for row in screen_text.split("\n") if "value lost" in row)
     assert len(row) <= SMALL_SIZE[0]
-    assert row == " value lost …▂▂▂[▂]▂▂…  largest in turns 2, 3, 4"
+    assert row == " value lost …▂▂▂▂▂[▂]▂▂▂  most in turns 2, 3, 4"
 
 
 def test_a_game_key_after_the_end_does_not_start_the_lookback() -> None:

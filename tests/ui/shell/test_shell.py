@@ -426,7 +426,7 @@ def test_a_script_is_echoed_after_the_prompts_and_played(
         ("act", "line 3: act: expected an action"),
         ("new 5", "line 3: new: got '5', expected no argument"),
         ("quit now", "line 3: quit: got 'now', expected no argument"),
-        ("undo 3", "line 3: undo 3: 1 turn was played"),
+        ("undo 3", "line 3: undo: only 1 turn was played"),
         ("play chess", "line 3: unknown problem 'chess'"),
         ("play hexworld --sed 3", "line 3: no such option: --sed"),
         ("step", "line 3: step: a person plays this game; agent SEAT NAME lets an agent play"),
