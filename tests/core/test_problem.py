@@ -313,3 +313,21 @@ def test_a_turn_of_one_agent_computes_the_legal_actions_once() -> None:
 def test_a_base_class_has_at_most_20_public_methods(kind: type) -> None:
     methods = [name for name in vars(kind) if not name.startswith("_")]
     assert len([name for name in methods if callable(getattr(kind, name))]) <= 20
+
+
+@pytest.mark.parametrize(
+    ("name", "state", "text"),
+    [
+        ("cart-pole", "0.123456 -1.0 0.00123456 2.5", "0.123 -1 0.00123 2.5"),
+        ("hexworld", "(7,2)", "(7,2)"),
+        ("predator-prey", "(0,2) (3,0)", "predator=(0,2) prey=(3,0)"),
+        (
+            "collaborative-predator-prey",
+            "(4,0) (2,0) (3,1)",
+            "predator1=(4,0) predator2=(2,0) prey=(3,1)",
+        ),
+    ],
+)
+def test_a_state_is_described_for_readers(name: str, state: str, text: str) -> None:
+    problem = dmplay.load_problem(name)
+    assert problem.describe_state(problem.parse_state(state)) == text
