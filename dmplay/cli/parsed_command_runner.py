@@ -133,11 +133,13 @@ def interpret_command(words: Sequence[str]) -> PlayCommand | str:
         parent_context = typer.Context(commands, info_name="dmplay")
         return str(command.get_help(typer.Context(command, info_name=name, parent=parent_context)))
     try:
-        result: PlayCommand | Printout | str = commands(
+        result: PlayCommand | Printout | str | int = commands(
             [*words], standalone_mode=False, prog_name="dmplay"
         )
     except USAGE_ERROR as error:
         raise BadParameter(format_error(error)) from None
+    if isinstance(result, int):  # Typer returns the exit code of Ctrl-C
+        raise KeyboardInterrupt
     if isinstance(result, Printout):
         if result.text_chunks:
             return escape_unprintable("".join(result.text_chunks)).removesuffix("\n")
