@@ -1,6 +1,7 @@
 """Tests that run every example in the help texts."""
 
 import re
+import shlex
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -18,6 +19,7 @@ from tests.support.programs import run_dmplay
 from tests.support.terminals import clean_environment
 
 GROUP: Any = root_command()
+SHELL_CHARACTERS = {*"|<>&;$*?~"}
 COMMAND_SCRIPT = "play hexworld --seed 7\ne\nquit\n"
 BABY_ACTIONS = "f\ns\ni\n" * 3  # for crying baby
 
@@ -92,11 +94,14 @@ def test_an_example_runs_without_an_error(line: str, tmp_path: Path) -> None:
     run_dmplay(tmp_path, "hexworld", "--agent", "optimal", "--seed", "7", "-o", "transcripts/a.dmt")
     if "-o game.dmt" not in line:
         run_dmplay(tmp_path, "crying-baby", "--seed", "7", "-o", "game.dmt", stdin=BABY_ACTIONS)
-    result = subprocess.run(
-        ["bash", "-c", line], input=COMMAND_SCRIPT if line == "dmplay" else "", capture_output=True,
-        text=True, cwd=tmp_path, env=clean_environment(tmp_path, PATH=f"{tmp_path}:/usr/bin:/bin"),
-        check=False, timeout=120,
-    )  # fmt: skip
+    typed, path = COMMAND_SCRIPT if line == "dmplay" else "", f"{tmp_path}:/usr/bin:/bin"
+    if line.startswith("dmplay") and not SHELL_CHARACTERS & {*line}:  # starts quicker
+        result = run_dmplay(tmp_path, *shlex.split(line)[1:], stdin=typed, PATH=path)
+    else:
+        result = subprocess.run(
+            ["bash", "-c", line], input=typed, capture_output=True, text=True, cwd=tmp_path,
+            env=clean_environment(tmp_path, PATH=path), check=False, timeout=120,
+        )  # fmt: skip
     assert (result.returncode, "error:" in result.stderr) == (0, False), result.stderr
     output_names = re.findall(r"-o (\S+)", line)
     assert all((tmp_path / name).stat().st_size for name in output_names)

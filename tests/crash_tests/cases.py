@@ -12,7 +12,8 @@ from tests.crash_tests import kill_moments
 from tests.crash_tests.actions import ACTS, find_temporary_files, join_lines
 from tests.crash_tests.games import GAMES, Game
 from tests.crash_tests.kill_moments import Fuse, Moment, Scale
-from tests.support.programs import ProgramProcess, ProgramWrapper, start_dmplay, wait_for_exit
+from tests.support.fork_server import ProgramProcess, ProgramWrapper, wait_for_exit
+from tests.support.programs import start_dmplay
 
 KILLED_CODE = -9
 KILLS_PER_ROW = 3  # consecutive kills of one game and act

@@ -11,7 +11,7 @@ from pathlib import Path
 from random import Random
 from types import BuiltinMethodType, FrameType, ModuleType
 
-from tests.support.programs import PROGRAM_TIMEOUT_SECONDS, ProgramProcess, ends_within
+from tests.support.fork_server import PROGRAM_TIMEOUT_SECONDS, ProgramProcess, ends_within
 
 FILE_CALLS = {
     "open", "write", "ftruncate", "lseek", "link", "replace", "unlink", "close", "chmod", "mkdir",

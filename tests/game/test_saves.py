@@ -15,8 +15,9 @@ from dmplay.game.launch_requests import GameRequest
 from dmplay.output.saved_games import report_saved_games
 from dmplay.transcript.reader import read_outline, read_transcript
 from dmplay.ui.game_launcher import print_epilogue
+from tests.support.fork_server import wait_for_exit
 from tests.support.games import assert_verified
-from tests.support.programs import run_dmplay, start_dmplay, wait_for_exit
+from tests.support.programs import run_dmplay, start_dmplay
 
 
 @pytest.fixture

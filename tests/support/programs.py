@@ -1,10 +1,6 @@
-"""Run the program in a separate process, without a terminal.
-
-The process is forked from one that has already loaded the program, which saves most of the start.
-"""
+"""Run the program in a separate process, without a terminal."""
 
 import ctypes
-import multiprocessing
 import os
 import resource
 import subprocess
@@ -12,34 +8,21 @@ import sys
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from multiprocessing.connection import wait
 from pathlib import Path
 from subprocess import CompletedProcess
-from threading import Lock
 
-from dmplay.__main__ import main
-from dmplay.cli.app import root_command
-from tests.support.terminals import DMPLAY_COMMAND, clean_environment, restore_signal_handlers
+from tests.support.fork_server import (
+    PROGRAM_TIMEOUT_SECONDS,
+    ProgramProcess,
+    ProgramWrapper,
+    run_unwrapped,
+    start_with_files,
+    wait_for_exit,
+)
+from tests.support.terminals import DMPLAY_COMMAND, clean_environment
 
 NO_VARIABLES: Mapping[str, str] = {}
 UNNAMED_USER_ID = 4242  # id of a user without an account
-PROGRAM_TIMEOUT_SECONDS = 60.0  # timeout of a program that does not exit
-PRELOADED_MODULES = (
-    "dmplay.cli.main", "dmplay.game.playback", "dmplay.agents.search",
-    "dmplay.ui.shell.interactive_shell",
-    "dmplay.ui.screen.play_screen", "importlib.metadata", "numpy.ma", "numpy.random",
-)  # fmt: skip
-root_command()  # build the command tree before the server forks
-FORK_SERVER = multiprocessing.get_context("forkserver")
-FORK_SERVER.set_forkserver_preload(["__main__", __name__, *PRELOADED_MODULES])
-PROCESS_LOCK = Lock()  # starting a process also polls all others, which is not thread-safe
-ProgramWrapper = Callable[[Callable[[], None]], None]
-ProgramProcess = multiprocessing.context.ForkServerProcess
-
-
-def run_unwrapped(program: Callable[[], None]) -> None:
-    """Run a program directly."""
-    program()
 
 
 def run_dmplay(
@@ -105,7 +88,7 @@ def _run_in_process(
         streams[0].write_text(stdin or "", encoding="utf-8", errors="surrogateescape")
         if stdin is None:
             streams[0] = Path(os.devnull)
-        code = wait_for_exit(_start_process(words, folder, environment, streams, around))
+        code = wait_for_exit(start_with_files(words, folder, environment, streams, around))
         return CompletedProcess(words, code, *(stream.read_text() for stream in streams[1:]))
 
 
@@ -117,30 +100,7 @@ def start_dmplay(
     **env: str,
 ) -> ProgramProcess:
     """Start dmplay in a folder that also holds its state, with these files as its streams."""
-    return _start_process(words, folder, clean_environment(folder, **env), streams, around)
-
-
-def _start_process(*arguments: object) -> ProgramProcess:
-    program = FORK_SERVER.Process(target=_run_program, args=arguments)
-    with PROCESS_LOCK:
-        program.start()
-    return program
-
-
-def ends_within(program: ProgramProcess, seconds: float) -> bool:
-    """Return whether a program ends within this time; leave its exit code for `wait_for_exit`."""
-    return bool(wait([program.sentinel], seconds))
-
-
-def wait_for_exit(program: ProgramProcess) -> int:
-    """Wait for a program to end; return its exit code, or a signal as a negative number."""
-    ends_within(program, PROGRAM_TIMEOUT_SECONDS)
-    with PROCESS_LOCK:
-        program.join(0)
-        program.kill()
-        program.join()
-        assert program.exitcode is not None
-        return program.exitcode
+    return start_with_files(words, folder, clean_environment(folder, **env), streams, around)
 
 
 def run_fresh_interpreter(
@@ -186,32 +146,6 @@ def run_shell_line(line: str, folder: Path) -> CompletedProcess[str]:
         timeout=PROGRAM_TIMEOUT_SECONDS,
         check=False,
     )
-
-
-def _run_program(
-    words: Sequence[str],
-    folder: Path,
-    environment: Mapping[str, str],
-    streams: Sequence[Path],
-    around: ProgramWrapper,
-) -> None:
-    """Run the program in this process, with this folder, environment and standard streams."""
-    restore_signal_handlers()
-    os.chdir(folder)
-    os.environ.clear()
-    os.environ.update(environment)
-    for number, path in enumerate(streams):
-        os.dup2(os.open(path, os.O_RDWR | os.O_CREAT), number)
-    encoding = os.environ.get("PYTHONIOENCODING")
-    sys.stdin, sys.stdout, sys.stderr = (
-        os.fdopen(number, mode, encoding=encoding) for number, mode in enumerate("rww")
-    )
-    sys.argv = ["dmplay", *words]
-    try:
-        around(main)
-    except Exception as error:
-        sys.excepthook(type(error), error, error.__traceback__)
-        sys.exit(1)
 
 
 def list_loaded_modules(

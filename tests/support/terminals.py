@@ -2,7 +2,6 @@
 
 import os
 import re
-import signal
 import sys
 import termios
 import time
@@ -12,6 +11,9 @@ from typing import Any
 
 import pexpect
 import pyte
+from pexpect.fdpexpect import fdspawn
+
+from tests.support.fork_server import restore_signal_handlers, start_in_terminal, wait_for_exit
 
 SCREEN_TIMEOUT_SECONDS = 20.0  # timeout of an expected screen
 READY_SEQUENCE = b"\x1b[?2004h"  # prompt_toolkit writes it once keys are accepted
@@ -62,12 +64,6 @@ class EmulatedRows:
         return "\n".join(self._rows[y] for y in range(screen.lines))
 
 
-def restore_signal_handlers() -> None:
-    """Restore the handlers of signals that a parent process may have ignored, for example nohup."""
-    signal.signal(signal.SIGHUP, signal.SIG_DFL)
-    signal.signal(signal.SIGINT, signal.default_int_handler)
-
-
 def list_colour_codes(printed: str) -> set[int]:
     """Return the colour codes in this output."""
     codes = {
@@ -76,6 +72,45 @@ def list_colour_codes(printed: str) -> set[int]:
         for code in parameters.split(";")
     }
     return {code for code in codes if 30 <= code <= 48 or 90 <= code <= 107} - {39}
+
+
+class ForkedProgram(fdspawn):  # type: ignore[misc]
+    """The program in a pseudo-terminal, forked from a process that has already loaded it."""
+
+    signalstatus: int | None = None
+    exitstatus: int | None = None
+
+    def __init__(
+        self,
+        words: Sequence[str],
+        folder: Path,
+        environment: Mapping[str, str],
+        size: tuple[int, int],
+    ) -> None:
+        """Start the program in a terminal of `size` columns and rows."""
+        self._process, controller = start_in_terminal(words, folder, environment, size)
+        super().__init__(controller, timeout=SCREEN_TIMEOUT_SECONDS)
+
+    def setwinsize(self, rows: int, columns: int) -> None:
+        """Resize the terminal."""
+        termios.tcsetwinsize(self.child_fd, (rows, columns))
+
+    def kill(self, number: int) -> None:
+        """Send the program a signal, if it is still there."""
+        if self._process.pid and self._process.is_alive():
+            os.kill(self._process.pid, number)
+
+    def wait(self) -> None:
+        """Wait for the program to end, and store its exit code or its signal."""
+        code = wait_for_exit(self._process)
+        self.exitstatus, self.signalstatus = (code, None) if code >= 0 else (None, -code)
+
+    def close(self, force: bool = False) -> None:
+        """Close the terminal, and end the program."""
+        super().close()
+        if force:
+            self._process.kill()
+        self.wait()
 
 
 class Terminal:
@@ -94,17 +129,24 @@ class Terminal:
         self.screen: Any = pyte.Screen(columns, rows)
         self._emulated_rows = EmulatedRows(self.screen)
         self._stream: Any = pyte.ByteStream(self.screen)
-        program, *arguments = [*command, *words]
-        self.child: Any = pexpect.spawn(
-            program,
-            arguments,
-            env=clean_environment(folder, **(env or {})),
-            dimensions=(rows, columns),
-            cwd=str(folder),
-            timeout=SCREEN_TIMEOUT_SECONDS,
-            preexec_fn=restore_signal_handlers,
-        )
-        self.child.delaybeforesend = None
+        environment = clean_environment(folder, **(env or {}))
+        self.child: Any
+        # only a new interpreter reads these variables
+        needs_interpreter = any(name.startswith(("LANG", "LC_", "PYTHON")) for name in env or ())
+        if command is DMPLAY_COMMAND and not needs_interpreter:
+            self.child = ForkedProgram(words, folder, environment, size)
+        else:
+            program, *arguments = [*command, *words]
+            self.child = pexpect.spawn(
+                program,
+                arguments,
+                env=environment,
+                dimensions=(rows, columns),
+                cwd=str(folder),
+                timeout=SCREEN_TIMEOUT_SECONDS,
+                preexec_fn=restore_signal_handlers,
+            )
+            self.child.delaybeforesend = None
         self.cooked = termios.tcgetattr(self.child.child_fd)
 
     def __enter__(self) -> "Terminal":

@@ -13,8 +13,9 @@ import pytest
 
 from dmplay.game.transcript_files import verify
 from tests.crash_tests.kill_moments import Fuse
+from tests.support.fork_server import PROGRAM_TIMEOUT_SECONDS
 from tests.support.games import assert_verified, read_values
-from tests.support.programs import PROGRAM_TIMEOUT_SECONDS, run_wrapped
+from tests.support.programs import run_wrapped
 from tests.support.terminals import (
     CTRL_D,
     CTRL_L,

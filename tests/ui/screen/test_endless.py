@@ -7,8 +7,9 @@ from pathlib import Path
 
 import pytest
 
+from tests.support.fork_server import wait_for_exit
 from tests.support.games import assert_verified, read_values
-from tests.support.programs import start_dmplay, wait_for_exit
+from tests.support.programs import start_dmplay
 from tests.support.terminals import CTRL_C, CTRL_D, ENTER, Terminal
 
 pytestmark = pytest.mark.slow
