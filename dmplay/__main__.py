@@ -22,6 +22,7 @@ def main() -> None:
     """Run dmplay and exit with code 0, 1, 2, 3, or 128 plus a signal number."""
     try:
         signal.signal(signal.SIGINT, signal.default_int_handler)  # a parent may have ignored it
+        sys.unraisablehook = _repeat_ignored_interrupt
         code = _run_and_report()
     except KeyboardInterrupt:
         code = INTERRUPT_CODE
@@ -31,6 +32,17 @@ def main() -> None:
     except KeyboardInterrupt:
         code = INTERRUPT_CODE
     sys.exit(code)
+
+
+def _repeat_ignored_interrupt(unraisable: "sys.UnraisableHookArgs") -> None:
+    """Interrupt again if Python ignored Ctrl-C, as it does in a callback of an import."""
+    if unraisable.exc_type is KeyboardInterrupt:
+        import _thread
+        import threading
+
+        threading.Timer(0.01, _thread.interrupt_main).start()
+    else:
+        sys.__unraisablehook__(unraisable)
 
 
 def _run_and_report() -> int:

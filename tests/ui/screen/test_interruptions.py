@@ -68,6 +68,31 @@ def test_a_signal_before_the_screen_handles_signals_ends_the_game(tmp_path: Path
         assert "Traceback" not in terminal.text
 
 
+IGNORED_INTERRUPT_CODE = """
+import time, weakref
+import dmplay.__main__ as program
+class Loaded:
+    pass
+def interrupt(_):
+    raise KeyboardInterrupt  # Python ignores it here, as in a callback of an import
+def load():
+    loaded = Loaded()
+    reference = weakref.ref(loaded, interrupt)
+    del loaded
+    time.sleep(10)
+    print("not interrupted")
+program._dispatch = load
+program.main()
+"""
+
+
+def test_an_interrupt_that_python_ignores_ends_the_program(tmp_path: Path) -> None:
+    command = (sys.executable, "-c", IGNORED_INTERRUPT_CODE)
+    with Terminal(folder=tmp_path, command=command) as terminal:
+        assert terminal.ended() == 130
+        assert terminal.text.strip() == ""
+
+
 @pytest.mark.parametrize("wait", [0, 15, 30, 60, 90, 120, 150, 250])
 @pytest.mark.parametrize(
     ("number", "code"), [(signal.SIGTERM, 143), (signal.SIGHUP, 129), (signal.SIGINT, 130)]
