@@ -6,7 +6,6 @@ This saves most of the start. The process reads and writes files, or a pseudo-te
 import fcntl
 import multiprocessing
 import os
-import pty
 import signal
 import sys
 import termios
@@ -55,21 +54,15 @@ def start_with_files(
 
 
 def start_in_terminal(
-    words: Sequence[str], folder: Path, environment: Mapping[str, str], size: tuple[int, int]
-) -> tuple[ProgramProcess, int]:
-    """Start the program in a new pseudo-terminal; return the terminal's file descriptor as well.
-
-    `size` is the number of columns and rows.
-    """
-    controller, terminal = pty.openpty()
-    termios.tcsetwinsize(terminal, size[::-1])
+    words: Sequence[str], folder: Path, environment: Mapping[str, str], terminal_name: str
+) -> ProgramProcess:
+    """Start the program in a terminal, which is the device of this name."""
     reader, writer = FORK_SERVER.Pipe(duplex=False)
     with reader, writer:
-        name = os.ttyname(terminal)
-        program = _start_process(_run_in_terminal, words, folder, environment, name, writer)
-        reader.recv()
-    os.close(terminal)
-    return program, controller
+        arguments = words, folder, environment, terminal_name, writer
+        program = _start_process(_run_in_terminal, *arguments)
+        reader.recv()  # it has opened the terminal
+    return program
 
 
 def ends_within(program: ProgramProcess, seconds: float) -> bool:

@@ -1,6 +1,7 @@
 """A pseudo-terminal for tests, with the program in it and an emulator of its screen."""
 
 import os
+import pty
 import re
 import sys
 import termios
@@ -88,7 +89,11 @@ class ForkedProgram(fdspawn):  # type: ignore[misc]
         size: tuple[int, int],
     ) -> None:
         """Start the program in a terminal of `size` columns and rows."""
-        self._process, controller = start_in_terminal(words, folder, environment, size)
+        controller, terminal = pty.openpty()
+        termios.tcsetwinsize(terminal, size[::-1])
+        self.initial_mode = termios.tcgetattr(terminal)  # before the program changes it
+        self._process = start_in_terminal(words, folder, environment, os.ttyname(terminal))
+        os.close(terminal)
         super().__init__(controller, timeout=SCREEN_TIMEOUT_SECONDS)
 
     def setwinsize(self, rows: int, columns: int) -> None:
@@ -135,6 +140,7 @@ class Terminal:
         needs_interpreter = any(name.startswith(("LANG", "LC_", "PYTHON")) for name in env or ())
         if command is DMPLAY_COMMAND and not needs_interpreter:
             self.child = ForkedProgram(words, folder, environment, size)
+            self.cooked = self.child.initial_mode
         else:
             program, *arguments = [*command, *words]
             self.child = pexpect.spawn(
@@ -147,7 +153,7 @@ class Terminal:
                 preexec_fn=restore_signal_handlers,
             )
             self.child.delaybeforesend = None
-        self.cooked = termios.tcgetattr(self.child.child_fd)
+            self.cooked = termios.tcgetattr(self.child.child_fd)
 
     def __enter__(self) -> "Terminal":
         return self
