@@ -170,7 +170,7 @@ class GameTimeline(Game):
         names = {move.values_name for moves in self._moves_by_turn for move in moves}
         noun = "rating lost" if RATINGS in names else "value lost"
         captions = [
-            (f"{noun}, turn by turn ", f"  [ ] = next turn; most lost in {turns}"),
+            (f"{noun} each turn ", f"  [ ] = next turn; most in {turns}"),
             (f"{noun} ", f"  most in {turns}"),
         ]
         prefix, suffix = captions[width < MIN_CAPTION_COLUMNS]

@@ -98,7 +98,7 @@ moves into a wall: ne -0.624, nw -0.624, sw -0.624, se -0.624    w      -0.48
                                                                  se     -1.10
 
  turn 2. chose W, moved W to (5,2). reward 0. score 0.
- value lost, turn by turn …▂[▂]▁  [ ] = next turn; most lost in turns 1, 3, 2
+ value lost each turn █▂[▂]▁  [ ] = next turn; most in turns 1, 3, 2
  next, turn 3: chose se; e or w was better by 0.62 (0.51 of the score).
 
  ← → turns  Enter play from here  N new  R restart  Bksp undo  ? help  q quit""",
@@ -168,7 +168,7 @@ true state: sated
 
  turn 3. chose ignore, heard quiet. belief: sated 0.973, hungry 0.027. reward
    0. score -15.45.
- value lost, turn by turn ~_[#].  [ ] = next turn; most lost in turns 4, 5, 2
+ value lost each turn _._[#].  [ ] = next turn; most in turns 4, 5, 2
  next, turn 4: chose feed; ignore was better by 3.88 (2.83 of the score).
 
  < > turns  Enter play from here  N new  R restart  ? help  q quit  : command""",
