@@ -221,12 +221,11 @@ class _ValueExplainer:
         has_short_names = all(_is_short(outcome.text) for outcome in outcomes)
         is_observed = outcomes[0].belief is not None
         if outcomes[0].probability >= SURE_PROBABILITY:
-            belief_text = self._describe_belief(parts, outcomes[0])
-            details = f" ({belief_text})" if belief_text else ""
             if outcomes[0].text.startswith(END_PREFIX):
                 yield "the game then ends"
                 return
             if is_observed:
+                belief_text = self._describe_belief(parts, outcomes[0])
                 details = f", and then {belief_text}" if belief_text else ""
                 yield f"the observation is certain (so it tells nothing){details}"
             elif has_short_names and not isinstance(
