@@ -14,6 +14,7 @@ from dmplay.game.hints import review
 from dmplay.game.hints.hint_provider import Hint, HintProvider, format_fixed
 from dmplay.game.hints.review import ReviewedAction
 from dmplay.game.verdict import Verdict, iter_verdicts
+from dmplay.views.protocol import REGRET_TOLERANCE
 from dmplay.views.toolkit.canvas import BAR_LEVELS
 
 MAX_WORST_TURNS = 3  # worst turns that are named
@@ -165,7 +166,8 @@ class GameTimeline(Game):
         worst, regrets = self.worst_turns, self._turn_regrets
         if not worst:
             return []
-        has_more = sum(regret >= regrets[worst[-1] - 1] for regret in regrets) > len(worst)
+        least = regrets[worst[-1] - 1] - REGRET_TOLERANCE
+        has_more = sum(regret >= least for regret in regrets) > len(worst)  # equal ones
         turns = f"turn{'s' * (len(worst) > 1)} {', '.join(map(str, worst))}{', ...' * has_more}"
         names = {move.values_name for moves in self._moves_by_turn for move in moves}
         noun = "rating lost" if RATINGS in names else "value lost"

@@ -307,6 +307,14 @@ def test_a_long_game_shows_the_regret_around_the_turn() -> None:
     assert row == " value lost …▂▂▂▂▂[▂]▂▂▂  most in turns 2, 3, 4"
 
 
+def test_dots_say_that_more_turns_lost_as_much_as_the_last_one_named() -> None:
+    """Against tit-for-tat, turns 2, 4, 5 and 9 lose 2 each."""
+    current_game = make_game("prisoners-dilemma", "human", "tit-for-tat", turns=10)
+    screen = PlayScreen(GameController(current_game), Terminal(True, "", True, True, False))
+    screen_text = press_keys(screen, *"cdcddcccdd", "enter")
+    assert "most in turns 2, 4, 5, ..." in screen_text
+
+
 def test_a_game_key_after_the_end_does_not_start_the_lookback() -> None:
     screen = PlayScreen(
         GameController(make_game("hexworld", turns=1)), Terminal(True, "", True, True, False)
