@@ -86,6 +86,54 @@ class ActionBreakdown:
         return abs(difference) <= RELATIVE_TOLERANCE * max(1.0, abs(self.value))
 
 
+class OutcomeShare(NamedTuple):
+    """The share of one outcome in the difference between the values of two actions."""
+
+    outcome: PossibleOutcome
+    better_probability: float  # after the action with the higher value
+    worse_probability: float
+    share: float
+
+
+def compute_outcome_shares(better: ActionBreakdown, worse: ActionBreakdown) -> list[OutcomeShare]:
+    """Return the shares of all outcomes in the difference of two values, largest first.
+
+    With the probabilities p of an outcome after both actions, its share is
+    (p_better - p_worse) (x - v) / difference. x is its reward plus the discounted value after it,
+    and v is the value of the worse action. Outcomes with other rewards or other later values are
+    other outcomes. The shares sum to 1 if both values add up.
+    """
+    difference = better.value - worse.value
+    probabilities: list[tuple[PossibleOutcome, list[float]]] = []
+    by_text: dict[str, list[tuple[PossibleOutcome, list[float]]]] = {}
+    for index, parts in enumerate((better, worse)):
+        for outcome in parts.outcomes:
+            same_text = by_text.setdefault(outcome.text, [])
+            pair = next((item for item in same_text if _is_same(item[0], outcome)), None)
+            if pair is None:
+                pair = outcome, [0.0, 0.0]
+                same_text.append(pair)
+                probabilities.append(pair)
+            pair[1][index] += outcome.probability
+    shares = [
+        OutcomeShare(
+            outcome,
+            p[0],
+            p[1],
+            (p[0] - p[1]) * (better.outcome_total(outcome) - worse.value) / difference,
+        )
+        for outcome, p in probabilities
+    ]
+    return sorted(shares, key=lambda item: -item.share)
+
+
+def _is_same(outcome: PossibleOutcome, other: PossibleOutcome) -> bool:
+    """Return whether two outcomes of the same text have the same reward and later value."""
+    return bool(
+        np.allclose(outcome[2:4], other[2:4], rtol=RELATIVE_TOLERANCE, atol=RELATIVE_TOLERANCE**2)
+    )
+
+
 class _Consequences(NamedTuple):
     """The K possible consequences of an action; several may have the same text."""
 
@@ -145,7 +193,7 @@ def break_down_action(
         action,
         float(values[0, action]),
         discount,
-        _merge_outcomes(consequences, values_after),
+        _merge_outcomes(consequences, values_after, has_states=session.problem.state_count != 1),
         consequences.replies,
         next_replies,
         discount * max(seen_value - blind_value, 0.0) if consequences.beliefs is not None else 0.0,
@@ -298,11 +346,17 @@ def _enumerate_observations(
 
 
 def _merge_outcomes(
-    consequences: _Consequences, values_after: Reals
+    consequences: _Consequences, values_after: Reals, *, has_states: bool
 ) -> tuple[PossibleOutcome, ...]:
-    """Return the outcomes with different texts, likeliest first, with means of equal ones."""
-    names, first_rows, indices = np.unique(
-        consequences.texts, return_index=True, return_inverse=True
+    """Return the different outcomes, likeliest first, with means of equal ones.
+
+    They differ in their texts or, in a problem with states, in their rewards.
+    """
+    rewards_text = [f"{reward:.9g}" * has_states for reward in consequences.rewards.tolist()]
+    _, first_rows, indices = np.unique(
+        [*map("\n".join, zip(consequences.texts, rewards_text, strict=True))],
+        return_index=True,
+        return_inverse=True,
     )
     weights = consequences.probabilities
     probabilities = np.bincount(indices, weights)
@@ -311,7 +365,7 @@ def _merge_outcomes(
     beliefs = consequences.beliefs
     return tuple(
         PossibleOutcome(
-            str(names[index]),
+            consequences.texts[first_rows[index]],
             float(probabilities[index]),
             float(rewards[index]),
             float(values[index]),

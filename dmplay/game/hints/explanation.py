@@ -10,7 +10,12 @@ from dmplay.core.arrays import Reals
 from dmplay.core.problem import ContinuousStates
 from dmplay.core.session import Session
 from dmplay.core.text import count_probability_decimals
-from dmplay.game.hints.action_breakdown import END_PREFIX, ActionBreakdown, PossibleOutcome
+from dmplay.game.hints.action_breakdown import (
+    END_PREFIX,
+    ActionBreakdown,
+    PossibleOutcome,
+    compute_outcome_shares,
+)
 from dmplay.game.hints.hint_provider import (
     Hint,
     HintProvider,
@@ -28,7 +33,6 @@ MAJOR_SHARE = 0.5  # share of a difference that one reason must explain
 UNKNOWN_ACCURACY = (
     "values"  # values whose accuracy is not known are slow to compute, as in a search
 )
-MIN_LIKELY = 0.4  # probability of a likeliest outcome that may stand for the others
 MIN_LEAD = 1e-9  # smaller leads of a probability over the next one are rounding errors
 MIN_BELIEF_CHANGE = 0.005  # smaller changes of a probability are not mentioned
 MAX_SENTENCE_WORDS = 25
@@ -202,10 +206,15 @@ class _ValueExplainer:
         if parts.replies is None:
             return ""
         agent = self._session.problem.agents[1 - self._provider.seat]
-        clause = f"{agent} is expected to choose {self._format_likeliest(parts.replies)}"
+        chances = [parts.replies]
         if parts.next_replies is not None and self._session.problem.state_count == 1:
-            clause += f" now and {self._format_likeliest(parts.next_replies)} next turn"
-        return f"{clause[:1].upper()}{clause[1:]}"
+            chances.append(parts.next_replies)
+        is_expected = min(map(np.max, chances)) >= MAJOR_SHARE
+        verb = "is expected to choose" if is_expected else "most often chooses"
+        names = map(self._format_likeliest, chances)
+        times = [" now", " next turn"] if len(chances) > 1 else [""]
+        clause = " and ".join(map("".join, zip(names, times, strict=True)))
+        return f"{agent[:1].upper()}{agent[1:]} {verb} {clause}"
 
     def _format_likeliest(self, probabilities: Reals) -> str:
         """Return the other agent's likeliest action, with its probability if it is not sure."""
@@ -213,6 +222,9 @@ class _ValueExplainer:
         name = self._session.format_action(1 - self._provider.seat, action)
         if probabilities[action] >= SURE_PROBABILITY:
             return name
+        count = int((probabilities > probabilities[action] - MIN_LEAD).sum())
+        if count > 1:
+            return f"any of {count} actions (probability {probabilities[action]:.2f} each)"
         return f"{name} (probability {probabilities[action]:.2f})"
 
     def _iter_outcome_lists(self, parts: ActionBreakdown) -> Iterator[str]:
@@ -249,7 +261,7 @@ class _ValueExplainer:
         for outcome in parts.outcomes:
             belief_text = self._describe_belief(parts, outcome) if has_belief else ""
             # Bounds after the outcomes may be closer than that of the action, and not sum to it.
-            worth = self._describe_worth(parts, outcome) if self._adds_up(parts) else ""
+            worth = self._describe_worth(outcome, parts) if self._adds_up(parts) else ""
             details = ", ".join(filter(None, (belief_text, worth)))
             probability = f"{outcome.probability:.{decimals}f}"
             again = "again " * (outcome.text == self._present_state)
@@ -278,12 +290,14 @@ class _ValueExplainer:
             return ""
         return f"P({name})" if any(map(str.isalpha, name)) else f"P(state {name})"
 
-    def _describe_worth(self, parts: ActionBreakdown, outcome: PossibleOutcome) -> str:
-        """Return the value after an outcome, and its reward if visible rewards differ."""
+    def _describe_worth(self, outcome: PossibleOutcome, *breakdowns: ActionBreakdown) -> str:
+        """Return the value after an outcome, and its reward if those of the actions differ."""
         problem = self._session.problem
-        differ = np.ptp([other.reward for other in parts.outcomes]) > REGRET_TOLERANCE
+        differ = _has_different_rewards(*breakdowns)
         reward = f"reward {outcome.reward:.4g}" if differ and problem.rewards_observable else ""
-        after = f"then {self._worth} {self._number(outcome.value_after)}" * (not parts.is_last_turn)
+        after = f"then {self._worth} {self._number(outcome.value_after)}" * (
+            not breakdowns[0].is_last_turn
+        )
         return ", ".join(filter(None, (reward, after)))
 
     @property
@@ -305,14 +319,14 @@ class _ValueExplainer:
             yield text
             return
         # As the values after the outcomes in other sentences, these are without this turn's reward.
-        is_same_reward = np.ptp([outcome.reward for outcome in parts.outcomes]) <= REGRET_TOLERANCE
-        uses_values_after = is_same_reward and not parts.is_last_turn
+        uses_values_after = not (_has_different_rewards(parts) or parts.is_last_turn)
         totals = [
             outcome.value_after if uses_values_after else parts.outcome_total(outcome)
             for outcome in parts.outcomes
         ]
-        worth = f"what follows is {self._worth}" if uses_values_after else f"they are {self._worth}"
-        text = f"{text}; {worth} {self._number(min(totals))} to {self._number(max(totals))}"
+        subject = "what follows is" if uses_values_after else "they are"
+        worst, best = self._number(min(totals)), self._number(max(totals))
+        text = f"{text}; {subject} {self._worth} {worst} to {best}"
         likeliest, second = parts.outcomes[:2]
         if likeliest.probability > second.probability + MIN_LEAD:
             has_name = _is_short(likeliest.text) and not isinstance(
@@ -320,7 +334,7 @@ class _ValueExplainer:
             )
             yield (
                 f"{text}; the likeliest{f', {likeliest.text},' * has_name} has probability "
-                f"{likeliest.probability:.2f} and is {worth} {self._number(totals[0])}"
+                f"{likeliest.probability:.2f} and is {self._worth} {self._number(totals[0])}"
             )
         yield text
 
@@ -402,7 +416,6 @@ class _ValueExplainer:
         """Yield reasons why an action is worth less than the best one, the most telling first."""
         if not (self._adds_up(best) and self._adds_up(other)):
             return
-        yield from self._iter_chance_reasons(best, other)
         if best.information_value - other.information_value >= MAJOR_SHARE * (
             best.value - other.value
         ):
@@ -413,37 +426,13 @@ class _ValueExplainer:
                 f"{self._name(best.action)}"
             )
         difference, later = self._compare_now_and_later(best, other)
-        cause = ""
-        if later:
-            cause = self._describe_changed_reply(best, other)
-            cause = cause or self._describe_changed_state(best, other)
-        yield f"it brings {difference}{cause or self._describe_changed_belief(best, other)}"
+        has_causes = later or _has_different_rewards(best) or _has_different_rewards(other)
+        if has_causes:
+            reply = self._describe_changed_reply(best, other)
+            belief = self._describe_changed_belief(best, other)
+            for cause in filter(None, (reply, *self._iter_causes(best, other), belief)):
+                yield f"it brings {difference}{cause}"
         yield f"it brings {difference}"
-
-    def _iter_chance_reasons(self, best: ActionBreakdown, other: ActionBreakdown) -> Iterator[str]:
-        """Yield texts on the one outcome that makes an action worse although it looks good."""
-        if self._session.problem.partially_observable:
-            return  # An observation reports a bad state, but does not cause it.
-        best_losses = {
-            outcome.text: outcome.probability * (best.value - best.outcome_total(outcome))
-            for outcome in best.outcomes
-        }
-        losses = [
-            outcome.probability * (best.value - other.outcome_total(outcome))
-            for outcome in other.outcomes
-        ]
-        worst = int(np.argmax(losses))
-        outcome = other.outcomes[worst]
-        added_loss = losses[worst] - max(best_losses.get(outcome.text, 0.0), 0.0)
-        looks_good = other.outcome_total(other.outcomes[0]) >= best.value
-        if looks_good and added_loss >= best.value - other.value and _is_short(outcome.text):
-            name = self._name(other.action) if self._action == other.action else "it"
-            chance = f"{name} leads to {outcome.text} with probability {outcome.probability:.2f}"
-            if self._session.problem.state_count == 1:
-                chance = f"against {outcome.text} (probability {outcome.probability:.2f})"
-            loss = self._number(losses[worst])
-            yield f"{chance} ({self._describe_worth(other, outcome)}), which costs {loss}"
-            yield f"{chance} and costs {loss}"
 
     def _describe_changed_reply(self, best: ActionBreakdown, other: ActionBreakdown) -> str:
         """Return the other agent's next action if it differs from that after the best action."""
@@ -454,32 +443,49 @@ class _ValueExplainer:
         if is_same or self._session.problem.state_count != 1:
             return ""
         seat = 1 - self._provider.seat
-        described = best if self._action == other.action else other
-        assert described.next_replies is not None
-        name = self._session.format_action(seat, int(described.next_replies.argmax()))
-        return f", as {self._session.problem.agents[seat]} then chooses {name}"
+        chances = (best.next_replies, other.next_replies)
+        described, reference = chances if self._action == other.action else chances[::-1]
+        action = int(described.argmax())
+        text = f", as {self._session.problem.agents[seat]} then chooses "
+        text += self._session.format_action(seat, action)
+        if described[action] >= SURE_PROBABILITY:
+            return text
+        return f"{text} with probability {described[action]:.2f}, not {reference[action]:.2f}"
 
-    def _describe_changed_state(self, best: ActionBreakdown, other: ActionBreakdown) -> str:
-        """Return the value after the likeliest next state, if that of the best action is higher."""
-        problem, likeliest = self._session.problem, (best.outcomes[0], other.outcomes[0])
-        is_unnamed = problem.partially_observable or isinstance(
-            problem.state_count, ContinuousStates
-        )
+    def _iter_causes(self, best: ActionBreakdown, other: ActionBreakdown) -> Iterator[str]:
+        """Yield clauses on the next states that explain most of the difference of two values.
+
+        One that explains half of it is the main cause. Else the three or two largest are named
+        with their shares.
+        """
+        problem = self._session.problem
         if (
-            is_unnamed
+            problem.partially_observable
             or problem.state_count == 1
-            or likeliest[0].text == likeliest[1].text
-            or self._round(likeliest[0].value_after) <= self._round(likeliest[1].value_after)
-            or min(outcome.probability for outcome in likeliest) < MIN_LIKELY
-            or not all(_is_short(outcome.text) for outcome in likeliest)
+            or isinstance(problem.state_count, ContinuousStates)
         ):
-            return ""
-        described, reference = likeliest if self._action == other.action else likeliest[::-1]
-        return (
-            f", mainly as it likely leads to {described.text}, worth "
-            f"{self._number(described.value_after)}, not to {reference.text}, worth "
-            f"{self._number(reference.value_after)}"
-        )
+            return  # An observation reports a bad state, but does not cause it.
+        shares = compute_outcome_shares(best, other)
+        main_count = sum(item.share >= MAJOR_SHARE for item in shares)
+        main = shares[0]
+        if main_count == 1 and _is_short(main.outcome.text):
+            chances = [main.better_probability, main.worse_probability]
+            decimals = count_probability_decimals([*chances, *(1.0 - p for p in chances)])
+            described, reference = chances[:: 1 if self._action == other.action else -1]
+            worth = self._describe_worth(main.outcome, best, other)
+            details = f" ({worth})" * bool(worth)
+            yield (
+                f", mainly because it leads to {main.outcome.text}{details} with probability "
+                f"{described:.{decimals}f}, not {reference:.{decimals}f}"
+            )
+        counts = [main_count] if main_count else range(MAX_LISTED_OUTCOMES, 1, -1)
+        for count in [count for count in counts if count > 1]:
+            largest = [item for item in shares[:count] if item.share > 0.0]
+            if all(_is_short(item.outcome.text) for item in largest):
+                entries = [f"{item.outcome.text} ({100 * item.share:.0f} %)" for item in largest]
+                entries[0] = entries[0].replace("%)", "% of the difference)")
+                start = "mainly because of" if main_count else "because of"
+                yield f", {start} {', '.join(entries[:-1])} and {entries[-1]}"
 
     def _describe_changed_belief(self, best: ActionBreakdown, other: ActionBreakdown) -> str:
         """Return the mean probability of the hidden state in which the two actions differ most."""
@@ -543,16 +549,24 @@ class _ValueExplainer:
         if parts:
             data |= _list_numbers(parts)
         if other:
+            other_parts = self._breakdowns.get(other.action)
             data["compared_with"] = {
                 "action": self._name(other.action),
                 **({"rule": other.text} if other.text else {}),
                 "value": float(self._values[other.action]),
-                **(
-                    _list_numbers(self._breakdowns[other.action])
-                    if other.action in self._breakdowns
-                    else {}
-                ),
+                **(_list_numbers(other_parts) if other_parts else {}),
             }
+            worse, best = self._action if self._action != self._best else other.action, self._best
+            if {worse, best} <= {*self._breakdowns} and self._values[worse] < self._values[best]:
+                shares = compute_outcome_shares(self._breakdowns[best], self._breakdowns[worse])
+                data["shares"] = [
+                    {
+                        "outcome": item.outcome.text,
+                        "reward": item.outcome.reward,
+                        "share": item.share,
+                    }
+                    for item in shares
+                ]
         return data
 
 
@@ -575,6 +589,12 @@ def _choose_short(sentences: Sequence[str]) -> str:
 def _is_short(name: str) -> bool:
     """Return whether the name of a state or observation fits into a sentence."""
     return len(name) <= MAX_OUTCOME_CHARS and len(name.split()) <= MAX_OUTCOME_WORDS
+
+
+def _has_different_rewards(*breakdowns: ActionBreakdown) -> bool:
+    """Return whether the rewards of the outcomes of these actions differ."""
+    rewards = [outcome.reward for parts in breakdowns for outcome in parts.outcomes]
+    return bool(np.ptp(rewards) > REGRET_TOLERANCE)
 
 
 def _join_choices(entries: Sequence[str]) -> str:

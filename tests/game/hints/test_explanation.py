@@ -11,9 +11,11 @@ import numpy as np
 import pytest
 
 import dmplay
-from dmplay import Labels, Tables, Tabular
+from dmplay import Labels, Outcome, Tables, Tabular
 from dmplay.agents.base import EXACT_VALUES
-from dmplay.core.problem import Problem
+from dmplay.core.arrays import Array
+from dmplay.core.chance import Categorical, Chance
+from dmplay.core.problem import Problem, enumerate_outcomes
 from dmplay.core.session import Session, Turn
 from dmplay.core.uniforms import SeededUniforms
 from dmplay.errors import BadParameter, IllegalAction
@@ -205,9 +207,151 @@ def test_a_slip_onto_a_bad_hex_explains_why_the_straight_way_is_worse() -> None:
     rule = "the best if every action surely had its likeliest outcome"
     assert comparison == f"The action w, {rule}, is worth 1.87, 1.49 less than nw."
     assert reason == (
-        "It leads to (2,0) with probability 0.15 (then worth -10.00), which costs 1.85."
-    )  # 0.15 x (3.36 + 0.9 x 10)
+        "It brings the same now and 1.49 less later, mainly because of (2,0) (110 % of the "
+        "difference) and (1,2) (56 %)."
+    )  # 0.15 x (1.87 + 0.9 x 10) / 1.49 and 0.70 x (0.9 x 3.39 - 1.87) / 1.49
     assert data["compared_with"]["rule"] == rule  # type: ignore[index]
+
+
+def compute_values(problem: Problem, sweeps: int) -> dict[str, float]:
+    """Return the optimal value of every state by its text, by value iteration."""
+    states = problem.enumerate_states()
+    values = dict.fromkeys(map(problem.describe_state, states), 0.0)
+    for _ in range(sweeps):
+        q_by_state = {
+            problem.describe_state(state): [
+                sum(p * total for _, (p, _, total) in list_outcomes(problem, state, action, values))
+                for action in list_legal_labels(problem, state)
+            ]
+            for state in states
+            if not problem.terminal(state[None])[0]
+        }
+        values |= {text: max(q) for text, q in q_by_state.items()}
+    return values
+
+
+def list_legal_labels(problem: Problem, state: Array) -> list[int]:
+    legal = problem.legal_actions_mask(state[None])
+    count = problem.action_counts[0]
+    return [*range(count)] if legal is None else np.flatnonzero(legal[0, 0]).tolist()
+
+
+def list_outcomes(
+    problem: Problem, state: Array, action: int, values: dict[str, float]
+) -> list[tuple[tuple[str, float], tuple[float, float, float]]]:
+    """Return text and reward of each outcome, with its probability, reward and total."""
+    p, outcome = enumerate_outcomes(problem, state[None], np.array([[action]]))
+    table: dict[tuple[str, float], tuple[float, float, float]] = {}
+    for chance, next_state, reward in zip(
+        p[0].tolist(), outcome.state[0], outcome.rewards[0, :, 0].tolist(), strict=True
+    ):
+        text = problem.describe_state(next_state)
+        name = f"the end ({text})" if problem.terminal(next_state[None])[0] else text
+        key = name, round(reward, 9)
+        before = table.get(key, (0.0, 0.0, 0.0))[0]
+        table[key] = before + chance, reward, reward + problem.discount * values[text]
+    return [item for item in table.items() if item[1][0] > 0.0]
+
+
+def compute_shares(
+    problem: Problem, state: Array, actions: tuple[int, int], values: dict[str, float]
+) -> dict[tuple[str, float], float]:
+    """Return the share of each outcome in the difference between the first and second action."""
+    better, worse = (dict(list_outcomes(problem, state, a, values)) for a in actions)
+    v = sum(p * total for p, _, total in worse.values())
+    difference = sum(p * total for p, _, total in better.values()) - v
+    nothing = (0.0, 0.0, 0.0)
+    return {
+        key: (better.get(key, nothing)[0] - worse.get(key, nothing)[0])
+        * ((better | worse)[key][2] - v)
+        / difference
+        for key in better | worse
+    }
+
+
+@dataclass(frozen=True)
+class PayingArrivals(RandomProblem):
+    """A random problem that pays by the next state, also in different ways for the same one."""
+
+    def chance(self, s: Array, a: Array) -> tuple[Chance, ...]:
+        toss = Categorical.from_probabilities(np.tile([0.3, 0.7], (len(s), 1)))
+        return (*super().chance(s, a), toss)
+
+    def resolve_events(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
+        return Outcome(events[0], (3.0 * events[1] - events[0])[:, None], events[0])
+
+
+@pytest.mark.parametrize(
+    "problem",
+    [
+        dmplay.load_problem("hexworld"),
+        dmplay.load_problem("hexworld:straight-line"),
+        *(RandomProblem(seed=seed, ends=bool(seed % 2)) for seed in range(4)),
+        *(PayingArrivals(seed=seed, ends=bool(seed % 2)) for seed in range(4)),
+    ],
+    ids=lambda problem: f"{type(problem).__name__}-{getattr(problem, 'seed', '')}",
+)
+def test_a_cause_has_half_of_the_difference_or_is_named_with_its_share(problem: Problem) -> None:
+    values = compute_values(problem, 300)
+    named = 0
+    for state in problem.enumerate_states():
+        actions = list_legal_labels(problem, state)
+        if problem.terminal(state[None])[0] or len(actions) < 2:
+            continue
+        game = create_game("shares", problem, None)
+        game.session.initial_state = state
+        for action in actions:
+            data = (explanation := explain_action(game.hint_provider, action)).data
+            labels = game.session.action_labels(0)
+            if "shares" not in data:
+                continue
+            pair = labels.index(str(data["best"])), labels.index(str(data["action"]))
+            if pair[0] == pair[1]:
+                compared = data["compared_with"]["action"]  # type: ignore[index]
+                pair = pair[0], labels.index(compared)
+            expected = compute_shares(problem, state, pair, values)
+            shares = {
+                (item["outcome"], round(item["reward"], 9)): item["share"]
+                for item in data["shares"]  # type: ignore[attr-defined]
+            }
+            assert shares == pytest.approx(expected, abs=1e-6)
+            assert sum(shares.values()) == pytest.approx(1.0)
+            named += check_causes(explanation.sentences[-1], sorted(expected.items(), key=by_share))
+    assert named
+
+
+def by_share(item: tuple[tuple[str, float], float]) -> float:
+    return -item[1]
+
+
+def check_causes(sentence: str, ranked: list[tuple[tuple[str, float], float]]) -> int:
+    """Check the named outcomes of a sentence against all shares; return their number."""
+    single = re.search(
+        r"mainly because it leads to (.+?)(?: \((?:reward|then).*\))? with", sentence
+    )
+    if single:
+        assert single[1] == ranked[0][0][0]
+        assert ranked[0][1] >= 0.5 > ranked[1][1]
+        return 1
+    several = re.search(r"(mainly )?because of (.*)\.$", sentence)
+    if not several:
+        return 0
+    entries = re.findall(r"(\S+|the end \(\S+\)) \((\d+) %(?: of the difference)?\)", several[2])
+    assert len(entries) >= 2, sentence
+    for (name, percent), ((text, _), share) in zip(entries, ranked, strict=False):
+        assert (name, int(percent)) == (text, round(100 * share)), sentence
+        assert (share >= 0.5) == bool(several[1]), sentence
+    return len(entries)
+
+
+def test_an_outcome_without_a_name_is_summarised_in_one_sentence() -> None:
+    game = make_game("collision-avoidance", seed=3)
+    outcomes = explain_action(game.hint_provider).sentences[1]
+    assert re.fullmatch(
+        r"\d+ outcomes are possible; what follows is worth about \S+ to \S+; "
+        r"the likeliest has probability 0\.\d\d and is worth about \S+\.",
+        outcomes,
+    )
 
 
 def test_defection_pays_now_and_is_punished_by_tit_for_tat() -> None:
