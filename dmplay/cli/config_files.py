@@ -22,6 +22,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from dmplay.core import safe_files
+from dmplay.core.toml_files import read_toml
 from dmplay.errors import BadParameter, UnknownName
 from dmplay.registry.builtin_names import problem_names
 
@@ -32,10 +33,6 @@ GENERAL_OPTIONS = (*DISPLAY_OPTIONS, "keep")
 # A project's file must not set `keep`, which could delete the games of its reader.
 PROJECT_FILE_OPTIONS = (*DISPLAY_OPTIONS, "keys", "rate", "turns", "seed", "episode")
 SettingsTable = dict[str, object]
-# The work of Python's parser grows with the square of the parts of a key, which dots separate.
-MAX_FILE_BYTES, MAX_DOTS_PER_LINE = 32 * 2**10, 100
-MAX_INTEGER_BITS = 64  # with the sign, as TOML demands; Python refuses to print very long ones
-LONG_INTEGER = f"got an integer of more than {MAX_INTEGER_BITS} bits"
 
 
 class ConfigFile(NamedTuple):
@@ -104,10 +101,10 @@ def merged_keys() -> dict[str, tuple[str, dict[str, str]]]:
 def read_config_file(path: Path, *, is_user_file: bool) -> ConfigFile:
     """Return the contents of a settings file.
 
-    Raise BadParameter or UnknownName, with the path in the message, if they are invalid.
+    Raise BadFile, BadParameter or UnknownName, with the path in the message, if they are invalid.
     """
     name = str(path)
-    content = _parse_toml(path)
+    content: dict[str, Any] = read_toml(path)
     for key in ("keys", "aliases"):
         if not isinstance(content.setdefault(key, {}), dict):
             raise BadParameter(f"{name}: {key}: got {content[key]!r}, expected a table, [{key}]")
@@ -130,61 +127,6 @@ def read_config_file(path: Path, *, is_user_file: bool) -> ConfigFile:
         _parse_keys(key_table, name),
         _parse_aliases(alias_table, name),
     )
-
-
-def _parse_toml(path: Path) -> dict[str, Any]:
-    """Return the contents of a TOML file; raise BadParameter if it is invalid or too complex."""
-    import tomllib  # imported only if a file exists
-
-    try:
-        text = safe_files.read_bytes(path, MAX_FILE_BYTES).decode()
-        _check_dots(text, path)
-        content = tomllib.loads(text)
-    except BadParameter:
-        raise
-    except OSError as error:
-        raise BadParameter(f"{path}: {error.strerror}") from None
-    except RecursionError:
-        raise BadParameter(f"{path}: arrays or tables are nested too deeply") from None
-    except ValueError as error:
-        raise BadParameter(f"{path}: {_describe_parse_error(error)}") from None
-    _check_integers(content, str(path))
-    return content
-
-
-def _check_dots(text: str, path: Path) -> None:
-    """Raise BadParameter if a line has more dots than MAX_DOTS_PER_LINE."""
-    for number, line in enumerate(text.split("\n"), 1):
-        dot_count = line.count(".")
-        if dot_count > MAX_DOTS_PER_LINE:
-            raise BadParameter(
-                f"{path}: line {number}: got {dot_count} dots, "
-                f"expected at most {MAX_DOTS_PER_LINE} in a line"
-            )
-
-
-def _check_integers(value: object, location: str) -> None:
-    """Raise BadParameter if a value is or contains an integer beyond MAX_INTEGER_BITS."""
-    if isinstance(value, dict):
-        for key, item in value.items():
-            _check_integers(item, f"{location}: {key}")
-    elif isinstance(value, list):
-        for item in value:
-            _check_integers(item, location)
-    elif isinstance(value, int) and value.bit_length() >= MAX_INTEGER_BITS:
-        raise BadParameter(f"{location}: {LONG_INTEGER}")
-
-
-def _describe_parse_error(error: ValueError) -> str:
-    """Return a parser's error message, with its first letter in lower case."""
-    import tomllib
-
-    if isinstance(error, UnicodeDecodeError):
-        return "not UTF-8"
-    if not isinstance(error, tomllib.TOMLDecodeError):  # Python's own limit on decimal digits
-        return LONG_INTEGER
-    message = str(error).partition("\n")[0]
-    return f"{message[:1].lower()}{message[1:]}"
 
 
 def _parse_keys(table: SettingsTable, file_name: str) -> dict[str, dict[str, str]]:

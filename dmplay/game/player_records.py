@@ -9,27 +9,24 @@ earlier game, from the first turn on, and accepted by `dmplay verify`.
 import contextlib
 import json
 import math
-import os
-import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cache
 from pathlib import Path
 from time import strftime
 from typing import Any, NamedTuple
 
 from dmplay.core import safe_files
 from dmplay.core.problem import Problem
-from dmplay.errors import DmplayError, clip_message
+from dmplay.core.state_files import StateFile, require_line, require_whole_number
+from dmplay.errors import DmplayError
 from dmplay.game.game import REPEATED_UNIFORMS_PREFIX, Game
 from dmplay.game.hints.ghost_agent import GHOST_NOTE_PREFIX
-from dmplay.game.saves import saves_folder
 from dmplay.registry import agents, problems
 from dmplay.transcript.format import EVENT_KEYS, HUMAN_PLAYER, NATURAL_END_REASONS
 from dmplay.transcript.reader import Transcript, read_transcript
 from dmplay.transcript.recorder import Recorder
 
-FORMAT_VERSION = 1
+RECORDS = "records"  # the section of the file
 RESULT_KEYS = ("return", "turns", "seed", "day")  # the keys of a result
 
 
@@ -96,25 +93,9 @@ def record_finished_game(recorder: Recorder) -> None:
 
 
 def load_records() -> list[ProblemRecord]:
-    """Return all saved records, sorted by problem.
-
-    If the file is invalid, warn once and return an empty list.
-    """
-    path = _records_path()
-    try:
-        data = json.loads(safe_files.read_bytes(path), parse_constant=float)
-        records = (
-            [_parse_record(entry) for entry in data["records"]]
-            if data["dmplay"] == FORMAT_VERSION
-            else None
-        )
-    except FileNotFoundError:
-        return []
-    except (OSError, ValueError, TypeError, KeyError, AttributeError, RecursionError):
-        records = None
-    if records is None:
-        _warn_once(f"{path} is not a file of records; dmplay starts a new one")
-    return sorted(records or [], key=lambda entry: entry.key)
+    """Return all saved records, sorted by problem."""
+    records = map(_parse_record, RECORDS_FILE.read().get(RECORDS, []))
+    return sorted(records, key=lambda entry: entry.key)
 
 
 def find_game_record(game: Game) -> ProblemRecord | None:
@@ -152,17 +133,6 @@ def _record_key(
 ) -> str:
     """Return a JSON text that identifies a problem, parameters, turn limit and seat."""
     return json.dumps([problem, parameters, turns, seat], sort_keys=True, default=str)
-
-
-def _records_path() -> Path:
-    """Return the path of the file of records."""
-    return saves_folder(os.environ).parent / "records.json"
-
-
-@cache  # prints each warning only once
-def _warn_once(message: str) -> None:
-    """Print a warning to standard error, once for each message."""
-    print(clip_message(f"warning: {message}"), file=sys.stderr)
 
 
 def _person_seat(problem: Problem, seats: Sequence[str]) -> str | None:
@@ -229,39 +199,39 @@ def _is_verified(path: Path, record: ProblemRecord) -> bool:
 
 def _save_record(record: ProblemRecord) -> None:
     """Merge a record into the file of records, under a lock; print a warning if that fails."""
-    path = _records_path()
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
-        with safe_files.exclusive_lock(path.with_suffix(".lock")):
-            records = {entry.key: entry for entry in load_records()}
-            earlier = records.get(record.key)
-            records[record.key] = earlier.merge_later(record) if earlier else record
-            data = {
-                "dmplay": FORMAT_VERSION,
-                "records": [entry.to_json() for entry in records.values()],
-            }
-            safe_files.write_file(path, json.dumps(data, indent=1) + "\n", force=True, private=True)
-    except (DmplayError, OSError) as error:
-        _warn_once(f"records are not saved: {error}")
+
+    def change(content: dict[str, Any]) -> None:
+        """Replace the record with the same key."""
+        records = {entry.key: entry for entry in map(_parse_record, content.get(RECORDS, []))}
+        earlier = records.get(record.key)
+        records[record.key] = earlier.merge_later(record) if earlier else record
+        content[RECORDS] = [entry.to_json() for entry in records.values()]
+
+    RECORDS_FILE.update(change)
 
 
 def _parse_record(data: Any) -> ProblemRecord:
     """Return the record of a JSON object; raise ValueError, TypeError or KeyError if invalid."""
-    types = {"problem": str, "parameters": dict, "turns": int | None, "seat": str}
-    if not all(isinstance(data[name], expected_type) for name, expected_type in types.items()):
-        raise ValueError(data)
-    best = data["best"] and _parse_result(data["best"])
-    problem, parameters, turns, seat = (data[name] for name in types)
-    return ProblemRecord(problem, parameters, turns, seat, _parse_result(data["last"]), best=best)
+    if not isinstance(data["parameters"], dict):
+        raise TypeError(data)
+    return ProblemRecord(
+        require_line(data["problem"]),
+        data["parameters"],
+        None if data["turns"] is None else require_whole_number(data["turns"]),
+        require_line(data["seat"]),
+        _parse_result(data["last"]),
+        best=data["best"] and _parse_result(data["best"]),
+    )
 
 
 def _parse_result(data: Any) -> GameResult:
     """Return the result of a JSON object; raise ValueError, TypeError or KeyError if invalid."""
-    result = GameResult(*(data[name] for name in RESULT_KEYS))
-    is_number = isinstance(result.discounted_return, int | float) and math.isfinite(
-        result.discounted_return
-    )
-    are_integers = isinstance(result.turns, int) and isinstance(result.seed, int)
-    if not (is_number and are_integers and isinstance(result.date, str)):
+    total, turns, seed, day = (data[name] for name in RESULT_KEYS)
+    if isinstance(total, bool) or not math.isfinite(total):
         raise ValueError(data)
-    return result
+    return GameResult(
+        total, require_whole_number(turns), require_whole_number(seed), require_line(day)
+    )
+
+
+RECORDS_FILE = StateFile("records.json", "records", {RECORDS: (list, _parse_record)})

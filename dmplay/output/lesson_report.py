@@ -21,8 +21,7 @@ def format_lesson_list(source: str, *, as_json: bool) -> str:
     if as_json:
         return format_json_report(_progress_data(lessons, progress))
     rows = [["", "lesson", "part", "steps", "minutes"]]
-    for lesson in lessons:
-        results = progress[lesson.progress_key]
+    for lesson, results in zip(lessons, progress, strict=True):
         steps = f"{results.finished_count}/{len(lesson.steps)}"
         mark = "done" if results.is_finished else ""
         row = [str(lesson.number), lesson.title, lesson.chapter, steps, str(lesson.minutes), mark]
@@ -32,10 +31,10 @@ def format_lesson_list(source: str, *, as_json: bool) -> str:
 
 
 def _describe_next(
-    lessons: Sequence[TutorLesson], progress: dict[str, LessonProgress], source: str
+    lessons: Sequence[TutorLesson], progress: Sequence[LessonProgress], source: str
 ) -> str:
     """Return the number of finished lessons, and the command that opens the next one."""
-    text, next_lesson = count_finished(lessons, progress), find_next_lesson(lessons, progress)
+    text, next_lesson = count_finished(progress), find_next_lesson(lessons, progress)
     if next_lesson is None:
         return f"{text}."
     words = " ".join(filter(None, ("dmplay learn", source, str(next_lesson.number))))
@@ -43,12 +42,11 @@ def _describe_next(
 
 
 def _progress_data(
-    lessons: Sequence[TutorLesson], progress: dict[str, LessonProgress]
+    lessons: Sequence[TutorLesson], progress: Sequence[LessonProgress]
 ) -> dict[str, object]:
     """Return the progress as data, for a course page."""
     rows = []
-    for lesson in lessons:
-        results = progress[lesson.progress_key]
+    for lesson, results in zip(lessons, progress, strict=True):
         finished = [step for step in results.steps if step]
         rows.append(
             {

@@ -3,13 +3,15 @@
 import hashlib
 import os
 from collections.abc import Mapping
+from contextlib import suppress
 from json import dumps, loads
 from pathlib import Path
 
 from dmplay import __version__
-from dmplay.core.safe_files import user_folder
+from dmplay.core.safe_files import read_bytes, user_folder, write_bytes
 from dmplay.core.text import format_json_report
 from dmplay.core.work_budget import report_progress_to
+from dmplay.errors import DmplayError
 from dmplay.evaluation.solutions.options import SolveOptions
 from dmplay.evaluation.solutions.solution import Solution
 from dmplay.evaluation.solutions.solve import solve_with_options
@@ -34,17 +36,23 @@ def load_or_solve(
     key = dumps(key_parts, sort_keys=True, default=str)
     root = user_folder(os.environ, "XDG_CACHE_HOME", ".cache")
     file = root / "solve" / f"{hashlib.sha256(key.encode()).hexdigest()[:16]}.json"
-    try:
-        return Solution(**loads(file.read_text(encoding="utf-8")))
-    except (OSError, ValueError, TypeError):
-        pass
+    with suppress(OSError):  # a file that is torn or changed is computed again
+        checksum, _, text = read_bytes(file).partition(b"\n")
+        if checksum == _hash(text):
+            return Solution(**loads(text))
     result = solve_with_options(loaded.problem, solve_options)
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
-        file.write_text(dumps(result._asdict()), encoding="utf-8")
-    except OSError:
+        text = dumps(result._asdict()).encode()
+        write_bytes(file, [_hash(text), b"\n", text], force=True)
+    except (DmplayError, OSError):
         pass  # a solution that cannot be saved is computed again
     return result
+
+
+def _hash(data: bytes) -> bytes:
+    """Return the checksum of a cached solution, in hexadecimal digits."""
+    return hashlib.sha256(data).hexdigest().encode()
 
 
 def _source_times() -> list[int]:

@@ -92,6 +92,7 @@ class TutorLesson:
     minutes: int
     steps: tuple[LessonStep, ...]
     is_builtin: bool = False
+    step_keys: tuple[str, ...] = ()  # of its steps in the file of progress
 
     @property
     def name(self) -> str:
@@ -99,13 +100,8 @@ class TutorLesson:
         return name_of_file(self.path)
 
     @property
-    def step_count(self) -> int:
-        """The number of steps."""
-        return len(self.steps)
-
-    @property
-    def progress_key(self) -> str:
-        """The key of the lesson in the file of progress."""
+    def old_key(self) -> str:
+        """The key of the lesson in the files of progress of older versions."""
         return self.name if self.is_builtin else str(self.path.resolve())
 
 

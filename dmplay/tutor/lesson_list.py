@@ -1,12 +1,13 @@
 """The built-in lessons, and those in a teacher's folder."""
 
-import tomllib
 from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
+from dmplay.core.toml_files import read_toml
 from dmplay.errors import BadParameter, UnknownName
 from dmplay.tutor.lesson import TutorLesson, name_of_file
+from dmplay.tutor.progress import make_step_keys
 
 BUILTIN_FOLDER = Path(__file__).parent / "lessons"
 LESSON_SUFFIX = ".toml"
@@ -14,12 +15,12 @@ SETTINGS_FILE = "dmplay.toml"  # may be in a folder of lessons, and is none
 
 
 class LessonOutline(NamedTuple):
-    """The number, title and size of a built-in lesson, which are quick to read."""
+    """The number, title and steps of a built-in lesson, which are quick to read."""
 
     number: int
     title: str
-    step_count: int
-    progress_key: str
+    step_keys: tuple[str, ...]
+    old_key: str
 
 
 def list_builtin_paths() -> list[Path]:
@@ -31,9 +32,9 @@ def list_builtin_outlines() -> list[LessonOutline]:
     """Return the outlines of the built-in lessons, by number, without their quantities."""
     outlines = []
     for path in list_builtin_paths():
-        table = tomllib.loads(path.read_text(encoding="utf-8"))
-        facts = _number_of(path, 0), table["title"], len(table["steps"]), name_of_file(path)
-        outlines.append(LessonOutline(*facts))
+        table = read_toml(path)
+        facts = str(table["title"]), make_step_keys(table, path.parent), name_of_file(path)
+        outlines.append(LessonOutline(_number_of(path, 0), *facts))
     return outlines
 
 

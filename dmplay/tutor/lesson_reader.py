@@ -1,15 +1,14 @@
 """The reader of lesson files: TOML, checked key by key."""
 
 import inspect
-import re
-import tomllib
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from difflib import get_close_matches
 from pathlib import Path
 
 from dmplay.algorithms import registry
-from dmplay.core import safe_files
-from dmplay.errors import BadFile, BadParameter, UnknownName
+from dmplay.core.toml_files import read_toml
+from dmplay.errors import BadParameter, UnknownName
 from dmplay.tutor.lesson import (
     GameTask,
     LessonStep,
@@ -18,10 +17,9 @@ from dmplay.tutor.lesson import (
     QuantityCall,
     TutorLesson,
 )
+from dmplay.tutor.progress import make_step_keys
 from dmplay.tutor.quantity import find_quantity
 
-ERROR_POSITION = re.compile(r" \(at line (\d+), column (\d+)\)")
-MAX_FILE_BYTES = 64 * 2**10
 MAX_TEXT_LINES, MAX_COLUMNS, MAX_SENTENCE_CHARS = 4, 80, 160
 UNSET_CONDITIONS: tuple[object, ...] = ("", {})  # values of conditions that a task does not have
 MAX_STEPS, MAX_MINUTES, MAX_GOAL_COLUMNS = 8, 10, 76
@@ -136,7 +134,8 @@ class TableReader:
 
 def read_lesson(path: Path, number: int, *, is_builtin: bool = False) -> TutorLesson:
     """Return the lesson in a file; raise BadFile or BadParameter if it is not a valid lesson."""
-    table = TableReader(_parse_toml(path), str(path))
+    content = read_toml(path)
+    table = TableReader(content, str(path))
     position = table.table("position")
     if position is None:
         raise table.error("position", "missing, expected a table with the key problem")
@@ -160,24 +159,7 @@ def read_lesson(path: Path, number: int, *, is_builtin: bool = False) -> TutorLe
         is_builtin,
     )
     table.finish()
-    return lesson
-
-
-def _parse_toml(path: Path) -> dict[str, object]:
-    """Return the contents of a TOML file; raise BadFile with line and column if it is invalid."""
-    try:
-        text = safe_files.read_bytes(path, MAX_FILE_BYTES).decode("utf-8")
-        return tomllib.loads(text)
-    except OSError as error:
-        raise BadParameter(f"{path}: {error.strerror}") from None
-    except UnicodeDecodeError:
-        raise BadParameter(f"{path}: got bytes that are not UTF-8, expected text") from None
-    except (ValueError, RecursionError) as error:
-        match = ERROR_POSITION.search(str(error))
-        explanation = ERROR_POSITION.sub("", str(error))
-        if match is None:
-            raise BadParameter(f"{path}: not a TOML file: {explanation}") from None
-        raise BadFile(str(path), int(match[1]), int(match[2]), explanation) from None
+    return replace(lesson, step_keys=make_step_keys(content, path.parent))
 
 
 def _read_step(data: object, lesson_position: Mapping[str, object], location: str) -> LessonStep:

@@ -17,7 +17,8 @@ from dmplay.registry.agents import HintAgent
 from dmplay.tutor.action_question import ActionQuestion, describe_history
 from dmplay.tutor.exercise import Exercise
 from dmplay.tutor.positions import PositionInGame
-from dmplay.tutor.repetition import QuestionProgress, load_question_progress
+from dmplay.tutor.progress import QuestionProgress
+from dmplay.tutor.repetition import load_question_progress
 from dmplay.tutor.truth import format_number
 from dmplay.tutor.valued_position import find_exact_agent
 

@@ -309,7 +309,7 @@ def is_refused(read: Callable[[], object]) -> bool:
         read()
     except DmplayError as error:
         message = str(error)
-    assert not message or message.startswith("dmplay.toml: ")
+    assert not message or message.startswith("dmplay.toml:")
     assert len(message.splitlines()) <= 1
     return bool(message)
 

@@ -7,7 +7,7 @@ from threading import Thread
 
 import pytest
 
-from dmplay.core import safe_files
+from dmplay.core import safe_files, state_files
 from dmplay.game import player_records
 from dmplay.game.game_series import GameController
 from dmplay.game.game_setup import start_game, write_game_copy
@@ -31,7 +31,7 @@ def records_path(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """Path of the records file, in a temporary state folder."""
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
     monkeypatch.chdir(tmp_path)
-    player_records._warn_once.cache_clear()
+    state_files.warn_once.cache_clear()
     return tmp_path / "state" / "dmplay" / "records.json"
 
 
@@ -283,30 +283,6 @@ def test_records_are_private_and_concurrent_games_lose_nothing(
         thread.join()
     assert {record.turns for record in load_records()} == {*range(1, 13)}
     assert len(paths) == 2
-
-
-@pytest.mark.parametrize(
-    "content",
-    [
-        "", "{", "[]", "null", "7", '{"dmplay": 2, "records": []}',
-        '{"dmplay": 1, "records": [{}]}', '{"dmplay": 1, "records": 7}', '{"dmplay": 1}',
-        "[" * 100_000, "\x00\xff",
-        '{"dmplay": 1, "records": [{"problem": "catch", "parameters": {}, "turns": null, "seat": '
-        '"agent", "best": null, "last": {"return": NaN, "turns": 1, "seed": 1, "day": ""}}]}',
-    ],
-)  # fmt: skip
-def test_an_invalid_records_file_is_one_warning_and_is_replaced(
-    content: str, records_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    records_path.parent.mkdir(parents=True)
-    records_path.write_bytes(content.encode("latin-1"))
-    assert load_records() == []
-    play_lines(DILEMMA_REQUEST, *["c"] * 10)
-    assert (
-        capsys.readouterr().err
-        == f"warning: {records_path} is not a file of records; dmplay starts a new one\n"
-    )
-    assert [record.last.discounted_return for record in load_records()] == [-10]
 
 
 def test_a_game_ends_normally_if_records_cannot_be_written(

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from dmplay.errors import BadFile, DmplayError
+from dmplay.errors import BadFile, BadParameter, DmplayError
 from dmplay.guide.topics import read_topic
 from dmplay.tutor.lesson_list import find_lesson, load_folder
 from dmplay.tutor.lesson_reader import read_lesson
@@ -149,11 +149,41 @@ def test_a_file_that_is_not_toml_names_line_and_column(tmp_path: Path) -> None:
         read_lesson(path, 1)
 
 
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("title", f"{'.'.join(['a'] * 30_000)} = 1\ntitle", r"line 1: got 29999 dots"),
+        (
+            "seed = 10",
+            f"seed = 0x{'f' * 20_000}",
+            r"position: seed: got an integer of more than 64",
+        ),
+        (
+            "[position]",
+            f"minutes = 0b{'1' * 20_000}\n[position]",
+            r"minutes: got an integer of more than 64",
+        ),
+        (
+            "[position]",
+            f"minutes = 0o{'7' * 9_000}\n[position]",
+            r"minutes: got an integer of more than 64",
+        ),
+        ("[position]", f"minutes = {'9' * 9_000}\n[position]", r"got an integer of more than 64"),
+        ("[position]", f"minutes = {'[' * 9_000}\n[position]", r"nested too deeply"),
+    ],
+)
+def test_keys_numbers_and_arrays_of_any_size_are_refused_soon(
+    tmp_path: Path, old: str, new: str, message: str
+) -> None:
+    with pytest.raises(BadParameter, match=message):
+        read_lesson(write_lesson(tmp_path, LESSON.replace(old, new, 1)), 1)
+
+
 def test_files_that_cannot_be_read_are_named(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match=r"absent\.toml: No such file or directory"):
         read_lesson(tmp_path / "absent.toml", 1)
     (tmp_path / "binary.toml").write_bytes(b"\xff\xfe")
-    with pytest.raises(ValueError, match=r"binary.toml: got bytes that are not UTF-8"):
+    with pytest.raises(ValueError, match=r"binary.toml: not UTF-8"):
         read_lesson(tmp_path / "binary.toml", 1)
     with pytest.raises(ValueError, match=r"expected lessons, files that end with .toml"):
         load_folder(tmp_path / "empty")

@@ -6,9 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from dmplay.tutor.progress import progress_path
+from dmplay.tutor.progress import PROGRESS_FILE, QuestionProgress
 from dmplay.tutor.repetition import (
-    QuestionProgress,
     load_question_progress,
     save_answer,
     schedule,
@@ -48,11 +47,13 @@ def test_a_right_answer_before_the_day_changes_nothing() -> None:
 
 
 def test_the_progress_is_in_the_file_of_the_lessons() -> None:
-    progress_path().parent.mkdir(parents=True)
-    progress_path().write_text('{"dmplay": 1, "lessons": {"first-walk": {"steps": []}}}')
+    PROGRESS_FILE.path.parent.mkdir(parents=True)
+    PROGRESS_FILE.path.write_text(
+        '{"dmplay": 1, "lessons": {"first-walk": {"steps": [], "date": ""}}}'
+    )
     save_answer("puzzle catch:7", is_right=False, today=TODAY)
-    content = json.loads(progress_path().read_text())
-    assert content["lessons"] == {"first-walk": {"steps": []}}
+    content = json.loads(PROGRESS_FILE.path.read_text())
+    assert content["lessons"] == {"first-walk": {"steps": [], "date": ""}}
     assert content["questions"] == {"puzzle catch:7": {"right": 0, "due": "2026-11-29"}}
     assert load_question_progress() == {"puzzle catch:7": (0, date(2026, 11, 29))}
 
@@ -61,8 +62,8 @@ def test_the_progress_is_in_the_file_of_the_lessons() -> None:
     "entry", [7, {"right": 1}, {"right": "1", "due": ""}, {"right": 1, "due": "soon"}]
 )
 def test_an_invalid_entry_counts_as_never_asked(entry: object) -> None:
-    progress_path().parent.mkdir(parents=True)
-    progress_path().write_text(json.dumps({"dmplay": 1, "questions": {"puzzle catch:7": entry}}))
+    PROGRESS_FILE.path.parent.mkdir(parents=True)
+    PROGRESS_FILE.path.write_text(json.dumps({"dmplay": 1, "questions": {"puzzle catch:7": entry}}))
     assert load_question_progress() == {}
     save_answer("puzzle catch:7", is_right=True, today=TODAY)
     assert load_question_progress()["puzzle catch:7"].is_learned

@@ -278,7 +278,7 @@ class Gallery:
         next_lesson = find_next_lesson(lessons, progress)
         self._next_lesson = str(next_lesson.number) if next_lesson else ""
         ending = f"; l opens {next_lesson.number}: {next_lesson.title}" if next_lesson else ""
-        self._lesson_status = f"lessons: {count_finished(lessons, progress)}{ending}"
+        self._lesson_status = f"lessons: {count_finished(progress)}{ending}"
 
     def open_next_lesson(self) -> None:
         """Quit the gallery to open the next lesson; show a message if all are finished."""

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 from prompt_toolkit.input import PipeInput, create_pipe_input
 
+from dmplay.core.state_files import warn_once
 from dmplay.game import player_records
 from dmplay.game.game_series import GameController
 from dmplay.game.game_setup import start_game
@@ -63,7 +64,7 @@ def working_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """The working folder, which also contains the saved games."""
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
     monkeypatch.chdir(tmp_path)
-    player_records._warn_once.cache_clear()
+    warn_once.cache_clear()
     return tmp_path
 
 
