@@ -29,11 +29,14 @@ R = TypeVar("R")
 BlockFunction = Callable[[range], R]  # computes the result of one block of episodes
 WorkerCount = int | Literal["auto"]
 MAX_BLOCK_EPISODES = 16_384  # maximum episodes of one block
-MIN_PARALLEL_SECONDS = 4.0  # seconds of remaining work from which starting processes pays
+# seconds of remaining work from which starting processes pays, and pays surely
+MIN_REQUESTED_PARALLEL_SECONDS, MIN_PARALLEL_SECONDS = 2.0, 4.0
+MAX_SINGLE_PROCESS_SECONDS = 1.0  # seconds after which requested processes are not delayed further
 MAX_BLOCK_ATTEMPTS = 3  # attempts before a block is given up
 # lost blocks in a row, without a finished one, after which the remaining blocks are not tried
 MAX_CONSECUTIVE_LOST_BLOCKS = 5
-FINAL_BLOCK_DIVISOR = 8  # the last blocks are at most this many times smaller than the block size
+# the first blocks for requested workers, and the last blocks, are at most this many times smaller
+SMALL_BLOCK_DIVISOR = 8
 BLOCKS_PER_WORKER = 2  # submitted blocks per worker, so that no worker waits for its next block
 
 
@@ -61,7 +64,7 @@ class _BlockQueue:
 
     def __init__(self, episodes: range, size: int, workers: int) -> None:
         self.remaining, self.size, self.workers = episodes, size, workers
-        self.min_size = min(max(size // FINAL_BLOCK_DIVISOR, 1), math.ceil(len(episodes) / workers))
+        self.min_size = min(max(size // SMALL_BLOCK_DIVISOR, 1), math.ceil(len(episodes) / workers))
 
     def next_block(self) -> range:
         """Remove and return the next block; empty if no episodes remain."""
@@ -81,18 +84,18 @@ def run_blocks(
 ) -> Iterator[tuple[range, R]]:
     """Yield each block of at most `size` episodes with its result, in any order.
 
-    The blocks run in this process, in `workers` processes, or in an executor; "auto" starts
-    processes when so much work remains that they pay. An error of the block function is raised at
-    once. Blocks that are lost when a worker dies are run again; LostGames is raised at the end for
+    The blocks run in an executor, or in this process until so much work remains that `workers`
+    processes pay; "auto" is one for each core. An error of the block function is raised at once.
+    Blocks that are lost when a worker dies are run again; LostGames is raised at the end for
     blocks that were lost three times. After five such blocks in a row, it is raised at once for
     all unfinished blocks.
     """
     if isinstance(workers, int) and workers < 1:
         raise BadParameter(f"workers: got {workers}, expected auto, or 1 or more")
     worker_count = count_cores() if workers == "auto" or (executor and workers == 1) else workers
-    if executor is None and (workers == "auto" or worker_count == 1):
+    if executor is None:
         episodes = yield from _run_blocks_in_process(
-            block_function, _BlockQueue(episodes, size, 1), may_stop_early=worker_count > 1
+            block_function, episodes, size, worker_count, is_requested=workers != "auto"
         )
     if episodes:
         yield from WorkerPool(block_function, worker_count, executor).run_blocks(
@@ -107,25 +110,43 @@ def count_cores() -> int:
 
 
 def _run_blocks_in_process(
-    block_function: BlockFunction[R], blocks: _BlockQueue, *, may_stop_early: bool
+    block_function: BlockFunction[R],
+    episodes: range,
+    size: int,
+    workers: int,
+    *,
+    is_requested: bool,
 ) -> Generator[tuple[range, R], None, range]:
     """Run blocks one after another, yield their results, and return the remaining episodes.
 
-    Episodes remain only if `may_stop_early` is set and their estimated work exceeds
-    MIN_PARALLEL_SECONDS.
+    Episodes remain only for several workers, if the processes are running already, or if the
+    estimated work pays for their start. The first blocks are small if the number of workers is
+    requested, so that the other workers do not wait for them.
     """
-    total, start_time = len(blocks.remaining), time.monotonic()
+    shared = _shared_pools.get() or _SharedPools()
+    is_growing = is_requested and workers > 1
+    if is_growing and workers in shared.pools:
+        return episodes
+    min_seconds = MIN_REQUESTED_PARALLEL_SECONDS if is_requested else MIN_PARALLEL_SECONDS
+    blocks = _BlockQueue(episodes, max(size // SMALL_BLOCK_DIVISOR, 1) if is_growing else size, 1)
+    total, start_time = len(episodes), time.monotonic()
+    end_time = start_time
     while block := blocks.next_block():
-        completed = total - len(blocks.remaining)
+        completed, block_start_time = total - len(blocks.remaining), time.monotonic()
         with scale_progress(1 - (len(blocks.remaining) + len(block)) / total, completed / total):
             result = block_function(block)
+        end_time = time.monotonic()
         yield block, result
+        seconds_left = (end_time - block_start_time) / len(block) * len(blocks.remaining)
+        is_measured = blocks.size == size or end_time - start_time > MAX_SINGLE_PROCESS_SECONDS
         if (
-            may_stop_early
-            and (time.monotonic() - start_time) / completed * len(blocks.remaining)
-            > MIN_PARALLEL_SECONDS
+            workers > 1
+            and is_measured
+            and seconds_left + shared.single_process_seconds > min_seconds
         ):
             break
+        blocks.size = min(4 * blocks.size, size)
+    shared.single_process_seconds += end_time - start_time
     return blocks.remaining
 
 
@@ -264,27 +285,36 @@ def _join_adjacent_blocks(blocks: Iterable[range]) -> list[tuple[int, int]]:
     return joined
 
 
-_shared_pools: ContextVar[dict[int, "_ProcessPool"] | None] = ContextVar("staying", default=None)
+class _SharedPools:
+    """The process pools that several runs reuse, by their number of workers."""
+
+    def __init__(self) -> None:
+        self.pools: dict[int, _ProcessPool] = {}
+        self.single_process_seconds = 0.0  # of the runs that started no processes
+
+
+_shared_pools: ContextVar[_SharedPools | None] = ContextVar("shared_pools", default=None)
 
 
 @contextmanager
 def reuse_processes() -> Iterator[None]:
     """Run the block with worker processes that are reused by all runs within it."""
-    pools: dict[int, _ProcessPool] = {}
-    token = _shared_pools.set(pools)
+    shared = _SharedPools()
+    token = _shared_pools.set(shared)
     try:
         yield
     finally:
         _shared_pools.reset(token)
-        for pool in pools.values():
+        for pool in shared.pools.values():
             pool.shut_down()
 
 
 def _get_processes(workers: int, *, restart: bool = False) -> "_ProcessPool":
     """Return the reused process pool for this number of workers, or a new one."""
-    pools = _shared_pools.get()
-    if pools is None:
+    shared = _shared_pools.get()
+    if shared is None:
         return _ProcessPool(workers)
+    pools = shared.pools
     if restart or workers not in pools or pools[workers].is_shut_down:
         pools[workers] = _ProcessPool(workers)
     return pools[workers]
