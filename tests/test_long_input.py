@@ -10,7 +10,8 @@ from prompt_toolkit.key_binding import KeyPress
 from prompt_toolkit.keys import Keys
 
 from dmplay import errors
-from dmplay.ui.screen.paste_limit import MAX_PASTE_CHARS, LimitedPasteParser, limit_pastes
+from dmplay.terminal.input_sequences import MAX_PASTE_CHARS, PASTE_END, PASTE_START
+from dmplay.ui.screen.key_reader import KeyReader, attach_key_reader
 from dmplay.ui.shell.commands import MAX_LINE_CHARS, split_commands
 from tests.support.programs import run_dmplay
 from tests.support.terminals import Terminal
@@ -18,7 +19,6 @@ from tests.support.terminals import Terminal
 LONG_WORD = "x" * 1_000_000
 LONG_PATH = "y" * 100_000  # as long as a system lets an argument be
 MAX_OUTPUT_CHARS = 6000  # of a program that quotes a long word
-PASTE_START, PASTE_END = "\x1b[200~", "\x1b[201~"
 
 
 @pytest.mark.parametrize(
@@ -118,7 +118,7 @@ def test_a_line_of_commands_has_a_maximum_length() -> None:
 def read_paste(text: str, *, chunk_chars: int = 1024) -> list[KeyPress]:
     """Return the keys that a terminal sends for a bracketed paste followed by Enter."""
     keys: list[KeyPress] = []
-    parser = LimitedPasteParser(keys.append)
+    parser = KeyReader(keys.append)
     sent = f"{PASTE_START}{text}{PASTE_END}\r"
     for start in range(0, len(sent), chunk_chars):
         parser.feed(sent[start : start + chunk_chars])
@@ -141,7 +141,7 @@ def test_a_small_paste_is_typed(chunk_chars: int) -> None:
 
 def test_a_small_paste_after_a_large_one_is_typed() -> None:
     keys: list[KeyPress] = []
-    parser = LimitedPasteParser(keys.append)
+    parser = KeyReader(keys.append)
     for text in (LONG_WORD, "ne"):
         parser.feed(f"{PASTE_START}{text}{PASTE_END}")
     assert keys[0].data.startswith("# ignored a paste of 1000000 ")
@@ -149,15 +149,15 @@ def test_a_small_paste_after_a_large_one_is_typed() -> None:
 
 
 def test_a_long_unfinished_paste_is_not_collected() -> None:
-    parser = LimitedPasteParser(lambda key_press: None)
+    parser = KeyReader(lambda key_press: None)
     for piece in (PASTE_START, *["x" * 1024] * 1000):
         parser.feed(piece)
-        assert len(parser._paste_buffer) <= MAX_PASTE_CHARS + len(PASTE_END)
+        assert len(parser.sequences._unfinished) <= MAX_PASTE_CHARS + len(PASTE_END)
 
 
 def test_the_end_of_a_paste_in_two_pieces_is_found() -> None:
     keys: list[KeyPress] = []
-    parser = LimitedPasteParser(keys.append)
+    parser = KeyReader(keys.append)
     for piece in (PASTE_START + "x" * 20_000 + PASTE_END[:4], PASTE_END[4:]):
         parser.feed(piece)
     assert keys[0].data == "# ignored a paste of 20000 characters, expected at most 10000"
@@ -167,11 +167,12 @@ def test_an_input_is_limited_once_and_one_without_keys_is_left_alone() -> None:
     class VtInput(DummyInput):
         vt100_parser = Vt100Parser(lambda key_press: None)
 
-    limited = limit_pastes(VtInput())
-    parser = limited.vt100_parser  # type: ignore[attr-defined]
-    assert isinstance(parser, LimitedPasteParser)
-    assert limit_pastes(limited).vt100_parser is parser  # type: ignore[attr-defined]
-    assert not hasattr(limit_pastes(DummyInput()), "vt100_parser")
+    limited = VtInput()
+    reader = attach_key_reader(limited)
+    assert limited.vt100_parser is reader
+    assert attach_key_reader(limited) is reader
+    attach_key_reader(unlimited := DummyInput())
+    assert not hasattr(unlimited, "vt100_parser")
 
 
 @pytest.mark.slow

@@ -6,20 +6,17 @@ import select
 import time
 from collections.abc import Mapping
 
+from dmplay.terminal.input_sequences import InputSequences
+
 BACKGROUND_QUERY = "\x1b]11;?\x1b\\"  # OSC 11: many terminals reply with their background colour
 REPLY_PATTERN = re.compile(
     r"\x1b\]11;rgba?:([0-9a-f]{1,4})/([0-9a-f]{1,4})/([0-9a-f]{1,4})(?:/[0-9a-f]{1,4})?"
     r"(?:\x07|\x1b\\)",
     re.IGNORECASE,
 )
-# the beginning of a reply at the end of the input, from its first character on
-UNFINISHED_REPLY_PATTERN = re.compile(
-    r"\x1b(?:\](?:1(?:1(?:;[rgba]{0,4}(?::[0-9a-f/]{0,19}\x1b?)?)?)?)?)?\Z", re.IGNORECASE
-)
 # Black and white text have the same contrast on a background of this relative luminance.
 LIGHT_LUMINANCE = 0.179
 LIGHT_COLOR_NUMBERS = (7, *range(9, 16))  # of the 16 named colours; 8 is dark grey
-REPLY_SECONDS = 0.2  # maximum wait for a reply when the screen is left
 # terminals that print the query, or that have no background of their own
 SILENT_TERMINALS = ("dumb", "linux", "eterm", "emacs")
 THEMES_BY_BACKGROUND = {  # option -> background -> theme
@@ -74,14 +71,19 @@ def can_ask_background(env: Mapping[str, str]) -> bool:
     return not (_replied_backgrounds or env.get("TERM", "").startswith(SILENT_TERMINALS))
 
 
-def discard_reply(fd: int, asked_at: float) -> None:
-    """Wait for a reply that is still on its way, so that the next program does not read it."""
-    received = ""
-    while not REPLY_PATTERN.search(received):
-        seconds = asked_at + REPLY_SECONDS - time.monotonic()
+def discard_reply(fd: int, sequences: InputSequences) -> None:
+    """Wait for a reply that is still on its way, so that the next program does not read it.
+
+    A reply that has begun is read to its end.
+    """
+    while sequences.reply_until:
+        seconds = max(sequences.reply_until, sequences.deadline or 0.0) - time.monotonic()
         if seconds <= 0 or not select.select([fd], [], [], seconds)[0]:
             return
-        chunk = os.read(fd, 64)
+        chunk = os.read(fd, 1024)
         if not chunk:
             return
-        received += chunk.decode("latin-1")
+        for token in sequences.feed(chunk.decode("utf-8", "surrogateescape"), time.monotonic()):
+            if background := parse_background_reply(token.data):
+                remember_background(background)
+                sequences.reply_until = 0.0

@@ -114,7 +114,9 @@ def _run_gallery(shell: Shell, message: str) -> int:
     gallery = Gallery(list_problem_entries(), shell.terminal, todays_seed())
     gallery.message = message
     while True:
-        code = run_full_screen(gallery)
+        code = run_full_screen(
+            gallery, lambda: gallery.pending_command[:1] not in ((), (LESSON_COMMAND,))
+        )
         if code or not gallery.pending_command:
             return code
         words, gallery.pending_command = gallery.pending_command, ()

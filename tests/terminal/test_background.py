@@ -20,9 +20,10 @@ from dmplay.terminal.background import (
     remember_background,
 )
 from dmplay.terminal.capabilities import TerminalOptions, choose_terminal_settings
+from dmplay.terminal.input_sequences import InputSequences
 from dmplay.terminal.painter import Painter
 from dmplay.ui.screen import event_loop
-from dmplay.ui.screen.paste_limit import LimitedPasteParser
+from dmplay.ui.screen.key_reader import KeyReader
 from tests.support.screens import EmulatedPainter, EmulatedScreen, ScriptedScreen, make_game
 
 WHITE_REPLY = "\x1b]11;rgb:ffff/ffff/ffff\x1b\\"
@@ -111,18 +112,13 @@ def test_the_painter_asks_with_osc_11() -> None:
 
 def parse_pieces(*pieces: str) -> tuple[list[str], list[str]]:
     """Return the keys and the backgrounds read from these pieces of input, then a pause."""
-    keys: list[str] = []
+    keys: list[KeyPress] = []
     backgrounds: list[str] = []
-
-    def add_key(key_press: KeyPress) -> None:
-        keys.append(key_press.data)
-
-    parser = LimitedPasteParser(add_key)
+    parser = KeyReader(keys.append)
     parser.on_background = backgrounds.append
     for piece in pieces:
         parser.feed(piece)
-    parser.flush()
-    return keys, backgrounds
+    return [key.data for key in keys], backgrounds
 
 
 def test_keys_typed_around_a_reply_are_not_lost() -> None:
@@ -133,12 +129,6 @@ def test_keys_typed_around_a_reply_are_not_lost() -> None:
 def test_a_reply_in_two_pieces_is_no_key(length: int) -> None:
     pieces = f"h{WHITE_REPLY[:length]}", f"{WHITE_REPLY[length:]}l"
     assert parse_pieces(*pieces) == (["h", "l"], ["light"])
-
-
-@pytest.mark.parametrize("keys", ["\x1b", "\x1b[D", "\x1b]", "\x1b]11;rgb:q", "\x1b]11;?"])
-def test_other_keys_that_begin_as_a_reply_stay_keys(keys: str) -> None:
-    typed, backgrounds = parse_pieces(*keys)
-    assert ("".join(typed), backgrounds) == (keys, [])
 
 
 def test_the_screen_changes_its_theme_when_the_terminal_replies() -> None:
@@ -153,11 +143,18 @@ def test_the_screen_changes_its_theme_when_the_terminal_replies() -> None:
     assert find_background({}) == "light"
 
 
+def ask_terminal() -> InputSequences:
+    """Return the state of the input of a terminal that was asked just now."""
+    sequences = InputSequences()
+    sequences.expect_reply(time.monotonic())
+    return sequences
+
+
 def test_a_late_reply_is_read_before_the_screen_is_left() -> None:
     reader, writer = os.pipe()
     try:
         os.write(writer, WHITE_REPLY.encode())
-        discard_reply(reader, time.monotonic())
+        discard_reply(reader, ask_terminal())
         os.set_blocking(reader, False)
         with pytest.raises(BlockingIOError):
             os.read(reader, 1)
@@ -170,9 +167,10 @@ def test_a_terminal_that_does_not_reply_delays_the_end_by_at_most_a_moment() -> 
     reader, writer = os.pipe()
     try:
         started_at = time.monotonic()
-        discard_reply(reader, started_at)
+        sequences = ask_terminal()
+        discard_reply(reader, sequences)
         assert time.monotonic() - started_at < 5
-        discard_reply(reader, started_at - 60)
+        discard_reply(reader, sequences)  # does not wait again
     finally:
         os.close(reader)
         os.close(writer)

@@ -21,7 +21,8 @@ from prompt_toolkit.key_binding import KeyPress
 from prompt_toolkit.keys import Keys
 
 from dmplay.game.background_tasks import CANCEL_SECONDS, BackgroundTask, TaskInfo
-from dmplay.terminal.background import remember_background
+from dmplay.terminal.background import discard_reply
+from dmplay.terminal.input_sequences import ESC, ESCAPE_SECONDS, TERMINAL_INPUT, InputSequences
 from dmplay.terminal.painter import Painter
 from dmplay.terminal.signals import (
     INTERRUPTED_EXIT_CODE,
@@ -31,8 +32,8 @@ from dmplay.terminal.signals import (
 )
 from dmplay.ui.screen.busy_keys import QUIT_KEYS, BusyKeyAction, classify_busy_key
 from dmplay.ui.screen.key_handlers import handle_key
+from dmplay.ui.screen.key_reader import attach_key_reader
 from dmplay.ui.screen.modes import Mode
-from dmplay.ui.screen.paste_limit import limit_pastes
 from dmplay.ui.screen.play_operations import (
     autoplay_rate,
     autoplay_turn,
@@ -44,9 +45,6 @@ from dmplay.ui.screen.play_screen import PlayScreen
 from dmplay.ui.screen.screen_protocols import FullScreen, KeyDrivenScreen, apply_background
 from dmplay.ui.shell.commands import PlayerQuit
 
-ESCAPE_TIMEOUT_SECONDS = (
-    0.05  # until a lone Esc counts as a key; prompt_toolkit's default is half a second
-)
 POLL_SECONDS = 0.1  # between two checks of a running task
 QUIT_PATIENCE_SECONDS = 0.1  # maximum wait for a task to stop when the player quits
 FORCE_QUIT_KEYS = ("c-c", "c-d")  # keys that quit even if the screen cannot be painted
@@ -65,7 +63,7 @@ def run_event_loop(
     screen: PlayScreen | KeyDrivenScreen, painter: Painter, input_: Input | None = None
 ) -> int:
     """Show a full screen until the player quits or a signal arrives, and return the exit code."""
-    terminal_io = painter, input_ or create_input()
+    terminal_io = (painter, input_, None) if input_ else (painter, create_input(), TERMINAL_INPUT)
     event_loop: ScreenEventLoop = (
         PlayEventLoop(screen, *terminal_io)
         if isinstance(screen, PlayScreen)
@@ -97,11 +95,13 @@ class ScreenEventLoop(ABC):
         key_handler: Callable[[str], None],
         painter: Painter,
         input_: Input,
+        sequences: InputSequences | None,
     ) -> None:
         self.screen = screen
         self.key_handler = key_handler  # handles a key; raises PlayerQuit
         self.painter = painter
-        self.input = limit_pastes(input_, self._receive_background)
+        self.input = input_
+        self._key_reader = attach_key_reader(input_, sequences, self._receive_background)
         self.exit_code = 0  # set by a signal that ends the game
         # (key, handler); the key is '' for other events
         self._events: asyncio.Queue[tuple[str, EventHandler]] = asyncio.Queue()
@@ -146,19 +146,27 @@ class ScreenEventLoop(ABC):
     # Sources of events
 
     def _read_keys(self) -> None:
-        """Read the pressed keys, and start the timer after which a lone Esc counts as a key."""
+        """Read the pressed keys, and start the timer of an unfinished sequence."""
         self._enqueue_keys(self.input.read_keys())
         if self.input.closed:
             self._enqueue_event(partial(self._quit, TERMINAL_LOST_EXIT_CODE))
-        loop = asyncio.get_running_loop()
+        self._schedule_flush()
+
+    def _schedule_flush(self) -> None:
+        """Start the timer after which a lone Esc counts as a key, or a sequence as ended."""
         self._cancel_escape_timer()
-        self._escape_timer = loop.call_later(
-            ESCAPE_TIMEOUT_SECONDS, lambda: self._enqueue_keys(self.input.flush_keys())
-        )
+        seconds = self._key_reader.seconds_to_flush()
+        if seconds is not None:
+            loop = asyncio.get_running_loop()
+            self._escape_timer = loop.call_later(seconds, self._flush_keys)
+
+    def _flush_keys(self) -> None:
+        """Add events for keys that are complete because nothing followed them."""
+        self._enqueue_keys(self.input.flush_keys())
+        self._schedule_flush()
 
     def _receive_background(self, background: str) -> None:
         """Use the theme that suits the background that the terminal replied."""
-        remember_background(background)
         apply_background(self.screen, self.painter, background)
         if self._prompt_application:
             self._prompt_application.invalidate()
@@ -174,8 +182,14 @@ class ScreenEventLoop(ABC):
         self._events.put_nowait((key, handler))
 
     def _enqueue_keys(self, presses: list[KeyPress]) -> None:
-        """Add an event for each key press; a colon takes all later keys with it as typeahead."""
+        """Add an event for each key press; a colon takes all later keys with it as typeahead.
+
+        prompt_toolkit reports Alt with a key in one sequence as Esc and that key, which has no
+        data of its own; neither is a key of a screen.
+        """
         for index, key_press in enumerate(presses):
+            if not key_press.data or (key_press.key is Keys.Escape and key_press.data != ESC):
+                continue
             name = KEY_NAMES.get(key_press.key, key_press.key)
             wheel_key = WHEEL_KEYS.get(key_press.data.partition(";")[0])
             key = wheel_key or str(getattr(name, "value", name))
@@ -366,6 +380,7 @@ class ScreenEventLoop(ABC):
         """Suspend the program, as on Ctrl-Z, with the terminal restored until it resumes."""
         loop = asyncio.get_running_loop()
         self.painter.leave_screen()
+        discard_reply(self.input.fileno(), self._key_reader.sequences)
         loop.remove_signal_handler(signal.SIGTSTP)
         with self.input.cooked_mode():
             os.kill(0, signal.SIGTSTP)
@@ -392,8 +407,14 @@ class KeyDrivenEventLoop(ScreenEventLoop):
     The first frame is followed by an event with an empty key.
     """
 
-    def __init__(self, screen: KeyDrivenScreen, painter: Painter, input_: Input) -> None:
-        super().__init__(screen, screen.handle_key, painter, input_)
+    def __init__(
+        self,
+        screen: KeyDrivenScreen,
+        painter: Painter,
+        input_: Input,
+        sequences: InputSequences | None,
+    ) -> None:
+        super().__init__(screen, screen.handle_key, painter, input_, sequences)
         self._key_screen = screen
         self._enqueue_event(partial(self._handle_key, ""))
 
@@ -417,8 +438,14 @@ class KeyDrivenEventLoop(ScreenEventLoop):
 class PlayEventLoop(ScreenEventLoop):
     """The event loop of the play screen, which has clocks, animations and a command row."""
 
-    def __init__(self, screen: PlayScreen, painter: Painter, input_: Input) -> None:
-        super().__init__(screen, partial(handle_key, screen), painter, input_)
+    def __init__(
+        self,
+        screen: PlayScreen,
+        painter: Painter,
+        input_: Input,
+        sequences: InputSequences | None,
+    ) -> None:
+        super().__init__(screen, partial(handle_key, screen), painter, input_, sequences)
         self._play_screen = screen
         self._history = InMemoryHistory()
 
@@ -474,9 +501,8 @@ class PlayEventLoop(ScreenEventLoop):
         self._prompt_application = command_prompt.create_application(
             self._play_screen, self.painter, self.input, self._history, self._suspend
         )
-        self._prompt_application.ttimeoutlen = self._prompt_application.timeoutlen = (
-            ESCAPE_TIMEOUT_SECONDS
-        )
+        self._prompt_application.timeoutlen = ESCAPE_SECONDS
+        self._prompt_application.ttimeoutlen = self._key_reader.sequences.escape_seconds
         try:
             with self.input.detach():
                 line = await self._prompt_application.run_async(handle_sigint=False)
@@ -484,5 +510,6 @@ class PlayEventLoop(ScreenEventLoop):
             self._prompt_application = None
         self.painter.invalidate()
         self._enqueue_keys(get_typeahead(self.input))
+        self._schedule_flush()
         if line is not None:
             await self._run_action(partial(run_typed_line, self._play_screen, line))

@@ -21,10 +21,16 @@ from prompt_toolkit.output import ColorDepth, Output
 from dmplay.core.text import escape_unprintable
 from dmplay.errors import DmplayError
 from dmplay.game import saves
+from dmplay.terminal.input_sequences import (
+    ESCAPE_SECONDS,
+    REPLY_ESCAPE_SECONDS,
+    REPLY_SECONDS,
+    TERMINAL_INPUT,
+)
 from dmplay.terminal.signals import INTERRUPTED_EXIT_CODE, SIGNAL_EXIT_CODES, exit_on_signals
 from dmplay.ui.screen.command_prompt import HiddenInputProcessor
 from dmplay.ui.screen.full_screen import run_full_screen
-from dmplay.ui.screen.paste_limit import limit_pastes
+from dmplay.ui.screen.key_reader import attach_key_reader
 from dmplay.ui.screen.play_screen import PlayScreen
 from dmplay.ui.shell.commands import PlayerQuit
 from dmplay.ui.shell.completer import CommandCompleter
@@ -76,7 +82,11 @@ def toolbar_text(shell: Shell) -> str:
 
 def run_prompt(shell: Shell, input_: Input | None = None, output: Output | None = None) -> int:
     """Read and run lines until the player leaves; return the exit code."""
+    input_ = input_ or get_app_session().input
+    attach_key_reader(input_, TERMINAL_INPUT)
     session = _create_prompt_session(shell, input_, output)
+    # If a terminal does not report the cursor's position, only the toolbar is missing.
+    session.app.renderer.cpr_not_supported_callback = None
     shell.controller.open_screen = lambda: _show_full_screen(shell)
     shell.controller.open_viewer = lambda watched: _show_algorithm(shell, watched)
     warned = False
@@ -85,9 +95,7 @@ def run_prompt(shell: Shell, input_: Input | None = None, output: Output | None 
             if shell.awaiting_handover:
                 with exit_on_signals():
                     shell.hand_over(is_retry=warned)
-            line = session.prompt(
-                lambda: shell.prompt, pre_run=_install_signal_handlers, handle_sigint=True
-            )
+            line = session.prompt(lambda: shell.prompt, pre_run=_prepare_prompt, handle_sigint=True)
         except KeyboardInterrupt:
             empty = shell.awaiting_handover or not session.default_buffer.text
             if empty and warned:
@@ -111,7 +119,7 @@ def run_prompt(shell: Shell, input_: Input | None = None, output: Output | None 
 
 
 def _create_prompt_session(
-    shell: Shell, input_: Input | None, output: Output | None
+    shell: Shell, input_: Input, output: Output | None
 ) -> PromptSession[str]:
     """Return the line editor, with its history, completion and toolbar."""
     file = saves.shell_history_path()
@@ -137,14 +145,18 @@ def _create_prompt_session(
         enable_suspend=True,
         key_bindings=bindings,
         color_depth=None if shell.terminal.color else ColorDepth.DEPTH_1_BIT,
-        input=limit_pastes(input_ or get_app_session().input),
+        input=input_,
         output=output,
     )
 
 
-def _install_signal_handlers() -> None:
-    """Install handlers with which termination signals exit the prompt."""
+def _prepare_prompt() -> None:
+    """Let termination signals exit the prompt, and set how long an ESC waits for its sequence."""
     app, loop = get_app(), asyncio.get_running_loop()
+    app.ttimeoutlen = ESCAPE_SECONDS
+    if app.output.responds_to_cpr:
+        app.ttimeoutlen = REPLY_ESCAPE_SECONDS
+        loop.call_later(REPLY_SECONDS, setattr, app, "ttimeoutlen", ESCAPE_SECONDS)
     for number, code in SIGNAL_EXIT_CODES.items():
         loop.add_signal_handler(number, partial(app.exit, exception=SystemExit(code)))
 

@@ -1,10 +1,13 @@
 """Tests of whole games by real keys in a real terminal: turns, undo, commands, help and hints."""
 
 import json
+import shlex
+import time
 from pathlib import Path
 
 import pytest
 
+from dmplay.terminal.background import BACKGROUND_QUERY
 from tests.support.games import assert_verified, read_values
 from tests.support.programs import run_dmplay
 from tests.support.terminals import (
@@ -12,6 +15,7 @@ from tests.support.terminals import (
     CTRL_D,
     CTRL_L,
     CTRL_R,
+    DMPLAY_COMMAND,
     DOWN,
     ENTER,
     ESCAPE,
@@ -23,6 +27,7 @@ from tests.support.terminals import (
 )
 
 pytestmark = pytest.mark.slow
+REPLY = "\x1b]11;rgb:ffff/ffff/ffff\x1b\\"
 
 
 def test_the_keys_and_the_words_of_hexworld_write_the_same_transcript(tmp_path: Path) -> None:
@@ -204,3 +209,30 @@ def test_a_hint_names_the_best_action_and_all_values(tmp_path: Path) -> None:
         terminal.ready().press(TAB, "hint by optimal: se").until("n=se best  b=sw  l=e")
         terminal.press("V", "overlay: exact values").press(CTRL_L).until("│ 7.04│")
         assert terminal.press("q").ended() == 0
+
+
+def test_a_reply_in_pieces_is_no_key_on_the_screen_and_changes_the_theme(tmp_path: Path) -> None:
+    with Terminal("hexworld", "--seed", "7", "-o", "game.dmt", folder=tmp_path) as terminal:
+        terminal.until(lambda: BACKGROUND_QUERY in terminal.printed)
+        for piece in ("\x1b", "]11;rgb:ffff/ff", "ff/ffff\x1b", "\\"):
+            terminal.press(piece).calm(0.1)
+        terminal.ready().press("q").ended()
+    assert "actions:" not in (tmp_path / "game.dmt").read_text()
+
+
+@pytest.mark.parametrize("pieces", [(REPLY,), (REPLY[:1], REPLY[1:]), (REPLY[:9], REPLY[9:])])
+def test_a_reply_after_the_end_of_the_game_is_not_typed_into_the_shell(
+    pieces: tuple[str, ...], tmp_path: Path
+) -> None:
+    script = f"{shlex.join(DMPLAY_COMMAND)} hexworld --seed 7; sleep 1; echo done"
+    with Terminal(folder=tmp_path, command=("sh", "-c", script)) as terminal:
+        terminal.until(lambda: BACKGROUND_QUERY in terminal.printed)
+        asked_at = time.monotonic()
+        terminal.ready().press("q", lambda: "\x1b[?1049l" in terminal.printed)
+        for piece in pieces:
+            while time.monotonic() < asked_at + 0.7 / len(pieces):
+                terminal.read()
+            terminal.press(piece)
+            asked_at = time.monotonic()
+        terminal.until("done").ended()
+        assert "11;rgb" not in terminal.text
