@@ -103,9 +103,8 @@ class SharedObservationPlan(SeatPolicy):
 
     def _make_memory(self, b: Reals) -> Memory:
         """Return beliefs with the first best joint action `[B, 2]`, the same for both seats."""
-        return b, self._joint_actions.take(
-            select_greedy_actions(self._joint_action_values(b)), axis=0
-        )
+        best = select_greedy_actions(self._joint_action_values(b), self.problem.reward_scale)
+        return b, self._joint_actions.take(best, axis=0)
 
     def _joint_action_values(self, b: Reals) -> Reals:
         """Return Q `[B, joint actions]` of beliefs `[B, S]`."""

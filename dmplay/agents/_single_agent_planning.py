@@ -78,11 +78,11 @@ class MdpOptimalPolicy(TurnsLeftPolicy, StationaryPolicy):
 
     def _choose_best(self, s: Array, q: Reals, legal: Bools | None) -> Array:
         """Return the first best action of values `[B, A]`, or the one that pays sooner."""
-        q = q if legal is None else np.where(legal, q, -np.inf)
+        q, scale = q if legal is None else np.where(legal, q, -np.inf), self.problem.reward_scale
         if self.problem.discount == 1.0:
             tie_break_q = self._tie_break_q[self.problem.state_indices(s)]
-            q = np.where(mark_best_actions(q), tie_break_q, -np.inf)
-        return select_greedy_actions(q)
+            q = np.where(mark_best_actions(q, scale), tie_break_q, -np.inf)
+        return select_greedy_actions(q, scale)
 
     @cached_property
     def _tie_break_q(self) -> Reals:

@@ -226,10 +226,13 @@ PolicyLookup = Callable[
 class GreedyPolicy(ABC):
     """A mixin that takes the first legal action with the greatest value."""
 
+    problem: Problem
+
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
         """Return the first of the best legal actions of each row."""
         q = self.action_values(memory)
-        return select_greedy_actions(q if legal is None else np.where(legal, q, -np.inf))
+        q = q if legal is None else np.where(legal, q, -np.inf)
+        return select_greedy_actions(q, self.problem.reward_scale)
 
     @abstractmethod
     def action_values(self, memory: Memory) -> Reals:

@@ -58,7 +58,8 @@ class RemainingHorizonPolicy(BeliefAndTurnPolicy, FiniteHorizonPolicy):
 
     def best_actions(self, b: Reals, turns_left: int) -> Array:
         """Return the first of the best actions `[B]` by `finite_horizon_values`."""
-        return select_greedy_actions(self.finite_horizon_values(b, turns_left))
+        q = self.finite_horizon_values(b, turns_left)
+        return select_greedy_actions(q, self.problem.reward_scale)
 
     def action_values(self, memory: Memory) -> Reals:
         """Return Q of each action with the turns left."""

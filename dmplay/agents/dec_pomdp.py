@@ -14,7 +14,7 @@ from dmplay.core.arrays import Array, Bools, Reals
 from dmplay.core.parameters import parameter
 from dmplay.core.policy import Memory, Percept
 from dmplay.core.problem import Problem
-from dmplay.core.text import format_count
+from dmplay.core.text import format_count, format_number
 from dmplay.core.work_budget import Budget
 from dmplay.errors import BadPolicy
 from dmplay.solvers.decpomdp.dec_pomdp_model import AgentPlan, DecPomdp, PlanLayer
@@ -132,10 +132,11 @@ class OptimalJointPlan(JointPlan):
         if not solution.is_optimal:
             message = (
                 f"the best plan found for {format_count(self.planned_turns, 'turn')} "
-                f"has value {solution.value:.6g}"
+                f"has value {format_number(solution.value)}"
             )
             raise BadPolicy(
-                f"optimal: {message}, an optimal one at most {solution.upper_bound:.6g}; "
+                f"optimal: {message}, an optimal one at most "
+                f"{format_number(solution.upper_bound)}; "
                 "use joint-plan"
             )
         return solution.plans

@@ -132,7 +132,7 @@ class BackwardInductionPolicy(_StateAndTurnPolicy):
         of them that ends the game soonest.
         """
         if self._game_turns is not None and self.problem.discount < 1.0:
-            return select_greedy_actions(self.action_values(memory))
+            return select_greedy_actions(self.action_values(memory), self.problem.reward_scale)
         if self._game_turns is not None:
             return self._choose_soonest_ending(memory)
         game_graph = self._solution.graph
@@ -147,7 +147,7 @@ class BackwardInductionPolicy(_StateAndTurnPolicy):
     def _choose_soonest_ending(self, memory: Memory) -> Array:
         """Return the actions `[B]` that end a game soonest among those best for every agent."""
         game_graph, seat = self._solution.graph, self.seat
-        best = select_greedy_actions(self.action_values(memory))
+        best = select_greedy_actions(self.action_values(memory), self.problem.reward_scale)
         lengths = np.full((len(best), self.problem.action_counts[seat]), np.inf)
         for batch_rows, s, turns_left in self._iter_rows_by_turns_left(memory):
             assert turns_left is not None
@@ -163,7 +163,7 @@ class BackwardInductionPolicy(_StateAndTurnPolicy):
             is_first = actions == best[games]
             best_q[games[is_first]] = q[is_first]
             is_best = backward_induction.mark_equal_values(
-                q, best_q[games], compute_tolerance(values)
+                q, best_q[games], compute_tolerance(values, scale=self._solution.scale)
             )
             action_lengths = backward_induction.compute_action_lengths(
                 game_graph, action_rows, self._solution.get_lengths(turns_left)

@@ -16,6 +16,7 @@ from dmplay.core.parameters import parameter
 from dmplay.core.policy import Memory
 from dmplay.core.problem import Problem
 from dmplay.core.tabular import tabulate
+from dmplay.core.text import format_number
 from dmplay.core.work_budget import has_total_work_limit, limit_total_work
 from dmplay.errors import BadParameter, BadPolicy, BudgetExceeded
 from dmplay.solvers.pomdp import exact_pomdp, point_based, sparse_pomdp
@@ -23,7 +24,7 @@ from dmplay.solvers.pomdp.point_based import PointBasedBounds, VectorsByAction
 
 MAX_EXACT_STATES = 4  # maximum number of states for which exact alpha vectors are tried first
 EXACT_WORK_LIMIT = 7e8  # operations that the exact solution may take
-# decimals of a value; further ones depend on which beliefs are evaluated together
+# decimals of a value at a scale of 1; further ones depend on which beliefs are evaluated together
 VALUE_DECIMALS = 9
 ALWAYS_PLANNED_TURNS, MAX_PLANNED_TURNS = (
     10,
@@ -107,12 +108,19 @@ class PointBasedPolicy(GreedyPolicy, BeliefAndTurnPolicy):
         b, turns_done = memory
         plans = self.bounds.plans_by_turns_left
         if self.planned_turns is None:
-            return self._credit_first_legal_action(b, _evaluate_plans(plans[0], b))
+            return self._credit_first_legal_action(b, self._evaluate_plans(plans[0], b))
         turns_left = self.planned_turns - turns_done % self.planned_turns
         q = np.zeros((len(b), len(plans[0])))
         for turns in np.unique(turns_left):
-            q[turns_left == turns] = _evaluate_plans(plans[turns], b[turns_left == turns])
+            q[turns_left == turns] = self._evaluate_plans(plans[turns], b[turns_left == turns])
         return self._credit_first_legal_action(b, q)
+
+    def _evaluate_plans(self, plans: VectorsByAction, b: Reals) -> Reals:
+        """Return the value `[B, A]` of the best plan of each first action at beliefs `[B, S]`."""
+        support, scale = np.flatnonzero(b.any(axis=0)), self.problem.reward_scale
+        support_beliefs = b[:, support]
+        action_values = [(support_beliefs @ vectors[:, support].T).max(axis=1) for vectors in plans]
+        return scale * np.round(np.stack(action_values, axis=1) / scale, VALUE_DECIMALS)
 
     @cached_property
     def _legal_by_state(self) -> Bools | None:
@@ -174,8 +182,8 @@ def format_bounds(bounds: PointBasedBounds) -> str:
     """Return the value at the start, or its bounds with enough digits to tell them apart."""
     low, high = bounds.lower_bound, bounds.upper_bound
     gap = high - low
-    if gap <= point_based.MIN_GAP:
-        return f"value {low:.6g} at the start"
+    if gap <= bounds.min_gap:
+        return f"value {format_number(low)} at the start"
     decimals = 1 - floor(log10(gap))
     low, high = (
         rounding(bound * 10**decimals) / 10**decimals
@@ -197,14 +205,6 @@ def suggest_more_work(bounds: PointBasedBounds, work: float, option_text: str) -
     return (
         f"; for closer bounds: {option_text}{min(WORK_INCREASE_FACTOR * work, MAX_WORK_FACTOR):g}"
     )
-
-
-def _evaluate_plans(plans: VectorsByAction, b: Reals) -> Reals:
-    """Return the value `[B, A]` of the best plan of each first action at beliefs `[B, S]`."""
-    support = np.flatnonzero(b.any(axis=0))
-    support_beliefs = b[:, support]
-    action_values = [(support_beliefs @ vectors[:, support].T).max(axis=1) for vectors in plans]
-    return np.round(np.stack(action_values, axis=1), VALUE_DECIMALS)
 
 
 _bounds_cache: dict[

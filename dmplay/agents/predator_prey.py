@@ -119,12 +119,12 @@ class BestResponse(TurnsLeftPolicy, StationaryPolicy):
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
         """Return the first of the best moves in each state."""
         if self.horizon:
-            return select_greedy_actions(self.action_values(memory))
+            return select_greedy_actions(self.action_values(memory), self.problem.reward_scale)
         return super().choose(memory, legal, u)
 
     def choose_from_states(self, s: Array, legal: Bools | None) -> Array:
         """Return the first of the best moves in each state."""
-        return select_greedy_actions(self.action_values((s,)))
+        return select_greedy_actions(self.action_values((s,)), self.problem.reward_scale)
 
     def action_values(self, memory: Memory) -> Reals:
         """Return Q of each move against these others, with the turns left if they are limited."""

@@ -329,7 +329,7 @@ class TreeSearch(BeliefPolicy):
         An action of the own seat's policy is kept unless another one is significantly better.
         """
         result, uniforms = self._run_search(memory, legal, u)
-        is_best = mark_best_actions(result.mean_returns)
+        is_best = mark_best_actions(result.mean_returns, self.problem.reward_scale)
         if self._own_rollout_policy:
             usual_actions = self._own_rollout_policy.choose(
                 self._own_policy_memory(memory),

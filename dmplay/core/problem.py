@@ -13,17 +13,19 @@ import numpy as np
 
 from dmplay.core import user_code_locations
 from dmplay.core.arrays import Array, Bools, Ints, Reals, readonly_copy, select_seat_observations
+from dmplay.core.best_actions import compute_reward_scale
 from dmplay.core.chance import Chance, FiniteChance, sample_all
 from dmplay.core.parameters import INTEGER_TYPES, check_parameters, parameter
 from dmplay.core.policy import FIELD_OMITTED, Percept
 from dmplay.core.spaces import Interval, Labels, ObservationSpace, normalize_label
 from dmplay.core.work_budget import Budget
-from dmplay.errors import BadParameter, UnknownName
+from dmplay.errors import BadParameter, BudgetExceeded, UnknownName
 
 MAX_LISTING_BYTES = 384 * 2**20  # maximum bytes of an array over all states, or over their outcomes
 INIT_REFUSED_MESSAGE = (
     "declare parameters as fields with a default, such as `price: float = 5.0`, not in __init__"
 )
+MAX_SCALE_STATES = 256  # states whose rewards tell the scale of all
 WAIT_LABEL = "wait"  # label of the only legal action of an inactive agent
 
 
@@ -202,6 +204,14 @@ class Problem(ABC):
     def reward_bounds(self) -> tuple[float, float] | None:
         """The smallest and the largest reward of a turn, or None if unknown."""
         return None
+
+    @cached_property
+    def reward_scale(self) -> float:
+        """The power of 2 to which tolerances of values are relative, from the size of rewards."""
+        bounds = self.reward_bounds
+        return compute_reward_scale(
+            _list_first_rewards(self) if bounds is None else np.array(bounds)
+        )
 
     @property
     def return_bounds(self) -> tuple[float, float] | None:
@@ -491,6 +501,29 @@ def enumerate_possible_outcomes(
     outcome = problem.resolve_events(s[row], a[row], possible_events)
     validate_outcome(problem, outcome)
     return row, probabilities[nonzero], outcome
+
+
+def _list_first_rewards(problem: Problem) -> Reals:
+    """Return the rewards `[N]` of the first states of a finite problem; 1 if none are listed.
+
+    In each state, every legal action of every agent occurs in one of the joint actions.
+    """
+    if not isinstance(problem.state_count, int) or not all(problem.action_counts):
+        return np.ones(1)
+    try:
+        states = problem.enumerate_states()[:MAX_SCALE_STATES]
+        legal = problem.legal_actions_mask(states)
+        first = np.zeros((len(states), 1), int) if legal is None else legal.argmax(axis=2)
+        rewards = [np.zeros(0)]
+        for action in range(max(problem.action_counts)):
+            choices = np.minimum(action, np.array(problem.action_counts) - 1)
+            a = np.where(
+                True if legal is None else legal[:, range(len(choices)), choices], choices, first
+            )
+            rewards.append(enumerate_possible_outcomes(problem, states, a)[2].rewards.ravel())
+    except (BadParameter, BudgetExceeded):
+        return np.ones(1)
+    return np.concatenate(rewards)
 
 
 def check_listing_size(problem: Problem, number_count: float) -> None:

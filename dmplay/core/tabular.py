@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from dmplay.core.arrays import Array, Ints, Reals, make_readonly
+from dmplay.core.best_actions import compute_reward_scale
 from dmplay.core.chance import Categorical, Chance
 from dmplay.core.problem import Outcome, Problem, enumerate_outcomes, next_state_indices
 from dmplay.core.sparse_matrix import SparseMatrix
@@ -180,6 +181,11 @@ class Tabular(Problem):
         """True if there are several agents, and all of them always get the same reward."""
         rewards = self.tables.rewards
         return len(self.agents) > 1 and bool((rewards == rewards[..., :1]).all())
+
+    @cached_property
+    def reward_scale(self) -> float:
+        """The power of 2 to which tolerances of values are relative, from all rewards."""
+        return compute_reward_scale(self.sparse_tables.rewards)
 
     @cached_property
     def sparse_tables(self) -> SparseTables:

@@ -7,6 +7,7 @@ from decimal import ROUND_CEILING, Context
 
 JSON_SCHEMA = 1  # version of the keys of JSON reports
 MAX_EXTRA_DECIMALS = 2  # decimals added to probabilities so that they sum to 1 as printed
+MAX_WHOLE_NUMBER = 1e15  # Larger numbers are printed with an exponent.
 MIN_WHOLE_SCORE = 1000  # score from which on no decimals are printed
 
 
@@ -18,6 +19,12 @@ def escape_newlines(text: str) -> str:
 def format_score(value: float) -> str:
     """Return a score in four significant digits, or as a whole number if it has four or more."""
     return f"{value:.4g}" if abs(value) < MIN_WHOLE_SCORE else f"{value:.0f}"
+
+
+def format_number(value: float, digits: int = 6) -> str:
+    """Return a number in significant digits; without an exponent if it is large but exact."""
+    is_long = 10.0**digits <= abs(value) < MAX_WHOLE_NUMBER
+    return f"{value:.0f}" if is_long else f"{value:.{digits}g}"
 
 
 def format_upper_bound(bound: float, digits: int = 1) -> str:

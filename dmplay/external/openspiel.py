@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from dmplay.core import safe_files
+from dmplay.core.best_actions import compute_reward_scale
 from dmplay.core.playability_checks import RESERVED_WORDS
 from dmplay.core.problem import WAIT_LABEL, Problem
 from dmplay.core.spaces import Labels, TextLine
@@ -424,6 +425,12 @@ class OpenSpielProblem(ExternalProblem):
             _enum_name(_load_game(self.name).get_type().utility) == "IDENTICAL"
             and len(self.agents) > 1
         )
+
+    @cached_property
+    def reward_scale(self) -> float:
+        """The power of 2 to which tolerances of values are relative, from the final payoffs."""
+        game = _load_game(self.name)
+        return compute_reward_scale(np.array([game.min_utility(), game.max_utility()]))
 
     def make_environment(self) -> ExternalEnvironment:
         """Return a new game that has not been started."""

@@ -60,6 +60,7 @@ class SeatChoices:
     worst: ReviewedAction | None = None  # the choice that lost most of the score, if any did
     start_value: float | None = None  # expected score under optimal play, if the luck is known
     luck: float | None = None  # score - (start value - regret)
+    scale: float = 1.0  # of the problem's rewards
 
     def lines(self, prefix: str = "") -> list[str]:
         """Return one line on the choices, and with exact values one each on luck and worst turn."""
@@ -70,7 +71,8 @@ class SeatChoices:
             if self.scope == WITHOUT_END:
                 basis = f"{name}, which ignore the turn limit"
             return [f"{prefix}choices: {share} by the {basis}"]
-        decimals = count_decimals([self.regret, self.luck or 0.0, self.start_value or 0.0])
+        numbers = [self.regret, self.luck or 0.0, self.start_value or 0.0]
+        decimals = count_decimals(numbers, self.scale)
         regret_text = format_fixed(self.regret, decimals)
         cost = f"; expected score lost: {regret_text} (regret)" * (self.regret > 0)
         rows = [f"{prefix}choices: {share}{cost}"]
@@ -276,6 +278,7 @@ def _assess_seat(
         moves[0].values_name,
         moves[0].scope,
         session.seat_return(question.seat),
+        scale=session.problem.reward_scale,
     )
     regrets = [move.regret for move in moves if move.regret is not None]
     is_exact = len(regrets) == len(moves) and all(
@@ -290,7 +293,9 @@ def _assess_seat(
         return choices
     start_value = max(moves[0].values.values())
     luck = choices.score - (start_value - regret)
-    is_zero = abs(luck) <= RETURN_TOLERANCE * max(abs(start_value), abs(choices.score), 1.0)
+    is_zero = abs(luck) <= RETURN_TOLERANCE * max(
+        abs(start_value), abs(choices.score), choices.scale
+    )
     return replace(choices, start_value=start_value, luck=0.0 if is_zero else luck)
 
 
@@ -430,7 +435,7 @@ def _count_games(session: Session, policies: Sequence[Policy], seat: int) -> tup
             keep=("returns", "terminated"),
         )
         difference = games.returns[:, seat] - score
-        tolerance = RETURN_TOLERANCE * max(abs(score), 1.0)
+        tolerance = RETURN_TOLERANCE * max(abs(score), problem.reward_scale)
         is_lower = difference < -tolerance
         is_decided = games.terminated | (is_lower & can_only_fall)
         has_same_limit = session.turn_limit is not None and session.turn_limit <= turn_count

@@ -6,7 +6,13 @@ import re
 from collections.abc import Sequence
 from math import isfinite
 
-from dmplay.core.text import align_columns, display_width, escape_newlines, escape_unprintable
+from dmplay.core.text import (
+    align_columns,
+    display_width,
+    escape_newlines,
+    escape_unprintable,
+    format_number,
+)
 from dmplay.evaluation.solutions.solution import Row
 
 MISSING_CELL = "-"  # for a number that is not finite
@@ -30,7 +36,7 @@ def format_table(rows: Sequence[Row], digits: int = 5) -> str:
 def format_cell(value: object, digits: int = 5) -> str:
     """Return a value as a table cell; a number that is not finite is MISSING_CELL."""
     if isinstance(value, float):
-        return f"{value:.{digits}g}" if isfinite(value) else MISSING_CELL
+        return format_number(value, digits) if isfinite(value) else MISSING_CELL
     return _collapse_blanks(str(value))
 
 

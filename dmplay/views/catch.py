@@ -7,7 +7,7 @@ from rich.text import Text
 from dmplay.core.arrays import Reals
 from dmplay.core.session import View
 from dmplay.problems.catch import CAUGHT, DISTANCES, PROFICIENCIES, Catch
-from dmplay.views.protocol import REGRET_TOLERANCE, DrawOptions, Lesson
+from dmplay.views.protocol import DrawOptions, Lesson
 from dmplay.views.toolkit.action_hints_and_outcomes import (
     format_forecast_rows,
     format_regret_rows,
@@ -136,9 +136,9 @@ def _draw_large_board(
 
 def _format_regret_cell(regret: float) -> str:
     """Format a regret in three columns."""
-    if REGRET_TOLERANCE <= regret < SMALL_REGRET:
+    if 0.0 < regret < SMALL_REGRET:
         return f"{regret:.2f}".removeprefix("0").replace(".00", "~0")
-    return format_significant(regret * (regret >= REGRET_TOLERANCE), 3)
+    return format_significant(regret, 3)
 
 
 def _draw_distance_cells(

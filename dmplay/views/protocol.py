@@ -15,7 +15,6 @@ from dmplay.views.toolkit.canvas import measure_text, to_ascii
 
 NO_KEY_LABELS: Mapping[str, str] = {}
 MIN_PANEL_COLUMNS = 17  # minimum columns of the side panel
-REGRET_TOLERANCE = 1e-9  # regrets up to this size count as zero
 BEST_LABEL, EQUALLY_GOOD_LABEL = (
     "best",
     "equal",

@@ -341,7 +341,7 @@ def test_the_suggested_action_is_the_best_of_equal_actions(
     suggested_action: float | None, labels: list[str]
 ) -> None:
     options = LARGE_OPTIONS._replace(
-        regret=np.array([1e-12, 0.0, 2.0]), suggested_action=suggested_action
+        regret=np.array([0.0, 0.0, 2.0]), suggested_action=suggested_action
     )
     assert [format_regret(options, action, 12) for action in range(3)] == labels
     assert format_regret(options, 0, 4) == "best"  # too narrow for the longer label

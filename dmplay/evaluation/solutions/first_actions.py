@@ -13,16 +13,17 @@ from dmplay.agents.point_based import (
     suggest_more_work,
 )
 from dmplay.core import belief
-from dmplay.core.arrays import Ints
+from dmplay.core.arrays import Bools, Ints
 from dmplay.core.best_actions import mark_best_actions
 from dmplay.core.problem import Problem
-from dmplay.core.text import format_count
+from dmplay.core.text import format_count, format_number
 from dmplay.errors import BadParameter, BadPolicy, BudgetExceeded
 from dmplay.evaluation.solutions.options import DEFAULT_TURNS, resolve_horizon, resolve_work
 from dmplay.evaluation.solutions.simulated_returns import solve_by_simulation
 from dmplay.evaluation.solutions.solution import Row, Solution
 from dmplay.registry import agents
 from dmplay.registry.problems import builtin_stem
+from dmplay.solvers.pomdp.point_based import PointBasedBounds
 
 MAX_SEARCH_TURNS = 100  # in longer games search is not simulated
 
@@ -61,7 +62,10 @@ def solve_first_actions(problem: Problem) -> Solution:
             "best": "*" if is_best else "",
         }
         for a, value, is_best in zip(
-            legal.tolist(), q[0, legal], mark_best_actions(q[0, legal]), strict=True
+            legal.tolist(),
+            q[0, legal],
+            mark_best_actions(q[0, legal], problem.reward_scale),
+            strict=True,
         )
     ]
     horizon_text = (
@@ -69,7 +73,7 @@ def solve_first_actions(problem: Problem) -> Solution:
         if isinstance(agent, FiniteHorizonPolicy)
         else ""
     )
-    summary = f"value {q[0, legal].max():.6g} at the start{horizon_text}"
+    summary = f"value {format_number(q[0, legal].max())} at the start{horizon_text}"
     return Solution(f"agent {name}", summary, rows)
 
 
@@ -80,6 +84,12 @@ def _find_legal_first_actions(problem: Problem) -> Ints:
     )
     is_legal = np.ones(problem.action_counts[0], bool) if legal is None else legal[:, 0].any(axis=0)
     return np.flatnonzero(is_legal if is_legal.any() else ~is_legal)
+
+
+def _mark_possibly_best(bounds: PointBasedBounds, legal: Ints) -> Bools:
+    """Return the mask of actions that are not proven worse than another, beyond the target gap."""
+    lower = bounds.action_lower_bounds[legal]
+    return np.asarray(bounds.action_upper_bounds[legal] >= lower.max() - bounds.min_gap)
 
 
 def _plan_turns(agent: PointBasedPolicy, turns: int | None) -> PointBasedPolicy:
@@ -117,6 +127,7 @@ def _solve_bounds(agent: PointBasedPolicy, turns: int | None) -> Solution:
         bounds.action_upper_bounds[legal],
         strict=True,
     )
+    marks = _mark_possibly_best(bounds, legal)
     rows: list[Row] = [
         {
             "first": problem.format_action(0, a),
@@ -124,12 +135,12 @@ def _solve_bounds(agent: PointBasedPolicy, turns: int | None) -> Solution:
             "upper bound": float(high),
             "best": "*" if is_best else "",
         }
-        for (a, low, high), is_best in zip(
-            action_bounds, mark_best_actions(bounds.action_lower_bounds[legal]), strict=True
-        )
+        for (a, low, high), is_best in zip(action_bounds, marks, strict=True)
     ]
     span = format_count(agent.planned_turns, "turn") if agent.planned_turns else "infinite horizon"
     remedy = suggest_more_work(bounds, agent.work, "--work ")
+    if bounds.upper_bound - bounds.lower_bound > bounds.min_gap and marks.sum() > 1:
+        remedy = f"; the bounds of {marks.sum()} actions overlap{remedy}"
     summary = (
         f"{format_bounds(bounds)}; {format_count(bounds.expanded_belief_count, 'belief')}{remedy}"
     )

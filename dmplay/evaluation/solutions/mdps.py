@@ -9,7 +9,7 @@ from dmplay.core.arrays import Ints, Reals
 from dmplay.core.best_actions import mark_best_actions
 from dmplay.core.problem import Problem, initial_state_distribution
 from dmplay.core.tabular import tabulate
-from dmplay.core.text import format_count, format_upper_bound
+from dmplay.core.text import format_count, format_number, format_upper_bound
 from dmplay.core.work_budget import ARRAY_CALL_WORK, Budget, scale_progress
 from dmplay.errors import BadParameter
 from dmplay.evaluation.solutions.options import resolve_horizon
@@ -24,8 +24,8 @@ from dmplay.solvers.mdp.backward_induction import solve_by_backward_induction
 from dmplay.solvers.mdp.transition_graph import TransitionGraph
 
 MAX_SWEEPS = 10_000
-CONVERGENCE_THRESHOLD = 1e-10  # change of the values below which sweeps stop
-VALUE_DECIMALS = 9  # of the value at the start
+CONVERGENCE_THRESHOLD = 1e-10  # change of the values below which sweeps stop, at a scale of 1
+VALUE_DECIMALS = 9  # of the value at the start, at a scale of 1
 MAX_STATE_TURNS = 10_000_000  # up to which the value of a finite game is reported too
 MAX_LISTED_STATES = 1000  # If there are more states, only the start states are listed.
 
@@ -84,16 +84,16 @@ def solve_by_value_iteration(problem: Problem) -> Solution:
     """Return the values and best actions of every state, by value iteration."""
     tables = tabulate(problem)
     values = np.zeros(len(tables.transition))
-    done, change = 0, np.inf
+    done, change, threshold = 0, np.inf, CONVERGENCE_THRESHOLD * problem.reward_scale
     budget = Budget("value iteration", "try fewer states, or the agent search", 1e10)
-    while change >= CONVERGENCE_THRESHOLD and done < MAX_SWEEPS:
+    while change >= threshold and done < MAX_SWEEPS:
         budget.spend_work(ARRAY_CALL_WORK + tables.transition.size, done / MAX_SWEEPS)
         next_values = mdp_values.compute_action_values(tables, problem.discount, values).max(axis=1)
         change = float(abs(next_values - values).max())
         values = next_values
         done += 1
     q = mdp_values.compute_optimal_q(tables, problem.discount)
-    distance = float(abs(q.max(axis=1) - values).max())
+    best = q.max(axis=1)
     states = problem.enumerate_states()
     legal = problem.legal_actions_mask(states)
     if legal is not None:  # Without a legal action the game is over.
@@ -102,16 +102,18 @@ def solve_by_value_iteration(problem: Problem) -> Solution:
         {
             "state": problem.format_state(s),
             "value": float(row.max()),
-            "best": format_action_names(problem, mark_best_actions(row)),
+            "best": format_action_names(problem, mark_best_actions(row, problem.reward_scale)),
         }
         for s, row in zip(states, q, strict=True)
     ]
-    change_text = (
-        f"below {CONVERGENCE_THRESHOLD:g}" if change < CONVERGENCE_THRESHOLD else f"{change:.3g}"
-    )
+    if problem.discount < 1.0 and change >= threshold:  # Sweeps converge too slowly.
+        residual = abs(mdp_values.compute_action_values(tables, problem.discount, best) - q).max()
+        error = format_upper_bound(float(residual) / (1.0 - problem.discount))
+        return Solution("policy iteration", f"error at most {error}", rows)
+    change_text = f"below {threshold:.2g}" if change < threshold else f"{change:.3g}"
     summary = f"last change {change_text} after {format_count(done, 'sweep')}"
     if problem.discount < 1.0:
-        summary += f"; {distance:.1g} away from policy iteration"
+        summary += f"; {abs(best - values).max():.1g} away from policy iteration"
     return Solution("value iteration", summary, rows)
 
 
@@ -176,16 +178,12 @@ def solve_finite_horizon(problem: Problem) -> Solution:
 def format_start_values(problem: Problem, state_graph: TransitionGraph, values: Reals) -> str:
     """Return a text with the value of the start to each agent, from values `[S, n]`."""
     probabilities, states = initial_state_distribution(problem)
-    means = (
-        np.round(
-            probabilities @ values[state_graph.find_state_indices(problem, states)], VALUE_DECIMALS
-        )
-        + 0.0
-    )
-    if len(means) == 1:
-        return f"value {means[0]:.6g} at the start"
-    agent_means = zip(means, problem.agents, strict=True)
-    value_list = ", ".join(f"{value:.6g} for {agent}" for value, agent in agent_means)
+    scale = problem.reward_scale
+    means = probabilities @ values[state_graph.find_state_indices(problem, states)] / scale
+    texts = [format_number(mean * scale) for mean in np.round(means, VALUE_DECIMALS) + 0.0]
+    if len(texts) == 1:
+        return f"value {texts[0]} at the start"
+    value_list = ", ".join(map("{} for {}".format, texts, problem.agents))
     return f"value {value_list} at the start"
 
 
@@ -217,7 +215,7 @@ def _build_row(problem: Problem, graph_values: _GraphValues, state_index: int) -
     if len(graph_values.decider_q[action_rows]):
         mask[
             state_graph.joint_actions[action_rows, deciding_seat][
-                mark_best_actions(graph_values.decider_q[action_rows])
+                mark_best_actions(graph_values.decider_q[action_rows], problem.reward_scale)
             ]
         ] = True
     state_values = graph_values.values[state_index].tolist()

@@ -17,7 +17,7 @@ from dmplay.core.best_actions import select_greedy_actions
 from dmplay.core.problem import Problem
 from dmplay.core.spaces import Labels
 from dmplay.core.tabular import Tables, tabulate
-from dmplay.core.text import format_count
+from dmplay.core.text import format_count, format_number
 from dmplay.core.work_budget import Budget, scale_progress, scale_progress_part
 from dmplay.evaluation.solutions.options import DEFAULT_TURNS, resolve_horizon
 from dmplay.evaluation.solutions.simulated_returns import simulate_games
@@ -106,11 +106,13 @@ def solve_joint_plans(problem: Problem) -> Solution:
     """Return the best joint plan found for the planned turns, and an upper bound."""
     turn_count = resolve_horizon(problem.horizon) or DEFAULT_TURNS
     solution = solve_joint_plan(problem, turn_count)
-    value = f"value {solution.value:.6g} at the start with {format_count(turn_count, 'turn')}"
-    bound = "optimal" if solution.is_optimal else f"optimum at most {solution.upper_bound:.6g}"
+    value = f"value {format_number(solution.value)} at the start"
+    value += f" with {format_count(turn_count, 'turn')}"
+    upper_bound = format_number(solution.upper_bound)
+    bound = "optimal" if solution.is_optimal else f"optimum at most {upper_bound}"
     summary = (
         f"{value}, {bound}; one planner with all observations: "
-        f"at most {solution.centralized_bound:.6g}"
+        f"at most {format_number(solution.centralized_bound)}"
     )
     rows = [
         _build_node_row(
@@ -185,7 +187,7 @@ def solve_shared_reward_team(problem: Problem) -> Solution:
         text = f"{game_text} of up to {turn_text}, standard error {error:.2g}"
         teams.append(TeamValue(name, float(sample.mean()), text))
     rows = [entry._asdict() for entry in sorted(teams, key=lambda entry: -entry.value)]
-    text = f"mean {q.max(axis=1).mean():.6g} over {format_count(len(q), 'state')}"
+    text = f"mean {format_number(q.max(axis=1).mean())} over {format_count(len(q), 'state')}"
     text += ", an upper bound for every team"
     method = "policy iteration of one planner who sees all, infinite horizon"
     return Solution(method, text, rows)

@@ -51,6 +51,7 @@ class ActionBreakdown:
     next_replies: Reals | None  # [A'], the same in the next turn
     information_value: float  # part of the value lost if the next action is chosen blindly
     is_last_turn: bool  # whether the value counts no later turn
+    scale: float = 1.0  # of the problem's rewards
 
     @property
     def reward(self) -> float:
@@ -83,7 +84,7 @@ class ActionBreakdown:
     def adds_up(self) -> bool:
         """True if the parts sum to the value, as those of exact values do."""
         difference = self.value - self.reward - self.later_value
-        return abs(difference) <= RELATIVE_TOLERANCE * max(1.0, abs(self.value))
+        return abs(difference) <= RELATIVE_TOLERANCE * max(self.scale, abs(self.value))
 
 
 class OutcomeShare(NamedTuple):
@@ -198,6 +199,7 @@ def break_down_action(
         next_replies,
         discount * max(seen_value - blind_value, 0.0) if consequences.beliefs is not None else 0.0,
         is_last_turn,
+        session.problem.reward_scale,
     )
 
 

@@ -7,6 +7,7 @@ import numpy as np
 
 from dmplay.agents.base import EXACT_VALUES, LOWER_BOUNDS, RATINGS, UPPER_BOUNDS
 from dmplay.core.arrays import Reals
+from dmplay.core.best_actions import VALUE_TOLERANCE
 from dmplay.core.problem import ContinuousStates
 from dmplay.core.session import Session
 from dmplay.core.text import count_probability_decimals
@@ -24,7 +25,7 @@ from dmplay.game.hints.hint_provider import (
 )
 from dmplay.game.hints.obvious_actions import ObviousAction
 from dmplay.game.hints.rule_explanation import describe_rule, format_real_action
-from dmplay.views.protocol import REGRET_TOLERANCE, load_view_module
+from dmplay.views.protocol import load_view_module
 
 MAX_LISTED_OUTCOMES = 3  # maximum number of outcomes that are listed one by one
 MAX_OUTCOME_CHARS, MAX_OUTCOME_WORDS = 32, 4  # longer names of outcomes are left out
@@ -95,12 +96,12 @@ class _ValueExplainer:
         assert hint.values is not None
         assert hint.action is not None
         self._values = hint.values
-        self._decimals = hint.value_decimals
+        self._decimals, self._tolerance = hint.value_decimals, VALUE_TOLERANCE * hint.scale
         order = np.argsort(-self._values, kind="stable").tolist()
         ranked = [action for action in order if np.isfinite(self._values[action])]
         self._legal_actions = ranked
         self._suggested = self._best = int(hint.action)
-        if self._values[self._best] < self._values[ranked[0]] - REGRET_TOLERANCE:
+        if self._values[self._best] < self._values[ranked[0]] - self._tolerance:
             self._best = ranked[
                 0
             ]  # A search keeps its usual action unless another is clearly better.
@@ -161,7 +162,7 @@ class _ValueExplainer:
         """Return a sentence on the value of the action: the reward now, and later turns."""
         name, best_value = self._name(self._action), self._values[self._best]
         best_count = sum(
-            self._values[a] >= best_value - REGRET_TOLERANCE for a in self._legal_actions
+            self._values[a] >= best_value - self._tolerance for a in self._legal_actions
         )
         subject = f"The {'suggested ' * (self._action == self._suggested)}action {name}"
         if self._action == self._best:
@@ -402,7 +403,7 @@ class _ValueExplainer:
         None if no legal action is worse.
         """
         best_value = self._values[self._best]
-        worse = [a for a in self._legal_actions if self._values[a] < best_value - REGRET_TOLERANCE]
+        worse = [a for a in self._legal_actions if self._values[a] < best_value - self._tolerance]
         if not worse:
             return None
         rule = None
@@ -594,7 +595,7 @@ def _is_short(name: str) -> bool:
 def _has_different_rewards(*breakdowns: ActionBreakdown) -> bool:
     """Return whether the rewards of the outcomes of these actions differ."""
     rewards = [outcome.reward for parts in breakdowns for outcome in parts.outcomes]
-    return bool(np.ptp(rewards) > REGRET_TOLERANCE)
+    return bool(np.ptp(rewards) > VALUE_TOLERANCE * breakdowns[0].scale)
 
 
 def _join_choices(entries: Sequence[str]) -> str:

@@ -30,7 +30,7 @@ from dmplay.game.hints.outcome_forecast import (
     format_forecast,
 )
 from dmplay.registry import agents
-from dmplay.views.protocol import REGRET_TOLERANCE, Forecast, Overlay
+from dmplay.views.protocol import Forecast, Overlay
 
 T = TypeVar("T")
 MAX_LISTED_VALUES = 10  # maximum number of listed action values
@@ -38,49 +38,59 @@ HINT_WORK_LIMIT = 1.5e9  # operations per hint, about one second
 HINT_OVERLAYS = ("values", "policy")  # overlays that count as hints
 SEARCH_AGENT = "search"  # this agent limits its own work
 MIN_DECIMALS, MAX_DECIMALS = 2, 6  # decimals of printed values
+MIN_FIXED = 1e-4  # smaller values are printed with an exponent
 WHOLE_NUMBER_SPREAD = 100.0  # values that differ by this or more are printed without decimals
 INTERVAL_RESOLUTION = 1e-4  # resolution of a printed real-valued action, as a share of its interval
 
 
-def count_decimals(values: Sequence[float]) -> int:
-    """Return the number of decimals, 2 to 6, at which the largest difference of the values shows.
+def count_decimals(values: Sequence[float], scale: float = 1.0) -> int:
+    """Return the number of decimals, at least 2, at which the largest difference of values shows.
 
-    Equal values are compared with zero instead; nan and infinite values are ignored.
+    Equal values are compared with zero instead; nan and infinite values are ignored. There are at
+    most 6 decimals, unless these would show nothing of the largest value. `scale` is that of the
+    problem's rewards.
     """
-    spread = _value_spread(values)
-    return (
-        min(max(1 - floor(log10(spread)), MIN_DECIMALS), MAX_DECIMALS) if spread else MIN_DECIMALS
-    )
+    spread = _value_spread(values, scale)
+    decimals = max(1 - floor(log10(spread)), MIN_DECIMALS) if spread else MIN_DECIMALS
+    largest = max((abs(value) for value in values if isfinite(value)), default=0.0)
+    return decimals if largest < MIN_FIXED else min(decimals, MAX_DECIMALS)
 
 
-def count_hint_decimals(values: Sequence[float]) -> int:
+def count_hint_decimals(values: Sequence[float], scale: float = 1.0) -> int:
     """Return the decimals for values: 0 for whole numbers and for spreads of 100 or more.
 
     Otherwise it is that of `count_decimals`.
     """
     are_integers = all(
-        abs(value - round(value)) < REGRET_TOLERANCE for value in values if isfinite(value)
+        abs(value - round(value)) < VALUE_TOLERANCE * scale for value in values if isfinite(value)
     )
     return (
         0
-        if are_integers or _value_spread(values) >= WHOLE_NUMBER_SPREAD
-        else count_decimals(values)
+        if are_integers or _value_spread(values, scale) >= WHOLE_NUMBER_SPREAD
+        else count_decimals(values, scale)
     )
 
 
-def _value_spread(values: Sequence[float]) -> float:
+def _value_spread(values: Sequence[float], scale: float) -> float:
     """Return the range of the finite values, or the absolute value if they are all equal.
 
     A number that is only a rounding error counts as 0.
     """
     finite = [value for value in values if isfinite(value)] or [0.0]
+    noise = VALUE_TOLERANCE * scale
     spread = max(finite) - min(finite)
-    size = spread if spread > REGRET_TOLERANCE else abs(finite[0])
-    return size if size > REGRET_TOLERANCE else 0.0
+    size = spread if spread > noise else abs(finite[0])
+    return size if size > noise else 0.0
 
 
 def format_fixed(value: float, decimals: int) -> str:
-    """Return a value as text with this number of decimals, never as a negative zero."""
+    """Return a value as text with this number of decimals, never as a negative zero.
+
+    With more than 6 decimals the text has an exponent, as `4.31e-09`.
+    """
+    if decimals > MAX_DECIMALS:
+        digits = max(decimals + floor(log10(abs(value))), 0) if value else 0
+        return f"{value:.{digits}e}" if value else "0"
     return f"{round(value, decimals) + 0.0:.{decimals}f}"
 
 
@@ -108,6 +118,7 @@ class Hint:
     game: str = ""  # the turns and the other players that the values are about
     has_regrets: bool = True  # False if its values assume actions of others
     values_name: str = "values"  # says how accurate the values are, if that is known
+    scale: float = 1.0  # of the problem's rewards
 
     def __str__(self) -> str:
         """Return the hint on one line."""
@@ -164,7 +175,7 @@ class Hint:
             return None
         finite = np.where(np.isfinite(self.values), self.values, np.nan)
         differences: Reals = np.nanmax(finite) - finite
-        return differences
+        return np.where(differences <= VALUE_TOLERANCE * self.scale, 0.0, differences)
 
     @property
     def ranked_actions(self) -> list[tuple[int, float]]:
@@ -177,11 +188,7 @@ class Hint:
     def _actions_by_value(self) -> list[tuple[int, float]]:
         """The legal actions with the differences of their values to the best one, best first."""
         regret_list = [] if self._value_gaps is None else self._value_gaps.tolist()
-        pairs = [
-            (action, 0.0 if regret <= REGRET_TOLERANCE else regret)
-            for action, regret in enumerate(regret_list)
-        ]
-        legal_pairs = [pair for pair in pairs if not isnan(pair[1])]
+        legal_pairs = [pair for pair in enumerate(regret_list) if not isnan(pair[1])]
         return sorted(legal_pairs, key=lambda pair: (pair[1], pair[0] != self.action))
 
     @cached_property
@@ -192,7 +199,7 @@ class Hint:
             return MIN_DECIMALS
         if self.values_name == RATINGS:
             return 0
-        return count_decimals([float(self.values[action]) for action in listed])
+        return count_decimals([float(self.values[action]) for action in listed], self.scale)
 
     @cached_property
     def value_rows(self) -> list[tuple[str, str]]:
@@ -216,7 +223,7 @@ class Hint:
         pairs = [(self.labels[action], float(self.values[action])) for action in order]
         are_short = ordered or self.values_name.startswith(RATINGS)
         decimal_count = (count_hint_decimals if are_short else count_decimals)(
-            [value for _, value in pairs]
+            [value for _, value in pairs], self.scale
         )
         return [(label, format_fixed(value, decimal_count)) for label, value in pairs]
 
@@ -305,6 +312,7 @@ class HintProvider:
             self.describe_game(),
             self._hint_agent.has_regrets,
             self._hint_agent.policy.values_name,
+            self.session.problem.reward_scale,
         )
         self._cached_hint = (*self._turn_key, hint)
         return str(hint)
@@ -436,9 +444,8 @@ class HintProvider:
         policy = self._hint_agent.policy
         with limit_total_work(HINT_WORK_LIMIT):
             values = self._legal_values() if policy.tie_rule else None
-            is_tie = (
-                values is not None and (values >= np.nanmax(values) - VALUE_TOLERANCE).sum() > 1
-            )
+            tolerance = VALUE_TOLERANCE * self.session.problem.reward_scale
+            is_tie = values is not None and (values >= np.nanmax(values) - tolerance).sum() > 1
             parts = [
                 policy.hint_basis or self._hint_agent.label,
                 self.describe_game(),
@@ -452,7 +459,9 @@ class HintProvider:
         labels = self.session.action_labels(self.seat)
         game = self.describe_game()
         name = f"{self.values_name} ({game})" if game else self.values_name
-        return Hint("", "", labels, self._legal_values(), values_name=name).values_text
+        scale = self.session.problem.reward_scale
+        values = self._legal_values()
+        return Hint("", "", labels, values, values_name=name, scale=scale).values_text
 
     @property
     def values_name(self) -> str:

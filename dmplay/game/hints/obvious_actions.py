@@ -7,11 +7,13 @@ import numpy as np
 
 from dmplay.agents.base import SeatPolicy
 from dmplay.core.arrays import Reals
+from dmplay.core.best_actions import VALUE_TOLERANCE
 from dmplay.core.session import SeatedPolicy, Session
 from dmplay.game.hints.action_breakdown import ActionBreakdown
-from dmplay.views.protocol import REGRET_TOLERANCE, load_view_module
+from dmplay.views.protocol import load_view_module
 
 MIN_STATE_PROBABILITY = 0.2  # smallest belief in a state that may be assumed to be certain
+MIN_LIKELIHOOD_DIFFERENCE = 1e-9  # smaller differences are rounding errors
 MAX_BELIEF_STATES = 64  # maximum number of states of which one is assumed to be certain
 
 
@@ -31,9 +33,10 @@ def find_obvious_action(
 
     `breakdowns` are those of all legal actions.
     """
+    tolerance = VALUE_TOLERANCE * seated_policy.session.problem.reward_scale
     best_value = breakdowns[best_action].value
     for rule in _iter_rules(seated_policy, breakdowns):
-        if breakdowns[rule.action].value < best_value - REGRET_TOLERANCE:
+        if breakdowns[rule.action].value < best_value - tolerance:
             return rule
     return None
 
@@ -43,28 +46,31 @@ def _iter_rules(
 ) -> Iterator[ObviousAction]:
     """Yield the rules of thumb that choose an action here."""
     session, seat = seated_policy.session, seated_policy.seat
+    tolerance = VALUE_TOLERANCE * session.problem.reward_scale
     if session.problem.partially_observable:
         yield from _trust_observation(seated_policy, breakdowns)
     elif session.problem.state_count != 1:
         action = _find_single_maximum(
-            breakdowns, lambda parts: parts.outcome_total(parts.outcomes[0])
+            breakdowns, lambda parts: parts.outcome_total(parts.outcomes[0]), tolerance
         )
         if action is not None and len(breakdowns[action].outcomes) > 1:
             yield ObviousAction(action, "the best if every action surely had its likeliest outcome")
-    action = _find_single_maximum(breakdowns, lambda parts: parts.reward)
+    action = _find_single_maximum(breakdowns, lambda parts: parts.reward, tolerance)
     if action is not None:
         yield ObviousAction(action, "which pays the most now")
     yield from _repeat_success(session, seat, breakdowns)
 
 
 def _find_single_maximum(
-    breakdowns: Mapping[int, ActionBreakdown], score: Callable[[ActionBreakdown], float]
+    breakdowns: Mapping[int, ActionBreakdown],
+    score: Callable[[ActionBreakdown], float],
+    tolerance: float,
 ) -> int | None:
     """Return the action with the greatest score; None if several have it."""
     ranked = sorted(breakdowns, key=lambda action: -score(breakdowns[action]))
     if len(ranked) > 1:
         lead = score(breakdowns[ranked[0]]) - score(breakdowns[ranked[1]])
-        if lead <= REGRET_TOLERANCE:
+        if lead <= tolerance:
             return None
     return ranked[0]
 
@@ -87,7 +93,7 @@ def _trust_observation(
     state = int(likelihoods.argmax())
     certain_belief = np.eye(len(likelihoods))[[state]]
     q = policy.action_values((certain_belief, *memory[1:]))
-    if q is None or np.ptp(likelihoods) <= REGRET_TOLERANCE:
+    if q is None or np.ptp(likelihoods) <= MIN_LIKELIHOOD_DIFFERENCE:
         return
     if beliefs[0, state] < MIN_STATE_PROBABILITY:
         return

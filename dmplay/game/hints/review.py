@@ -38,6 +38,7 @@ class ReviewedAction(NamedTuple):
     scope: str = ""  # the game that the values are about, '' if it is this one
     about: str = ""  # the turns left and the other players that the values are about
     values_name: str = "values"  # says how accurate the values are, if that is known
+    scale: float = 1.0  # of the problem's rewards
     discount_factor: float = 1.0  # gamma ** (turn - 1), by which the score counts the regret
 
     @property
@@ -120,13 +121,15 @@ def _review_action(
     legal = session.legal_actions_mask(seat)
     legal_mask = np.ones(len(labels), bool) if legal is None else legal
     legal_values = np.where(legal_mask, values, -np.inf)
-    best_labels = tuple(labels[a] for a in np.flatnonzero(mark_best_actions(legal_values)))
+    scale = session.problem.reward_scale
+    best_labels = tuple(labels[a] for a in np.flatnonzero(mark_best_actions(legal_values, scale)))
     values_by_label = {labels[a]: float(legal_values[a]) for a in np.flatnonzero(legal_mask)}
     regret = (
         0.0 if labels[action] in best_labels else float(legal_values.max() - legal_values[action])
     )
+    agent = session.problem.agents[seat]
     return ReviewedAction(
-        turn, session.problem.agents[seat], labels[action], best_labels, regret, values_by_label
+        turn, agent, labels[action], best_labels, regret, values_by_label, scale=scale
     )
 
 
@@ -167,7 +170,9 @@ def _have_ratings(reviewed_actions: Sequence[ReviewedAction]) -> bool:
 
 def _count_decimals(reviewed_actions: Sequence[ReviewedAction], numbers: Sequence[float]) -> int:
     """Return the number of decimals for values or regrets of these actions."""
-    return 0 if _have_ratings(reviewed_actions) else count_decimals(numbers)
+    if _have_ratings(reviewed_actions):
+        return 0
+    return count_decimals(numbers, reviewed_actions[0].scale if reviewed_actions else 1.0)
 
 
 def run_review(session: Session, questions: Sequence[AdviceQuestion]) -> list[ReviewedAction]:

@@ -5,7 +5,8 @@ from typing import NamedTuple
 from dmplay.core.spaces import Interval
 from dmplay.core.text import format_count
 from dmplay.game.hints.hint_provider import HintProvider, count_decimals, format_fixed
-from dmplay.views.protocol import REGRET_TOLERANCE
+
+ACTION_TOLERANCE = 1e-9  # actions that differ by less are the same
 
 
 class _Alternative(NamedTuple):
@@ -79,7 +80,7 @@ def _choose_alternative(
     if not isinstance(action_set, Interval):
         return None
     smallest = min(max(0.0, action_set.low), action_set.high)
-    if abs(smallest - action) <= REGRET_TOLERANCE:
+    if abs(smallest - action) <= ACTION_TOLERANCE:
         return None
     return _Alternative(smallest, "the action nearest to zero," if smallest else "the action")
 

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from dmplay.core.arrays import Ints, Reals
-from dmplay.core.best_actions import VALUE_TOLERANCE
+from dmplay.core.best_actions import VALUE_TOLERANCE, compute_reward_scale
 from dmplay.core.problem import Problem
 from dmplay.core.tabular import Tables, joint_actions, tabulate
 from dmplay.core.work_budget import ARRAY_CALL_WORK, Budget
@@ -161,9 +161,10 @@ def prune_dominated_plans(stage: JointPlanStage, budget: Budget | None = None) -
 def _find_undominated_rows(rows: Reals, budget: Budget) -> Ints:
     """Return the indices of rows `[N, K]` that no other row dominates; of equal rows, the first."""
     selected: list[int] = []
+    tolerance = VALUE_TOLERANCE * compute_reward_scale(rows)
     order = np.argsort(-rows.sum(axis=1), kind="stable")
     for row in order:
         budget.spend_work(ARRAY_CALL_WORK + 2 * len(selected) * rows.shape[1])
-        if not selected or not (rows[selected] >= rows[row] - VALUE_TOLERANCE).all(axis=1).any():
+        if not selected or not (rows[selected] >= rows[row] - tolerance).all(axis=1).any():
             selected.append(int(row))
     return np.sort(np.array(selected))

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from dmplay.core.arrays import Reals
+from dmplay.core.best_actions import compute_reward_scale
 from dmplay.core.memoization import memoize
 from dmplay.core.problem import Problem
 from dmplay.core.work_budget import Budget, scale_progress
@@ -38,6 +39,14 @@ class JointPlanSolution(NamedTuple):
 
 def find_joint_plan(team: DecPomdp, turns: int) -> JointPlanSolution:
     """Return the best joint plan of `turns` turns, or a good one if that takes too long."""
+    scale = compute_reward_scale(team.rewards)
+    solution = _find_plan_of_scaled_team(replace(team, rewards=team.rewards / scale), turns)
+    values = [scale * value for value in solution[1:]]
+    return JointPlanSolution(solution.plans, *values)
+
+
+def _find_plan_of_scaled_team(team: DecPomdp, turns: int) -> JointPlanSolution:
+    """Return the best joint plan of a team whose rewards are about 1, or a good one."""
     budget = _make_budget(EXACT_WORK_LIMIT)
     centralized = CentralizedPomdp(team, turns, budget)
     with scale_progress(0.0, 0.6):

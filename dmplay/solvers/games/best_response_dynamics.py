@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from dmplay.core.arrays import Ints, Reals
-from dmplay.core.best_actions import compute_tolerance
+from dmplay.core.best_actions import compute_reward_scale, compute_tolerance
 from dmplay.core.problem import Problem, initial_state_distribution
 from dmplay.core.work_budget import ARRAY_CALL_WORK, Budget
 from dmplay.errors import BadPolicy
@@ -62,6 +62,7 @@ class _InducedMdp(NamedTuple):
         """Return the agent's values `[S]` under a policy, or its optimal values for None."""
         is_terminal = np.diff(self.graph.action_starts) == 0
         horizon_factor = self.discount / (1.0 - self.discount)
+        scale = compute_reward_scale(self.graph.rewards)
         while True:
             budget.spend_work(10 * ARRAY_CALL_WORK + 20.0 * len(self.graph.probabilities))
             q = self.compute_action_values(values)
@@ -73,7 +74,7 @@ class _InducedMdp(NamedTuple):
             new_values[is_terminal] = 0.0
             change = float(np.abs(new_values - values).max())
             values = new_values
-            if horizon_factor * change <= compute_tolerance(values, CONVERGENCE_TOLERANCE):
+            if horizon_factor * change <= compute_tolerance(values, CONVERGENCE_TOLERANCE, scale):
                 return values
 
 
@@ -85,11 +86,12 @@ def find_equilibrium(problem: Problem, graph: TransitionGraph) -> BestResponseRe
     if problem.discount == 1.0:
         raise BadPolicy(DISCOUNT_REQUIRED_MESSAGE)
     budget = Budget("best responses", "try fewer states, or the agent search", WORK_LIMIT)
+    scale = compute_reward_scale(graph.rewards)
     legal_masks = [_mark_legal_actions(problem, graph, seat) for seat in range(len(problem.agents))]
     policies = [mask / mask.sum(axis=1, keepdims=True) for mask in legal_masks]
     result = best = evaluate_policies(problem, graph, policies, budget)
     for round_number in range(1, PURE_ROUNDS + FICTITIOUS_PLAY_ROUNDS + 1):
-        tolerance = compute_tolerance(best.values, CONVERGENCE_TOLERANCE)
+        tolerance = compute_tolerance(best.values, CONVERGENCE_TOLERANCE, scale)
         if best.regrets.max() <= tolerance or budget.work_spent > budget.work_limit / 2:
             break
         step = 1.0 if round_number <= PURE_ROUNDS else 1.0 / (round_number - PURE_ROUNDS)

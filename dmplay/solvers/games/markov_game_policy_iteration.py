@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from dmplay.core.arrays import Reals
+from dmplay.core.best_actions import compute_reward_scale
 from dmplay.core.problem import Problem
 from dmplay.core.tabular import Tables, tabulate
 from dmplay.core.text import format_count
@@ -44,7 +45,7 @@ def find_equilibrium(problem: Problem) -> MarkovGameEquilibrium:
     budget = Budget("equilibrium", "try fewer states, or the agent search", 2e10)
     tables = _tabulate_opposed_game(problem)
     values: Reals = np.zeros(len(tables.transition))
-    changes = [np.inf]
+    changes, scale = [np.inf], compute_reward_scale(tables.rewards[:, :, 0])
     while changes[-1] > CONVERGENCE_TOLERANCE and len(changes) <= MAX_ROUNDS:
         progress = _estimate_progress(changes)
         budget.spend_work(
@@ -55,17 +56,21 @@ def find_equilibrium(problem: Problem) -> MarkovGameEquilibrium:
         with scale_progress(progress, progress):
             policies = _solve_stage_games(_build_stage_games(problem, tables, values))
         new_values = _evaluate_policies(tables, problem.discount, policies)
-        changes.append(float(abs(new_values - values).max()))
+        changes.append(float(abs(new_values - values).max()) / scale)
         values = new_values
     with scale_progress(1.0, 1.0):
         policies = _solve_stage_games(
-            np.round(_build_stage_games(problem, tables, values), PAYOFF_DECIMALS)
+            scale * np.round(_build_stage_games(problem, tables, values) / scale, PAYOFF_DECIMALS)
         )
         (first_values, q1, regret1), (second_values, q2, regret2) = (
             _evaluate_seat(problem, policies, seat) for seat in (0, 1)
         )
     return MarkovGameEquilibrium(
-        policies, (first_values, second_values), (q1, q2), (regret1, regret2), tuple(changes[1:])
+        policies,
+        (first_values, second_values),
+        (q1, q2),
+        (regret1, regret2),
+        tuple(change * scale for change in changes[1:]),
     )
 
 
@@ -127,7 +132,8 @@ def _tabulate_opposed_game(problem: Problem) -> Tables:
     first, second = tables.rewards.reshape(-1, 2).T
     spread = first - first.mean()
     slope = float((spread * second).sum() / ((spread * spread).sum() or 1.0))
-    if slope >= 0 or abs(second - second.mean() - slope * spread).max() > CONVERGENCE_TOLERANCE:
+    deviation = abs(second - second.mean() - slope * spread).max()
+    if slope >= 0 or deviation > CONVERGENCE_TOLERANCE * compute_reward_scale(second):
         raise BadParameter(
             "got rewards that are not opposed, expected one to fall as the other rises"
         )

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from dmplay.core.arrays import Reals
-from dmplay.core.best_actions import VALUE_TOLERANCE
+from dmplay.core.best_actions import VALUE_TOLERANCE, compute_reward_scale
 from dmplay.core.work_budget import ARRAY_CALL_WORK, Budget
 
 MAX_ROUNDS = 4096
@@ -56,13 +56,19 @@ def compute_regrets(payoffs: Reals, mixed_strategies: tuple[Reals, ...]) -> Real
     )
 
 
+def _compute_payoff_scale(seat_payoffs: Reals) -> float:
+    """Return the scale of a seat's payoffs; a part that all of them share does not count."""
+    return compute_reward_scale(seat_payoffs - seat_payoffs.min())
+
+
 def _find_pure_equilibrium(payoffs: Reals) -> RegretMatchingResult | None:
     """Return the first equilibrium in pure actions, or None."""
     agents = payoffs.shape[-1]
     stable = np.ones(payoffs.shape[:-1], bool)
     for seat in range(agents):
         seat_payoffs = payoffs[..., seat]
-        stable &= seat_payoffs >= seat_payoffs.max(axis=seat, keepdims=True) - VALUE_TOLERANCE
+        tolerance = VALUE_TOLERANCE * _compute_payoff_scale(seat_payoffs)
+        stable &= seat_payoffs >= seat_payoffs.max(axis=seat, keepdims=True) - tolerance
     if not stable.any():
         return None
     actions = np.argwhere(stable)[0]
@@ -82,6 +88,7 @@ def _run_regret_matching(payoffs: Reals) -> RegretMatchingResult:
     regrets = [np.zeros(action_count) for action_count in payoffs.shape[:-1]]
     sums = [np.zeros(action_count) for action_count in payoffs.shape[:-1]]
     best: RegretMatchingResult | None = None
+    scales = np.array([_compute_payoff_scale(payoffs[..., seat]) for seat in range(agents)])
     for round_number in range(1, MAX_ROUNDS + 1):
         budget.spend_work(
             ARRAY_CALL_WORK * agents + 4.0 * payoffs.size * agents, round_number / MAX_ROUNDS
@@ -96,9 +103,9 @@ def _run_regret_matching(payoffs: Reals) -> RegretMatchingResult:
             result = RegretMatchingResult(
                 averages, compute_regrets(payoffs, averages), round_number
             )
-            if best is None or result.regrets.max() < best.regrets.max():
+            if best is None or (result.regrets / scales).max() < (best.regrets / scales).max():
                 best = result
-            if best.regrets.max() <= VALUE_TOLERANCE:
+            if (best.regrets / scales).max() <= VALUE_TOLERANCE:
                 break
     assert best
     return best

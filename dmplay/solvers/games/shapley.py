@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from dmplay.core.arrays import Bools, Ints, Reals
+from dmplay.core.best_actions import compute_reward_scale
 from dmplay.core.problem import Problem
 from dmplay.core.work_budget import ARRAY_CALL_WORK, Budget
 from dmplay.errors import BadPolicy
@@ -70,8 +71,9 @@ class ShapleyResult(NamedTuple):
 
         The rounding makes the strategies the same on every processor.
         """
-        stage_games = np.round(
-            self.build_stage_games(state_indices, discount, turns_left), PAYOFF_DECIMALS
+        scale = compute_reward_scale(self.graph.rewards[:, 0])
+        stage_games = scale * np.round(
+            self.build_stage_games(state_indices, discount, turns_left) / scale, PAYOFF_DECIMALS
         )
         return stage_games, self.solve_stage_games(state_indices, stage_games)
 
@@ -139,6 +141,7 @@ def _solve_infinite_horizon(
         result.values_by_turns_left[0],
         False,
     )
+    scale = compute_reward_scale(result.graph.rewards[:, 0])
     midpoint = 0.0  # of the bounds, relative to the best values
     while budget.work_spent <= budget.work_limit - turn_work:
         budget.spend_work(turn_work)
@@ -158,7 +161,7 @@ def _solve_infinite_horizon(
         )
         best_values, is_plain = next_values, False
         if gap <= max(TARGET_GAP, ROUNDING_ERROR * bound_scale) * max(
-            1.0, float(np.abs(next_values).max())
+            scale, float(np.abs(next_values).max())
         ):
             break
         trial_values = _evaluate_strategies(result, next_values, discount, solutions)
@@ -229,11 +232,11 @@ def compute_loss_ratio(rewards: Reals) -> float | None:
 
     None if the rewards are not opposed and proportional.
     """
-    first, second = rewards.T
+    first, second = rewards.T / compute_reward_scale(rewards)
     ratio = -float((first * second).sum()) / (float((first * first).sum()) or 1.0)
-    scale = max(1.0, float(np.abs(rewards).max(initial=0.0)))
+    size = max(1.0, float(np.abs([first, second]).max(initial=0.0)))
     is_proportional = (
-        float(np.abs(second + ratio * first).max(initial=0.0)) <= REWARD_TOLERANCE * scale
+        float(np.abs(second + ratio * first).max(initial=0.0)) <= REWARD_TOLERANCE * size
     )
     return ratio if is_proportional and (ratio > 0.0 or not first.any()) else None
 

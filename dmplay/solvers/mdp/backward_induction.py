@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from dmplay.core.arrays import Bools, Ints, Reals
-from dmplay.core.best_actions import compute_tolerance
+from dmplay.core.best_actions import compute_reward_scale, compute_tolerance
 from dmplay.core.memoization import memoize
 from dmplay.core.problem import Problem, mark_inactive_agents
 from dmplay.core.work_budget import ARRAY_CALL_WORK, Budget
@@ -39,6 +39,7 @@ class BackwardInductionResult(NamedTuple):
     # discount, as it breaks ties only without one
     lengths_by_turns_left: list[Reals]
     is_absorbing: Bools  # [S], whether no action leaves the state or pays
+    scale: float  # of the rewards
 
     def get_values(self, turns_left: int | None) -> Reals:
         """Return the values `[S, n]` with this number of turns left (None: infinite)."""
@@ -66,7 +67,10 @@ def run_backward_induction(
     values = [np.zeros((len(graph.states), len(problem.agents)))]
     lengths = [] if problem.discount < 1.0 or turns is None else [np.zeros(len(graph.states))]
     deciding_seats, is_absorbing = _find_deciding_seats(problem, graph), _mark_absorbing(graph)
-    result = BackwardInductionResult(graph, deciding_seats, values, 0.0, lengths, is_absorbing)
+    scale = compute_reward_scale(graph.rewards)
+    result = BackwardInductionResult(
+        graph, deciding_seats, values, 0.0, lengths, is_absorbing, scale
+    )
     horizon_factor = problem.discount / (1.0 - problem.discount) if problem.discount < 1.0 else 1.0
     gaps, state_count = [np.inf], len(graph.states)
     max_total_change = (
@@ -92,7 +96,7 @@ def run_backward_induction(
         lengths.extend([new_lengths] * bool(lengths))
         gaps.append(2 * horizon_factor * float(np.abs(new_values - values[-1]).max()))
         values.append(new_values)
-        if gaps[-1] <= compute_tolerance(new_values, CONVERGENCE_TOLERANCE):
+        if gaps[-1] <= compute_tolerance(new_values, CONVERGENCE_TOLERANCE, result.scale):
             return result._replace(gap=gaps[-1])
     return result
 
@@ -135,7 +139,7 @@ def _backup_one_turn(result: BackwardInductionResult, discount: float) -> tuple[
     graph, values = result.graph, result.values_by_turns_left[-1]
     new_values, nonterminal = np.zeros_like(values), graph.nonterminal_states
     new_lengths = np.zeros(len(values))
-    tolerance = compute_tolerance(values)
+    tolerance = compute_tolerance(values, scale=result.scale)
     ends = np.searchsorted(
         graph.outcome_starts[graph.action_starts[nonterminal]],
         np.arange(0, len(graph.probabilities), OUTCOMES_PER_BLOCK),
@@ -200,7 +204,7 @@ def select_soonest_ending_actions(result: BackwardInductionResult, discount: flo
         np.arange(len(graph.rewards)), discount, result.values_by_turns_left[-1]
     )
     starts, counts = graph.action_starts[nonterminal], np.diff(graph.action_starts)[nonterminal]
-    tolerance = compute_tolerance(result.values_by_turns_left[-1])
+    tolerance = compute_tolerance(result.values_by_turns_left[-1], scale=result.scale)
     is_best = _mark_best_actions(result, q, nonterminal, tolerance)
     first_best = _find_first_marked(is_best, starts)
     is_best &= mark_equal_values(q, np.repeat(q[first_best], counts, axis=0), tolerance)

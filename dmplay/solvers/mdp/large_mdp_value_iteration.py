@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from dmplay.core.arrays import Array, Ints, Reals
+from dmplay.core.best_actions import compute_reward_scale
 from dmplay.core.work_budget import ARRAY_CALL_WORK, Budget
 from dmplay.errors import BudgetExceeded
 from dmplay.solvers.mdp.mdp_values import ENDLESS_GAME_MESSAGE
@@ -161,7 +162,7 @@ def run_backward_value_iteration(graph: TransitionGraph, discount: float) -> Bac
         + OPERATIONS_PER_OUTCOME * len(ordered.discounted_probabilities)
     )
     horizon_factor = discount / (1.0 - discount) if discount < 1.0 else 1.0
-    gaps, target_gap = [np.inf], 0.0
+    gaps, target_gap, scale = [np.inf], 0.0, compute_reward_scale(ordered.rewards)
     any_start_converges = discount < 1.0 or _is_delay_costly(ordered, nonterminal_count)
     if any_start_converges:
         values[:nonterminal_count] = _make_initial_values(
@@ -181,7 +182,7 @@ def run_backward_value_iteration(graph: TransitionGraph, discount: float) -> Bac
         else:
             values += horizon_factor * _find_common_change(change)
             gaps.append(horizon_factor * float(np.ptp(change)))
-        target_gap = _compute_target_gap(values, discount, horizon_factor)
+        target_gap = _compute_target_gap(values, discount, horizon_factor, scale)
         if any_start_converges and gaps[-1] > target_gap:
             ordered.evaluate_choices(
                 values, greedy_actions, len(ordered.rewards) // nonterminal_count
@@ -228,13 +229,15 @@ def _make_initial_values(ordered: _SweepOrderedGraph, discount: float, distances
     return 2.0 * min(min_reward, 0.0) * distances.astype(float)
 
 
-def _compute_target_gap(values: Reals, discount: float, horizon_factor: float) -> float:
+def _compute_target_gap(
+    values: Reals, discount: float, horizon_factor: float, scale: float
+) -> float:
     """Return the gap at which the sweeps end; rounding errors allow no smaller one."""
-    scale = max(1.0, float(np.abs(values).max()))
+    size = max(scale, float(np.abs(values).max()))
     return (
-        2 * CONVERGENCE_TOLERANCE * scale
+        2 * CONVERGENCE_TOLERANCE * size
         if discount == 1.0
-        else max(TARGET_GAP, ROUNDING_ERROR * horizon_factor) * scale
+        else max(TARGET_GAP, ROUNDING_ERROR * horizon_factor) * size
     )
 
 

@@ -3,13 +3,13 @@
 import numpy as np
 
 from dmplay.core.arrays import Reals
-from dmplay.core.best_actions import compute_tolerance, mark_best_actions
+from dmplay.core.best_actions import compute_reward_scale, compute_tolerance, mark_best_actions
 from dmplay.core.tabular import Tables
 from dmplay.core.work_budget import ARRAY_CALL_WORK, Budget
 from dmplay.errors import BudgetExceeded
 
 MAX_SWEEPS = 10_000  # without a discount
-CONVERGENCE_TOLERANCE = 1e-12  # change of the values below which sweeps stop
+CONVERGENCE_TOLERANCE = 1e-12  # change of the values below which sweeps stop, at a scale of 1
 FINITE_VALUE_REMEDY = "a discount below 1, or a turn limit (--turns N, or the problem's horizon)"
 ENDLESS_GAME_MESSAGE = f"there is no discount, and a game may never end; set {FINITE_VALUE_REMEDY}"
 
@@ -39,8 +39,9 @@ def compute_optimal_q(tables: Tables, discount: float) -> Reals:
         return compute_action_values(tables, discount, _iterate_undiscounted_values(tables))
     budget = _make_budget()
     state_count, action_count, _ = tables.transition.shape
+    scale = compute_reward_scale(tables.rewards[:, :, 0])
     policy = mark_best_actions(
-        compute_action_values(tables, discount, np.zeros(len(tables.transition)))
+        compute_action_values(tables, discount, np.zeros(len(tables.transition))), scale
     )
     while True:
         budget.spend_work(
@@ -48,10 +49,10 @@ def compute_optimal_q(tables: Tables, discount: float) -> Reals:
         )
         values = evaluate_policy(tables, discount, policy / policy.sum(axis=1, keepdims=True))
         q = compute_action_values(tables, discount, values)
-        improved = q.max(axis=1) > values + compute_tolerance(values)
+        improved = q.max(axis=1) > values + compute_tolerance(values, scale=scale)
         if not improved.any():
             return q
-        policy = np.where(improved[:, None], mark_best_actions(q), policy)
+        policy = np.where(improved[:, None], mark_best_actions(q, scale), policy)
 
 
 def _make_budget() -> Budget:
@@ -64,15 +65,15 @@ def _iterate_undiscounted_values(tables: Tables) -> Reals:
 
     Raises BudgetExceeded if they still change after that.
     """
-    budget = _make_budget()
+    budget, scale = _make_budget(), compute_reward_scale(tables.rewards[:, :, 0])
     values, change = np.zeros(len(tables.transition)), np.inf
     for _ in range(MAX_SWEEPS):
         budget.spend_work(ARRAY_CALL_WORK + tables.transition.size)
         previous, values = values, compute_action_values(tables, 1.0, values).max(axis=1)
         change = float(abs(values - previous).max())
-        if change < CONVERGENCE_TOLERANCE:
+        if change < CONVERGENCE_TOLERANCE * scale:
             break
-    if change > compute_tolerance(values):
+    if change > compute_tolerance(values, scale=scale):
         raise BudgetExceeded(
             budget.task, f"values change by {change:.3g} per turn", ENDLESS_GAME_MESSAGE
         )

@@ -7,7 +7,11 @@ from typing import NamedTuple
 import numpy as np
 
 from dmplay.core.arrays import Ints, Reals
-from dmplay.core.best_actions import compute_tolerance, select_greedy_actions
+from dmplay.core.best_actions import (
+    compute_reward_scale,
+    compute_tolerance,
+    select_greedy_actions,
+)
 from dmplay.core.chance import FiniteChance
 from dmplay.core.problem import Problem, checked_state_indices, enumerate_possible_outcomes
 from dmplay.core.tabular import joint_actions
@@ -133,16 +137,16 @@ def _select_policy_outcomes(model: SparseMdp, policy: Reals) -> tuple[Ints, Ints
 
 def compute_optimal_q(model: SparseMdp, discount: float) -> Reals:
     """Return Q* `[S, A]` of one planner that observes the state, by policy iteration."""
-    budget = make_planning_budget()
+    budget, scale = make_planning_budget(), compute_reward_scale(model.rewards)
     actions = _find_initial_policy(model, discount, budget)
     while True:
         budget.spend_work(ARRAY_CALL_WORK + 5 * model.probabilities.size)
         values = evaluate_policy(model, discount, np.eye(model.rewards.shape[1])[actions])
         q = compute_action_values(model, discount, values)
-        improved = q.max(axis=1) > values + compute_tolerance(values)
+        improved = q.max(axis=1) > values + compute_tolerance(values, scale=scale)
         if not improved.any():
             return q
-        actions = np.where(improved, select_greedy_actions(q), actions)
+        actions = np.where(improved, select_greedy_actions(q, scale), actions)
 
 
 def compute_finite_horizon_q(model: SparseMdp, discount: float, turns: int) -> Reals:
@@ -165,11 +169,12 @@ def _find_initial_policy(model: SparseMdp, discount: float, budget: Budget) -> I
     """
     state_count, action_count = model.rewards.shape
     values: Reals = np.zeros(state_count)
+    scale = compute_reward_scale(model.rewards)
     actions = np.full(state_count, -1)
     for _ in range(MAX_INITIAL_ROUNDS):
         budget.spend_work(ARRAY_CALL_WORK + 5 * model.probabilities.size)
         previous_actions, q = actions, compute_action_values(model, discount, values)
-        actions, values = select_greedy_actions(q), q.max(axis=1)
+        actions, values = select_greedy_actions(q, scale), q.max(axis=1)
         if (actions == previous_actions).all():
             break
         policy = np.eye(action_count)[actions]

@@ -14,7 +14,7 @@ import numpy as np
 
 from dmplay.core.arrays import Bools, Ints, Reals
 from dmplay.core.belief import Posterior, apply_bayes_rule
-from dmplay.core.best_actions import compute_tolerance
+from dmplay.core.best_actions import compute_reward_scale, compute_tolerance
 from dmplay.core.chance import weighted_sum
 from dmplay.core.tabular import Tables
 from dmplay.core.work_budget import ARRAY_CALL_WORK, Budget
@@ -23,7 +23,8 @@ from dmplay.solvers.pomdp.belief_grid import BeliefGrid
 from dmplay.solvers.pomdp.exact_pomdp import AlphaVectorStage
 
 BELIEF_DECIMALS = 12  # decimals: beliefs that are equal after rounding are one
-VALUE_DECIMALS = 9  # of a value; its last bits depend on which beliefs are searched together
+# of a value at a scale of 1; its last bits depend on which beliefs are searched together
+VALUE_DECIMALS = 9
 EXACT_STAGE_COUNT = 2  # last stages, whose alpha vectors are few
 
 
@@ -61,6 +62,11 @@ class BoundedSearch:
     def grid(self) -> BeliefGrid:
         """The grid of beliefs on which the bounds are computed."""
         return BeliefGrid(len(self.tables.transition), self.grid_resolution)
+
+    @cached_property
+    def _scale(self) -> float:
+        """The scale of the rewards."""
+        return compute_reward_scale(self.tables.rewards[:, :, 0])
 
     @cached_property
     def _joint_probabilities(self) -> Reals:
@@ -112,7 +118,7 @@ class BoundedSearch:
             searched = level.searched_mask
             expected_values = (level.observation_probabilities[searched] * next_values).sum(axis=1)
             q[searched] = level.rewards[searched] + self.discount * expected_values
-        return np.round(q, VALUE_DECIMALS)
+        return self._scale * np.round(q / self._scale, VALUE_DECIMALS)
 
     def _charge_lookahead(
         self, belief_count: int, budget: Budget, share: float | None = None
@@ -140,7 +146,9 @@ class BoundedSearch:
                 next_beliefs.reshape(-1, next_beliefs.shape[-1]), turns_left - 1
             )
         )
-        searched = upper >= lower.max(axis=1, keepdims=True) - compute_tolerance(upper)
+        searched = upper >= lower.max(axis=1, keepdims=True) - compute_tolerance(
+            upper, scale=self._scale
+        )
         searched |= search_all_actions
         reached_beliefs = next_beliefs[searched].reshape(-1, b.shape[1])
         rounded = np.round(reached_beliefs, BELIEF_DECIMALS)

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from dmplay.core.arrays import Bools, Ints, Reals
-from dmplay.core.best_actions import compute_tolerance
+from dmplay.core.best_actions import compute_reward_scale, compute_tolerance
 from dmplay.core.chance import weighted_sum_columns
 from dmplay.core.tabular import Tables
 from dmplay.core.work_budget import ARRAY_CALL_WORK, Budget
@@ -40,13 +40,27 @@ class AlphaVectorStage(NamedTuple):
     first_action_mask: Bools  # [N, A], True for first actions whose plans have this vector
     gap: float = 0.0  # upper bound on the error of a belief's value
 
+    def multiply_values(self, factor: float) -> "AlphaVectorStage":
+        """Return the stage with all values multiplied by a positive factor."""
+        if factor == 1.0:
+            return self
+        plans = tuple(
+            plans._replace(alpha_vectors=plans.alpha_vectors * factor)
+            for plans in self.plans_by_action
+        )
+        return self._replace(
+            plans_by_action=plans,
+            alpha_vectors=self.alpha_vectors * factor,
+            gap=self.gap * factor,
+        )
+
 
 def solve_finite_horizon(tables: Tables, discount: float, horizon: int) -> list[AlphaVectorStage]:
     """Return the stages with 1, 2, ... `horizon` rewards to come.
 
     Raises BudgetExceeded if there are too many plans.
     """
-    budget = _make_budget()
+    budget, (tables, scale) = _make_budget(), _scale_rewards(tables)
     action_count, _, observation_count = tables.observation_model.shape
     # at least one plan for each
     budget.check_work(ARRAY_CALL_WORK * horizon * (1 + action_count * observation_count))
@@ -56,7 +70,7 @@ def solve_finite_horizon(tables: Tables, discount: float, horizon: int) -> list[
         budget.spend_work(ARRAY_CALL_WORK, turn / horizon)
         result.append(backup_vectors(tables, discount, next_vectors, budget))
         next_vectors = result[-1].alpha_vectors
-    return result
+    return [stage.multiply_values(scale) for stage in result]
 
 
 def solve_infinite_horizon(tables: Tables, discount: float) -> AlphaVectorStage:
@@ -66,7 +80,7 @@ def solve_infinite_horizon(tables: Tables, discount: float) -> AlphaVectorStage:
     It ends when a backup does not improve the controller, or when the controller is too large; the
     stage then has a positive `gap`.
     """
-    budget = _make_budget()
+    budget, (tables, scale) = _make_budget(), _scale_rewards(tables)
     action_count, _, observation_count = tables.observation_model.shape
     actions = np.arange(action_count)
     controller = _FiniteStateController(
@@ -83,11 +97,21 @@ def solve_infinite_horizon(tables: Tables, discount: float) -> AlphaVectorStage:
             ).max()
         )
         if gain <= compute_tolerance(stage.alpha_vectors, BORDER_TOLERANCE):
-            return stage
+            return stage.multiply_values(scale)
         if len(vectors) > MAX_CONTROLLER_NODES:
             break
         controller = _improve_controller(controller, vectors, stage)
-    return stage._replace(gap=gain * discount / (1.0 - discount))  # by the Bellman residual
+    gap = gain * discount / (1.0 - discount)  # by the Bellman residual
+    return stage._replace(gap=gap).multiply_values(scale)
+
+
+def _scale_rewards(tables: Tables) -> tuple[Tables, float]:
+    """Return tables whose largest reward is about 1 if it is smaller, and the scale removed.
+
+    The scale is a power of 2, which changes no digit. The upper envelope scales large values.
+    """
+    scale = min(compute_reward_scale(tables.rewards[:, :, 0]), 1.0)
+    return (tables if scale == 1.0 else tables._replace(rewards=tables.rewards / scale)), scale
 
 
 def compute_action_values(stage: AlphaVectorStage, b: Reals) -> Reals:

@@ -19,6 +19,7 @@ from typing import NamedTuple
 import numpy as np
 
 from dmplay.core.arrays import Ints, Reals
+from dmplay.core.best_actions import compute_reward_scale
 from dmplay.core.problem import Problem
 from dmplay.core.uniforms import make_generator
 from dmplay.core.work_budget import ARRAY_CALL_WORK, Budget
@@ -28,7 +29,7 @@ from dmplay.solvers.pomdp.belief_tree import ActionBranch, BeliefTree
 from dmplay.solvers.pomdp.sparse_pomdp import SparsePomdp, build_sparse_pomdp
 
 DEFAULT_WORK_LIMIT = 1e10  # operations
-MIN_GAP = 1e-6  # an absolute gap that is small enough, whatever the relative gap
+MIN_GAP = 1e-6  # of rewards of about 1; a gap that is small enough, whatever the relative gap
 TRIAL_GAP_SHARE = 0.9  # share of the gap at the start, below which a trial ends
 MIN_CHANGE_SHARE = 1e-3  # share of the gap at the start; a smaller change adds no plan or point
 MAX_TRIAL_TURNS = 500  # of a trial or game
@@ -62,6 +63,7 @@ class PointBasedBounds(NamedTuple):
     # whether the memory limit ended the search, so that more work does not help
     is_memory_full: bool = False
     has_all_vectors: bool = False  # whether the plans are all alpha vectors, so values are exact
+    min_gap: float = MIN_GAP  # a gap that is not worth printing
 
 
 def solve_point_based(
@@ -92,6 +94,7 @@ class PointBasedSolver:
         """Compute the initial bounds."""
         self.model, self.budget = model, budget
         self.turns = horizon or 0
+        self.min_gap = MIN_GAP * compute_reward_scale(model.rewards)
         self.tree = BeliefTree(model, _make_initial_layers(model, horizon, budget), budget)
         self.tree.tighten_lower_bounds(self.tree.root, self.turns)
         for branch in chain.from_iterable(
@@ -127,7 +130,7 @@ class PointBasedSolver:
 
     def compute_target_gap(self, relative_gap: float) -> float:
         """Return the absolute gap at which the search ends."""
-        return max(MIN_GAP, relative_gap * max(abs(self.lower_bound), abs(self.upper_bound)))
+        return max(self.min_gap, relative_gap * max(abs(self.lower_bound), abs(self.upper_bound)))
 
     def run_trial_or_game(self, relative_gap: float) -> bool:
         """Run one more trial or game; return whether there was work left for it.
@@ -398,6 +401,7 @@ class PointBasedSolver:
             belief_count,
             is_closed,
             tree.is_memory_full,
+            min_gap=self.min_gap,
         )
 
     def _collect_best_plans(self, turns_left: int) -> VectorsByAction:
@@ -425,7 +429,7 @@ class PointBasedSolver:
                 states, probabilities = tree.get_sparse_belief(node)
                 if (
                     probabilities @ vector[states]
-                    > (plans[a][:, states] @ probabilities).max() + MIN_GAP
+                    > (plans[a][:, states] @ probabilities).max() + self.min_gap
                 ):
                     plans[a] = np.vstack([plans[a], vector])
         return tuple(plans)

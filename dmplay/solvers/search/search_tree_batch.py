@@ -10,6 +10,7 @@ from dmplay.core.spaces import Interval
 from dmplay.solvers.search.search_config import GOLDEN_RATIO, SearchConfig, SearchRequest
 
 ACTIONS_PER_HALVING = 4  # suggestions near the best action after which their distance is halved
+MIN_RETURN_SPAN = 1e-9  # of the returns of a tree, at a scale of 1
 MAX_SORTED_BOUNDS = 20_000  # bounds sorted in one array
 # Rows of at most this many times the wanted count are sorted without a partition first.
 FULL_SORT_FACTOR = 8
@@ -115,7 +116,8 @@ class TreeBatch:
             self.config.action_slots if legal_actions_mask is None else legal_actions_mask.shape[1]
         )
         visits, rows = self.visits[nodes, :slots], nodes // self.nodes_per_tree
-        span = np.maximum(self.max_returns[rows] - self.min_returns[rows], 1e-9)[:, None]
+        min_span = MIN_RETURN_SPAN * self.config.problem.reward_scale
+        span = np.maximum(self.max_returns[rows] - self.min_returns[rows], min_span)[:, None]
         with np.errstate(invalid="ignore"):  # Before the first return the minimum is infinite.
             means = self.return_sums[nodes, :slots] / np.maximum(visits, 1)
             scaled = (means - self.min_returns[rows][:, None]) / span

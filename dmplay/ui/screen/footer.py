@@ -181,7 +181,8 @@ def _iter_ranked_keys(actions: Sequence[ActionKey], hint: Hint | None) -> Iterat
     ranking = hint.ranked_actions if hint else []
     if not ranking or hint is None:
         return
-    max_regret, decimals = ranking[-1][1], count_hint_decimals([regret for _, regret in ranking])
+    max_regret = ranking[-1][1]
+    decimals = count_hint_decimals([regret for _, regret in ranking], hint.scale)
     for with_names, with_bars, with_numbers in RANKED_KEY_FORMS:
         ranked = []
         for action, regret in ranking:

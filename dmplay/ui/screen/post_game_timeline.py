@@ -14,11 +14,11 @@ from dmplay.game.hints import review
 from dmplay.game.hints.hint_provider import Hint, HintProvider, format_fixed
 from dmplay.game.hints.review import ReviewedAction
 from dmplay.game.verdict import Verdict, iter_verdicts
-from dmplay.views.protocol import REGRET_TOLERANCE
 from dmplay.views.toolkit.canvas import BAR_LEVELS
 
 MAX_WORST_TURNS = 3  # worst turns that are named
 MIN_CAPTION_COLUMNS = 72  # columns of the screen from which the rows on regrets are complete
+RELATIVE_TOLERANCE = 1e-9  # share by which equal regrets may differ
 MARGIN_COLUMNS = 7  # columns of the regret row for its margins, the bracket and two ellipses
 
 
@@ -166,7 +166,7 @@ class GameTimeline(Game):
         worst, regrets = self.worst_turns, self._turn_regrets
         if not worst:
             return []
-        least = regrets[worst[-1] - 1] - REGRET_TOLERANCE
+        least = regrets[worst[-1] - 1] * (1.0 - RELATIVE_TOLERANCE)
         has_more = sum(regret >= least for regret in regrets) > len(worst)  # equal ones
         turns = f"turn{'s' * (len(worst) > 1)} {', '.join(map(str, worst))}{', ...' * has_more}"
         names = {move.values_name for moves in self._moves_by_turn for move in moves}

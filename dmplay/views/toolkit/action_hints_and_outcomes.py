@@ -18,7 +18,6 @@ from dmplay.core.text import count_probability_decimals
 from dmplay.views.protocol import (
     BEST_LABEL,
     EQUALLY_GOOD_LABEL,
-    REGRET_TOLERANCE,
     DrawOptions,
     Forecast,
 )
@@ -51,15 +50,12 @@ def list_action_keys(keys: Mapping[str, str], options: DrawOptions) -> list[str]
 def sort_regrets(options: DrawOptions) -> Mapping[int, float]:
     """Return the regret of each legal action, best first; empty without a hint.
 
-    Regrets below REGRET_TOLERANCE count as 0. Of equal regrets the suggested action comes first.
+    Of equal regrets the suggested action comes first.
     """
     if options.regret is None:
         return {}
-    legal = {
-        a: value * (value > REGRET_TOLERANCE)
-        for a, value in enumerate(options.regret.tolist())
-        if not math.isnan(value)
-    }
+    regrets = enumerate(options.regret.tolist())
+    legal = {action: value for action, value in regrets if not math.isnan(value)}
     return dict(
         sorted(legal.items(), key=lambda pair: (pair[1], pair[0] != options.suggested_action))
     )

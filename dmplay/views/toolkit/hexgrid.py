@@ -22,7 +22,7 @@ from dmplay.problems.shared.hexgrid import (
     hex_neighbours,
     path_lengths,
 )
-from dmplay.views.protocol import REGRET_TOLERANCE, DrawOptions, Forecast
+from dmplay.views.protocol import DrawOptions, Forecast
 from dmplay.views.toolkit.action_hints_and_outcomes import (
     format_condition,
     format_less,
@@ -296,7 +296,7 @@ def make_direction_cell(options: DrawOptions, direction: int, size: HexSize) -> 
     regret_text = format_regret(options, direction, columns)
     if options.forecast or not regret_text:
         return HexCell(key, style="green")
-    is_best = sort_regrets(options)[direction] < REGRET_TOLERANCE
+    is_best = not sort_regrets(options)[direction]
     style = "bold green" if is_best else "green"
     if size.text_rows > 1:
         if columns >= WORD_COLUMNS:
