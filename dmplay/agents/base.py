@@ -20,10 +20,12 @@ from dmplay.core.text import format_count
 WITHOUT_END, ONE_ROUND = "turn limit ignored", "for one round"
 # the names of values by their accuracy
 EXACT_VALUES, ESTIMATED_VALUES = "exact values", "estimated values"
+CONDITIONAL_VALUES = "conditional values"  # exact if other players play as they assume
 LOWER_BOUNDS, UPPER_BOUNDS = "lower bounds", "upper bounds"
 RATINGS = "ratings, not points"  # numbers that only compare actions
 VALUES_NAMES = (
-    "values", EXACT_VALUES, ESTIMATED_VALUES, LOWER_BOUNDS, UPPER_BOUNDS, RATINGS,
+    "values", EXACT_VALUES, CONDITIONAL_VALUES, ESTIMATED_VALUES, LOWER_BOUNDS, UPPER_BOUNDS,
+    RATINGS,
 )  # fmt: skip
 # the rules for ties
 ENDS_SOONEST, PAYS_SOONEST = (
@@ -97,6 +99,7 @@ class SeatPolicy(Policy):
 
     # whether its values are against a model of the other players that suits the game
     has_opponent_model: ClassVar[bool] = False
+    plays_with: ClassVar[str] = "against"  # the preposition before the other players' names
 
     # the name of its values, which says how accurate they are if that is known
     values_name: ClassVar[str] = "values"

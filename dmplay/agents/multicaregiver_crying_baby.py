@@ -1,10 +1,10 @@
 """Policies for two caregivers: the single caregiver's rule, best responses and joint plans."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import product
-from typing import Self
+from typing import NamedTuple, Self
 
 import numpy as np
 
@@ -13,82 +13,139 @@ from dmplay.agents._same_observation_planning import PartnerBeliefFilter, Shared
 from dmplay.agents._single_agent_planning import MAX_ALPHA_VECTOR_TURNS
 from dmplay.agents._turns_left import TurnsLeftPolicy
 from dmplay.agents.available_agents import Roster
-from dmplay.agents.base import EXACT_VALUES, AdviceQuestion, GreedyPolicy, SeatPolicy
+from dmplay.agents.base import (
+    EXACT_VALUES,
+    AdviceQuestion,
+    ConstantPolicy,
+    GreedyPolicy,
+    PolicyLookup,
+    SeatPolicy,
+)
 from dmplay.agents.crying_baby import FeedWhenCrying
+from dmplay.agents.random_agent import Random
 from dmplay.core import belief
-from dmplay.core.arrays import Array, Reals
+from dmplay.core.arrays import Array, Ints, Reals
 from dmplay.core.parameters import parameter
 from dmplay.core.policy import Memory, Percept
 from dmplay.core.problem import Problem, enumerate_outcomes
 from dmplay.core.tabular import Tables
-from dmplay.errors import BadPolicy
+from dmplay.errors import BadPolicy, DmplayError
 from dmplay.problems.multicaregiver_crying_baby import MulticaregiverCryingBaby
 from dmplay.solvers.pomdp import exact_pomdp
 from dmplay.solvers.pomdp.exact_pomdp import AlphaVectorStage
 
 ACTIONS = MulticaregiverCryingBaby.actions[0]
-N_LAST_OBSERVATIONS = 3  # last observations: nothing yet, crying, quiet
-PARTNER_MODELS = ("feed-when-crying", "random", *ACTIONS)
+N_OBSERVATIONS = 2  # crying and quiet
+DEFAULT_PARTNER = "feed-when-crying"
+MAX_PARTNER_NODES = 60  # maximum number of memories of a partner that is planned with
+
+
+class _PartnerMachine(NamedTuple):
+    """A partner as a finite machine; a node is its memory with the last observation."""
+
+    observations: Ints  # [N], the last observation of each node, -1 before the first
+    probabilities: Reals  # [N, A], of each action
+    next_nodes: Ints  # [N, A, O], after an action of the partner and an observation
 
 
 @dataclass(frozen=True)
 class _PartnerModelPolicy(SeatPolicy):
     """A policy whose memory is its belief if the partner always plays `to`.
 
-    Both caregivers observe the same, so the partner's actions can be predicted. The problem becomes
-    a POMDP whose state is the baby's state and the last observation.
+    Both caregivers observe the same, so a partner's rule is known from its own actions and from
+    what this seat observes. The problem becomes a POMDP whose state is the baby's state and the
+    node of the partner.
     """
 
-    to: str = parameter(
-        "feed-when-crying", f"assumed partner: {', '.join(PARTNER_MODELS)}", choices=PARTNER_MODELS
-    )
+    to: str = parameter(DEFAULT_PARTNER, "assumed partner: an agent or an action")
+    policy_lookup: PolicyLookup | None = field(default=None, compare=False, repr=False)
+
+    def with_policy_lookup(self, policy_lookup: PolicyLookup) -> Self:
+        """Return this policy with a function that makes the partner named by `to`."""
+        policy = replace(self, policy_lookup=policy_lookup)
+        if self.to not in (DEFAULT_PARTNER, "random", *ACTIONS):
+            _ = policy._partner  # raises an error for an unknown name
+        return policy
 
     @cached_property
     def pomdp_tables(self) -> Tables:
-        """The arrays of that POMDP; its state is 3 times the baby's state plus the last
-        observation.
-        """
-        return self._build_tables(self._partner_probabilities)
+        """The arrays of that POMDP; its state is N times the baby's state plus the node."""
+        return self._build_tables(self._partner.probabilities)
 
     @property
-    def _partner_probabilities(self) -> Reals:
-        """The probability `[S, A]` of each of the partner's actions."""
-        last_observations, action_count = (
-            np.arange(2 * N_LAST_OBSERVATIONS) % N_LAST_OBSERVATIONS - 1,
-            len(ACTIONS),
-        )
+    def _partner_policy(self) -> SeatPolicy:
+        """The partner's policy; raises BadPolicy if there is none of this name."""
+        seat = 1 - self.seat
+        if self.to == DEFAULT_PARTNER:
+            return FeedWhenCrying(self.problem, seat)
         if self.to == "random":
-            return np.full((len(last_observations), action_count), 1 / action_count)
+            return Random(self.problem, seat)
         if self.to in ACTIONS:
-            return np.tile(
-                np.eye(action_count)[ACTIONS.index(self.to)], (len(last_observations), 1)
-            )
-        partner = FeedWhenCrying(self.problem, 1 - self.seat)
-        partner_actions = partner.choose(
-            (last_observations,), None, np.zeros((len(last_observations), 0))
-        )
-        return np.asarray(np.eye(action_count)[partner_actions])
+            return _Constant(self.problem, seat, ACTIONS.index(self.to))
+        policy = self.policy_lookup(seat, self.to) if self.policy_lookup else None
+        if policy is None:
+            raise BadPolicy(f"best-response: no rule {self.to!r} of the partner")
+        return policy
 
-    def _build_tables(self, partner_probabilities: Reals) -> Tables:
-        """Return the POMDP's arrays if the partner takes actions with probabilities `[S, A]`."""
-        states, action_count = np.arange(2 * N_LAST_OBSERVATIONS), len(ACTIONS)
-        transition = np.zeros((len(states), action_count, len(states)))
-        rewards = np.zeros((len(states), action_count, 1))
+    @cached_property
+    def _partner(self) -> _PartnerMachine:
+        """The partner's machine; raises BadPolicy if it is not known or has too many nodes."""
+        policy, action_count = self._partner_policy, len(ACTIONS)
+        memory = policy.initial_memory(np.full(1, -1))
+        nodes, pending = {_node_key(-1, memory): 0}, [(-1, memory)]
+        observations, probabilities, next_nodes = [], [], []
+        while pending:
+            observation, memory = pending.pop(0)
+            chances = policy.choice_probabilities(memory)
+            if chances is None or len(nodes) > MAX_PARTNER_NODES:
+                raise BadPolicy(f"best-response: cannot plan with the partner {self.to}")
+            observations.append(observation)
+            probabilities.append(chances[0])
+            next_nodes.append(np.zeros((action_count, N_OBSERVATIONS), np.int64))
+            for action, heard in product(np.flatnonzero(chances[0]), range(N_OBSERVATIONS)):
+                percept = Percept(np.array([action]), np.array([heard]), None, None)
+                after = policy.update_memory(memory, percept)
+                key = _node_key(heard, after)
+                if key not in nodes:
+                    nodes[key] = len(nodes)
+                    pending.append((heard, after))
+                next_nodes[-1][action, heard] = nodes[key]
+            # An action that the rule never takes leads where its usual action leads.
+            next_nodes[-1][chances[0] == 0.0] = next_nodes[-1][chances[0].argmax()]
+        return _PartnerMachine(
+            np.array(observations), np.array(probabilities), np.array(next_nodes)
+        )
+
+    def _build_tables(self, action_probabilities: Reals) -> Tables:
+        """Return the POMDP's arrays if the partner's actions have probabilities `[N, A]`."""
+        partner, action_count, state_count = self._partner, len(ACTIONS), 2
+        node_count = len(partner.observations)
+        transition = np.zeros((state_count, node_count, action_count, state_count, node_count))
+        rewards = np.zeros((state_count, node_count, action_count))
         for action, partner_action in product(range(action_count), repeat=2):
             joint_action = (action, partner_action) if self.seat == 0 else (partner_action, action)
             p, outcome = enumerate_outcomes(
-                self.problem, states // N_LAST_OBSERVATIONS, np.tile(joint_action, (len(states), 1))
+                self.problem, np.arange(state_count), np.tile(joint_action, (state_count, 1))
             )
-            p = p * partner_probabilities[:, partner_action, None]
-            next_states = (
-                outcome.state * N_LAST_OBSERVATIONS + outcome.observations[:, :, self.seat] + 1
+            weights = action_probabilities[:, partner_action]
+            rewards[:, :, action] += np.outer(
+                (p * outcome.rewards[:, :, self.seat]).sum(axis=1), weights
             )
-            np.add.at(transition[:, action], (states[:, None], next_states), p)
-            rewards[:, action, 0] += (p * outcome.rewards[:, :, self.seat]).sum(axis=1)
-        observation_model = np.eye(N_LAST_OBSERVATIONS - 1)[
-            np.maximum(states % N_LAST_OBSERVATIONS - 1, 0)
+            for s, k in np.ndindex(p.shape):
+                heard = outcome.observations[s, k, self.seat]
+                after = partner.next_nodes[:, partner_action, heard]
+                transition[s, np.arange(node_count), action, outcome.state[s, k], after] += (
+                    p[s, k] * weights
+                )
+        size = state_count * node_count
+        observation_model = np.eye(N_OBSERVATIONS)[
+            np.maximum(np.tile(partner.observations, state_count), 0)
         ]
-        return Tables(transition, rewards, np.repeat(observation_model[None], action_count, axis=0))
+        return Tables(
+            transition.reshape(size, action_count, size),
+            rewards.reshape(size, action_count, 1),
+            np.repeat(observation_model[None], action_count, axis=0),
+        )
 
     @cached_property
     def _belief_filter(self) -> PartnerBeliefFilter:
@@ -97,7 +154,7 @@ class _PartnerModelPolicy(SeatPolicy):
         """
         action_count = len(ACTIONS)
         random_tables = self._build_tables(
-            np.full((2 * N_LAST_OBSERVATIONS, action_count), 1 / action_count)
+            np.full((len(self._partner.observations), action_count), 1 / action_count)
         )
         return PartnerBeliefFilter.from_arrays(
             *(
@@ -108,8 +165,9 @@ class _PartnerModelPolicy(SeatPolicy):
 
     def initial_memory(self, observation: Array) -> Memory:
         """Return the belief before the first turn, with nothing observed yet."""
-        b = np.zeros((len(observation), 2 * N_LAST_OBSERVATIONS))
-        b[:, ::N_LAST_OBSERVATIONS] = belief.initial_belief(self.problem)
+        node_count = len(self._partner.observations)
+        b = np.zeros((len(observation), 2 * node_count))
+        b[:, ::node_count] = belief.initial_belief(self.problem)
         return (b,)
 
     def update_memory(self, memory: Memory, percept: Percept) -> Memory:
@@ -133,6 +191,7 @@ class BestResponse(TurnsLeftPolicy, GreedyPolicy, _PartnerModelPolicy):
 
     values_name = EXACT_VALUES
     has_opponent_model = True
+    plays_with = "with"
 
     def __post_init__(self) -> None:
         """Raise BadPolicy for an infinite horizon without a discount."""
@@ -151,15 +210,16 @@ class BestResponse(TurnsLeftPolicy, GreedyPolicy, _PartnerModelPolicy):
         """Return the belief with a partner that is not random, which differs from the board's."""
         if self.to == "random":
             return ""
-        (b,) = memory[0].reshape(len(memory[0]), -1, N_LAST_OBSERVATIONS).sum(axis=2)
+        (b,) = memory[0].reshape(1, 2, -1).sum(axis=2)
         names = map(self.problem.format_state, self.problem.enumerate_states())
         return f"belief {', '.join(f'{name} {p:.3f}' for name, p in zip(names, b, strict=True))}"
 
     def forecast_observations(self, memory: Memory, action: int) -> tuple[Reals, Reals]:
         """Return the probability `[O]` of each observation, and the belief `[O, S]` after it."""
         tables = self.pomdp_tables
-        joint = memory[0][0] @ tables.transition[:, action]
-        by_state = joint.reshape(-1, N_LAST_OBSERVATIONS)[:, 1:].T  # [O, S]
+        joint = (memory[0][0] @ tables.transition[:, action]).reshape(2, -1)
+        heard = self._partner.observations == np.arange(N_OBSERVATIONS)[:, None]
+        by_state = heard @ joint.T  # [O, S]
         posterior = belief.apply_bayes_rule(by_state)
         return posterior.likelihood, posterior.belief
 
@@ -196,17 +256,31 @@ class BestResponse(TurnsLeftPolicy, GreedyPolicy, _PartnerModelPolicy):
         return turns <= MAX_ALPHA_VECTOR_TURNS or self.problem.discount >= 1.0
 
     def adapt_to_game(self, question: AdviceQuestion) -> Self:
-        """Return the best response for the turns left, to a random or to an assumed partner.
+        """Return the best response for the turns left, to the partner of the game.
 
-        Beliefs, forecasts and hints assume one partner: a caregiver does not see the other act, so
-        the belief of its seat takes the other to act uniformly at random, whoever it is. A person
-        may assume another partner.
+        A partner that cannot be planned with counts as random.
         """
         policy = super().adapt_to_game(question)
         if not question.opponents:
             return policy
-        partner = question.opponents[0] if question.assumes_players else "random"
-        return replace(policy, to=partner)
+        partner = replace(policy, to=question.opponents[0])
+        try:
+            _ = partner._partner
+        except DmplayError:
+            return replace(policy, to="random")
+        return partner
+
+
+@dataclass(frozen=True)
+class _Constant(ConstantPolicy):
+    """A partner that always takes the same action."""
+
+    action: int = 0
+
+
+def _node_key(observation: int, memory: Memory) -> bytes:
+    """Return the last observation and a memory of one row as bytes."""
+    return b"".join([bytes([observation + 1]), *(array.tobytes() for array in memory)])
 
 
 def build_roster(problem: Problem, seat: int) -> Roster:
@@ -218,5 +292,5 @@ def build_roster(problem: Problem, seat: int) -> Roster:
     return Roster(
         {"best-response": BestResponse, "feed-when-crying": FeedWhenCrying,
          "joint-plan": SharedObservationPlan},
-        adviser, "best-response", default_partner="feed-when-crying",
+        adviser, "best-response", default_partner=DEFAULT_PARTNER,
     )  # fmt: skip

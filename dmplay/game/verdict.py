@@ -304,7 +304,7 @@ def has_exact_verdict(session: Session, question: AdviceQuestion) -> bool:
     provider = agents.find_hint_provider(session.problem, question)
     return (
         provider is not None
-        and provider.policy.values_name == EXACT_VALUES
+        and provider.values_name == EXACT_VALUES
         and _are_about_game(session, question, provider.scope)
     )
 

@@ -12,7 +12,14 @@ from importlib.util import find_spec
 from typing import Any, NamedTuple
 
 from dmplay.agents.available_agents import HINT_PROVIDER_ROLE, PARTNER_ROLE, Roster
-from dmplay.agents.base import LOWER_BOUNDS, UPPER_BOUNDS, AdviceQuestion, SeatPolicy
+from dmplay.agents.base import (
+    CONDITIONAL_VALUES,
+    EXACT_VALUES,
+    LOWER_BOUNDS,
+    UPPER_BOUNDS,
+    AdviceQuestion,
+    SeatPolicy,
+)
 from dmplay.core.parameter_parsing import parse_parameter
 from dmplay.core.parameters import INTEGER_TYPES
 from dmplay.core.policy import Policy
@@ -50,6 +57,13 @@ class HintAgent(NamedTuple):
         )
 
     @property
+    def values_name(self) -> str:
+        """The name of its values; they are exact only against the players of the game."""
+        name = self.policy.values_name
+        is_assumption = bool(self.assumed_players) or self.question.assumes_players
+        return CONDITIONAL_VALUES if name == EXACT_VALUES and is_assumption else name
+
+    @property
     def scope(self) -> str:
         """The game that its values are about, '' if it is that of the question."""
         horizon = self.policy.describe_scope(self.question.turn_limit)
@@ -73,7 +87,7 @@ class HintAgent(NamedTuple):
         names = dict.fromkeys(self.question.opponents)
         if self.assumed_players or not self.policy.has_opponent_model or not names:
             return self.assumed_players
-        return f"against {' and '.join(names)}"
+        return f"{self.policy.plays_with} {' and '.join(names)}"
 
     def describe_game(self, turns_done: int) -> str:
         """Return the turns left and the other players that its values are about, as text."""

@@ -1,7 +1,6 @@
 """The exact values of a position, and the possible outcomes of each action."""
 
 from collections.abc import Sequence
-from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -12,6 +11,7 @@ from dmplay.core.arrays import Array, Bools, Ints, Reals
 from dmplay.core.policy import Memory
 from dmplay.core.problem import Outcome, Problem, build_percept, enumerate_possible_outcomes
 from dmplay.core.session import SeatedPolicy, Session
+from dmplay.game.hints.action_breakdown import ActionBreakdown, break_down_action
 from dmplay.game.hints.outcome_forecast import AssumedPlayers, enumerate_joint_actions
 from dmplay.problems.shared.hex_hunt import HexHunt
 from dmplay.registry import agents
@@ -73,15 +73,13 @@ class ValuedPosition:
         limit = self.session.turn_limit
         return None if limit is None else limit - len(self.session.turns)
 
-    @cached_property
-    def _states(self) -> Array:
-        """All states of a problem with hidden states."""
-        return self.problem.enumerate_states()
-
     def compute_rewards(self) -> Reals:
         """Return the expected reward `[A]` of this turn for each action, -inf if it is illegal."""
         rewards = np.full(len(self.labels), -np.inf)
         for action in np.flatnonzero(self.legal_actions_mask).tolist():
+            if self.problem.partially_observable:
+                rewards[action] = self._break_down_action(action).reward
+                continue
             weights, _, outcome = self._enumerate_events(action)
             rewards[action] = weights @ outcome.rewards[:, self.seat]
         return rewards
@@ -91,6 +89,8 @@ class ValuedPosition:
 
         Events that the player cannot tell apart are one outcome.
         """
+        if self.problem.partially_observable:
+            return self._list_observations(action)
         arrays = self._enumerate_events(action)
         outcomes = [
             self._summarize_events(text, events, *arrays)
@@ -100,13 +100,33 @@ class ValuedPosition:
 
     def find_likeliest_outcome(self, action: int) -> ActionOutcome | None:
         """Return the likeliest outcome of an action; None if several are equally likely."""
-        weights, joint_actions, outcome = self._enumerate_events(action)
-        groups = self._group_events(weights, joint_actions, outcome)
-        probabilities = {text: weights[events].sum() for text, events in groups.items()}
-        text, *others = sorted(probabilities, key=lambda text: -probabilities[text])
-        if others and probabilities[text] - probabilities[others[0]] < MIN_PROBABILITY_DIFFERENCE:
-            return None
-        return self._summarize_events(text, groups[text], weights, joint_actions, outcome)
+        likeliest, *others = self.list_outcomes(action)
+        lead = likeliest.probability - others[0].probability if others else 1.0
+        return None if lead < MIN_PROBABILITY_DIFFERENCE else likeliest
+
+    def _break_down_action(self, action: int) -> ActionBreakdown:
+        """Return the parts of the value of an action in a problem with hidden states."""
+        parts = break_down_action(
+            self._seated_policy, action, self._opponent_model, is_last_turn=self.turns_left == 1
+        )
+        assert parts is not None
+        return parts
+
+    def _list_observations(self, action: int) -> list[ActionOutcome]:
+        """Return the possible observations after an action, likeliest first."""
+        parts = self._break_down_action(action)
+        is_over = self.problem.terminal(self.problem.enumerate_states())
+        return [
+            ActionOutcome(
+                item.probability,
+                item.text,
+                item.reward,
+                item.value_after,
+                parts.is_last_turn or not np.any(np.asarray(item.belief)[~is_over]),
+                item.belief,
+            )
+            for item in parts.outcomes
+        ]
 
     def _group_events(
         self, weights: Reals, joint_actions: Array, outcome: Outcome
@@ -121,19 +141,12 @@ class ValuedPosition:
     def _enumerate_events(self, action: int) -> tuple[Reals, Array, Outcome]:
         """Return the events after an action: probabilities `[N]`, joint actions and outcomes.
 
-        The other agents act as the values assume. A hidden state is drawn from the belief.
+        All agents see the state. The other agents act as the values assume.
         """
         joint = enumerate_joint_actions(self.session, self.seat, action, self._opponent_model)
-        states, probabilities = self.session.state[None], np.ones(1)
-        if self.problem.partially_observable:
-            belief = self.session.view(self.seat).belief
-            support = np.flatnonzero(belief)
-            states, probabilities = self._states[support], belief[support]
-        row_states = np.repeat(states, len(joint.actions), axis=0)
-        row_actions = np.tile(joint.actions, (len(states), 1))
-        row_weights = np.outer(probabilities, joint.probabilities).reshape(-1)
-        rows, p, outcome = enumerate_possible_outcomes(self.problem, row_states, row_actions)
-        return row_weights[rows] * p, row_actions[rows], outcome
+        states = np.repeat(self.session.state[None], len(joint.actions), axis=0)
+        rows, p, outcome = enumerate_possible_outcomes(self.problem, states, joint.actions)
+        return joint.probabilities[rows] * p, joint.actions[rows], outcome
 
     @property
     def _opponent_model(self) -> AssumedPlayers | None:
@@ -145,9 +158,6 @@ class ValuedPosition:
     def _describe_event(self, joint_action: Array, outcome: Outcome, event: int) -> str:
         """Return the part of an event that the player perceives as text."""
         problem, seat = self.problem, self.seat
-        if problem.partially_observable:
-            observation = outcome.observations[event, seat]
-            return problem.observations[seat].format_observation(observation)
         if problem.state_count != 1:
             return f"to {self._format_state(outcome.state[event])}"
         return ", ".join(
@@ -171,10 +181,6 @@ class ValuedPosition:
         reward = float(weights[events] @ outcome.rewards[events, self.seat]) / probability
         first = events[:1]
         first_outcome = Outcome(*(array[first] for array in outcome))
-        belief = None
-        if self.problem.partially_observable:
-            indices = self.problem.state_indices(outcome.state[events])
-            belief = np.bincount(indices, weights[events], len(self._states)) / probability
         is_last_turn = self.turns_left == 1
         ends_game = is_last_turn or bool(self.problem.terminal(outcome.state[events]).all())
         value_after = 0.0
@@ -187,7 +193,7 @@ class ValuedPosition:
             value_after = float(
                 values.max() if legal is None else values[legal[:, self.seat]].max()
             )
-        return ActionOutcome(probability, text, reward, value_after, ends_game, belief)
+        return ActionOutcome(probability, text, reward, value_after, ends_game)
 
     def sum_outcomes(self, outcomes: Sequence[ActionOutcome]) -> float:
         """Return the value of an action from its outcomes: the mean of reward plus later value."""
@@ -224,8 +230,7 @@ def find_puzzle_agent(session: Session, question: AdviceQuestion) -> agents.Hint
 
 def _is_exact(agent: agents.HintAgent) -> bool:
     """Return whether the values of an agent are exact in the game of its question."""
-    is_exact = agent.policy.values_name == EXACT_VALUES and agent.has_exact_regrets
-    return is_exact and not agent.assumed_players
+    return agent.values_name == EXACT_VALUES and agent.has_exact_regrets
 
 
 def is_repeated_game_of_user(problem: Problem) -> bool:

@@ -635,7 +635,7 @@ def test_an_argument_that_is_no_number_can_be_asked_for(
             {"action": "climb", "height": 0.0, "rate": 0.0, "seconds": 41},
             "seconds: got 41, expected 0 to 40",
         ),
-        ("multicaregiver-crying-baby", "best-action", {}, "are about another game"),
+        ("collaborative-predator-prey", "best-action", {}, "are about another game"),
     ],
 )
 def test_a_quantity_that_a_problem_does_not_have_is_one_clear_error(

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dmplay.agents.base import EXACT_VALUES, LOWER_BOUNDS, RATINGS, UPPER_BOUNDS
+from dmplay.agents.base import CONDITIONAL_VALUES, EXACT_VALUES, LOWER_BOUNDS, RATINGS, UPPER_BOUNDS
 from dmplay.core.arrays import Reals
 from dmplay.core.best_actions import VALUE_TOLERANCE
 from dmplay.core.problem import ContinuousStates
@@ -40,8 +40,8 @@ MAX_SENTENCE_WORDS = 25
 PLACE_PREFIX = " in the state "
 RUNNER_UP = ObviousAction(-1, "the next best")
 VALUE_WORDS = {
-    EXACT_VALUES: "worth", LOWER_BOUNDS: "worth at least", UPPER_BOUNDS: "worth at most",
-    RATINGS: "rated",
+    EXACT_VALUES: "worth", CONDITIONAL_VALUES: "worth", LOWER_BOUNDS: "worth at least",
+    UPPER_BOUNDS: "worth at most", RATINGS: "rated",
 }  # fmt: skip
 
 

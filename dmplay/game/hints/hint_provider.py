@@ -311,7 +311,7 @@ class HintProvider:
             action_name,
             self.describe_game(),
             self._hint_agent.has_regrets,
-            self._hint_agent.policy.values_name,
+            self._hint_agent.values_name,
             self.session.problem.reward_scale,
         )
         self._cached_hint = (*self._turn_key, hint)
@@ -466,7 +466,7 @@ class HintProvider:
     @property
     def values_name(self) -> str:
         """The name of the hint agent's values, which says how accurate they are."""
-        return self._hint_agent.policy.values_name if self._hint_agent else "values"
+        return self._hint_agent.values_name if self._hint_agent else "values"
 
     def values_by_action(self) -> dict[str, float]:
         """Return the value of each legal action by label; {} if the hint agent has no values."""

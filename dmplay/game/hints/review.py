@@ -101,13 +101,13 @@ def review_actions(
                 values = hint_policy.action_values()
             is_of_players = number > hint_agent.question.earlier_turns
             if values is not None and is_of_players and not replayed.is_inactive(seat):
-                values = round_ratings(values, hint_agent.policy.values_name)
+                values = round_ratings(values, hint_agent.values_name)
                 reviewed = _review_action(replayed, seat, number, int(turn.actions[seat]), values)
                 yield reviewed._replace(
                     regret=reviewed.regret if hint_agent.has_exact_regrets else None,
                     scope=hint_agent.scope,
                     about=hint_agent.describe_game(number - 1),
-                    values_name=hint_agent.policy.values_name,
+                    values_name=hint_agent.values_name,
                     discount_factor=problem.discount ** (number - 1),
                 )
         replayed.append_turns([turn])

@@ -98,7 +98,7 @@ def test_hint_values_and_forecast_assume_the_agent_that_a_person_chooses() -> No
         "hint by plan-rounds (5 turns left, against always-defect): defect. "
     )
     assert show_values(game, "") == (
-        "exact values (5 turns left, against always-defect): cooperate -16.00, defect -15.00"
+        "conditional values (5 turns left, against always-defect): cooperate -16.00, defect -15.00"
     )
     assert preview_typed_action(game, "cooperate") == (
         "if cooperate against always-defect: reward -4, as the other agent chooses defect"

@@ -154,9 +154,7 @@ class Evaluation:
         return [((b, action), p) for b, p in pairs]
 
 
-def check_first_values(
-    problem: Problem, turns: int, other: str = "", *, seat: int = 0, assumes_other: bool = False
-) -> str:
+def check_first_values(problem: Problem, turns: int, other: str = "", *, seat: int = 0) -> str:
     """Compare the first values of the hint provider with an evaluation of its policy.
 
     Exact values are equal to those of the policy, and lower bounds are at most as large. Return the
@@ -164,12 +162,12 @@ def check_first_values(
     """
     players = [other] * len(problem.agents)
     players[seat] = "human"
-    agent = find_hint_provider(problem, AdviceQuestion(seat, turns, tuple(players), assumes_other))
+    agent = find_hint_provider(problem, AdviceQuestion(seat, turns, tuple(players)))
     assert agent is not None
-    policy, name = agent.policy, agent.policy.values_name
+    policy, name = agent.policy, agent.values_name
     if name not in {EXACT_VALUES, LOWER_BOUNDS} or policy.describe_scope(turns):
         return ""
-    assert agent.assumed_players in {"", f"if the partner plays {other}"}
+    assert not agent.assumed_players
     session = Session(problem, dmplay.SeededUniforms(7), turn_limit=turns)
     memory = policy.initial_memory(np.asarray(session.observation_after(seat, 0))[None])
     values = policy.action_values(memory)
@@ -239,17 +237,27 @@ def test_exact_values_of_a_hunt_on_the_map_of_the_book(seat: int, other: str, tu
     assert check_first_values(problem, turns, other, seat=seat) == EXACT_VALUES
 
 
-@pytest.mark.parametrize("turns", TURNS)
+@pytest.mark.parametrize("turns", [1, 2, 5, 10])
 @pytest.mark.parametrize("seat", [0, 1])
-def test_exact_values_of_a_caregiver_with_a_random_and_with_an_assumed_partner(
-    seat: int, turns: int
+@pytest.mark.parametrize("partner", ["feed-when-crying", "random", "best-response", "joint-plan"])
+def test_exact_values_of_a_caregiver_are_those_with_the_partner_of_the_game(
+    partner: str, seat: int, turns: int
 ) -> None:
     problem = dmplay.load_problem("multicaregiver-crying-baby")
-    assert check_first_values(problem, turns, "random", seat=seat) == EXACT_VALUES
-    assert (
-        check_first_values(problem, turns, "feed-when-crying", seat=seat, assumes_other=True)
-        == EXACT_VALUES
-    )
+    assert check_first_values(problem, turns, partner, seat=seat) == EXACT_VALUES
+
+
+def test_a_caregiver_that_follows_the_hints_earns_the_value_of_the_best_response() -> None:
+    problem = dmplay.load_problem("multicaregiver-crying-baby")
+    for seat, value in ((0, -20.314), (1, -27.290)):
+        players = ["feed-when-crying"] * 2
+        policies = [load_agent(problem, i, name) for i, name in enumerate(players)]
+        agent = find_hint_provider(problem, AdviceQuestion(seat, 10, tuple(players)))
+        assert agent is not None
+        policies[seat] = agent.policy
+        result = dmplay.rollout(problem, policies, episodes=20_000, turn_limit=10, seed=5)
+        mean, error = result.returns[:, seat].mean(), result.returns[:, seat].std() / 20_000**0.5
+        assert abs(mean - value) < 4 * error + 1e-3
 
 
 @pytest.mark.parametrize("turns", TURNS)

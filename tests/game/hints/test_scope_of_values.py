@@ -312,8 +312,9 @@ def test_values_have_regrets_only_against_a_rule_that_can_be_planned_against(
         ("predator-prey", "random", "against random"),
         ("predator-prey", "human", "if the other agent plays flee"),
         ("predator-prey", "equilibrium", "if the other agent plays flee"),
-        ("multicaregiver-crying-baby", "random", "against random"),
-        ("multicaregiver-crying-baby", "feed-when-crying", "assuming a random partner"),
+        ("multicaregiver-crying-baby", "random", "with random"),
+        ("multicaregiver-crying-baby", "feed-when-crying", "with feed-when-crying"),
+        ("multicaregiver-crying-baby", "search", "assuming a random partner"),
         ("multicaregiver-crying-baby", "human", "assuming a random partner"),
     ],
 )
@@ -324,14 +325,16 @@ def test_hint_values_and_review_name_the_other_players(
     session = play_rounds(name, opponent, [0.0] * 2)
     provider = HintProvider(session.copy_at_start(), AdviceQuestion.about(session, 0, seats))
     by, _, _ = provider.create_hint().partition("): ")
-    assert by == f"hint by best-response (2 turns left, {players}"
-    assert provider.describe_values().startswith(f"exact values (2 turns left, {players}): ")
+    assert by.partition(", belief ")[0] == f"hint by best-response (2 turns left, {players}"
+    is_real = players.startswith(("against", "with"))
+    name = "exact values" if is_real else "conditional values"
+    assert provider.describe_values().startswith(f"{name} (2 turns left, {players}): ")
     reviewed = [*review_actions(session, [AdviceQuestion.about(session, 0, seats)])]
     assert [move.about for move in reviewed] == [
         f"2 turns left, {players}",
         f"1 turn left, {players}",
     ]
-    assert {move.scope for move in reviewed} == {players * (not players.startswith("against"))}
+    assert {move.scope for move in reviewed} == {players * (not is_real)}
 
 
 def test_a_review_leaves_out_the_turns_of_earlier_players(tmp_path: Path) -> None:
@@ -389,9 +392,9 @@ def test_review_and_grade_report_the_regret_of_a_repeated_game(
     assert grade.regret == sum(regrets)
 
 
-def test_a_hint_beside_a_partner_assumes_the_partner_of_the_belief() -> None:
+def test_a_hint_beside_a_partner_without_a_known_rule_uses_the_belief_of_the_board() -> None:
     problem = dmplay.load_problem("multicaregiver-crying-baby")
-    for partner in ("feed-when-crying", "joint-plan", "human"):
+    for partner in ("search", "human"):
         seated = [None, None if partner == "human" else dmplay.load_agent(problem, 1, partner)]
         session = Session(problem, dmplay.SeededUniforms(1), seated, turn_limit=6)
         provider = HintProvider(session, AdviceQuestion.about(session, 0, ["human", partner]))
