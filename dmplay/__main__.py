@@ -8,6 +8,8 @@ import signal
 import sys
 from types import TracebackType
 
+from dmplay.terminal.output_streams import open_output_streams
+
 RUNTIME_CODE, USAGE_CODE, TERMINAL_LOST_CODE, INTERRUPT_CODE, PIPE_CODE = 1, 2, 129, 130, 141
 BLAS_THREADS_VARIABLE = (
     # OpenBLAS threads that wait for one another cost more time than they save
@@ -27,11 +29,12 @@ def main() -> None:
     except KeyboardInterrupt:
         code = INTERRUPT_CODE
     try:
-        _flush_or_discard_output()
+        code = _flush_or_discard_output(code)
         _exit_despite_threads(code)
     except KeyboardInterrupt:
         code = INTERRUPT_CODE
-    sys.exit(code)
+    if not sys.flags.inspect:  # With `python -i`, a session follows.
+        sys.exit(code)
 
 
 def _repeat_ignored_interrupt(unraisable: "sys.UnraisableHookArgs") -> None:
@@ -76,7 +79,7 @@ def _dispatch() -> int:
     if "--debug" in sys.argv:
         sys.argv.remove("--debug")
         os.environ["DMPLAY_DEBUG"] = "1"
-    if not os.environ.get("DMPLAY_DEBUG"):
+    if not (os.environ.get("DMPLAY_DEBUG") or sys.flags.inspect):
         sys.excepthook = _report_unexpected_error
     from dmplay.cli.main import run_command_line
 
@@ -87,7 +90,7 @@ def _report_os_error(error: OSError) -> int:
     """Print an error of the system in one line, clipped if it is long; return the exit code.
 
     The code is USAGE_CODE if a file name is too long, which only its writer can change, and
-    TERMINAL_LOST_CODE if standard error cannot be written.
+    TERMINAL_LOST_CODE if the terminal is gone.
     """
     from dmplay.core.text import escape_unprintable
     from dmplay.errors import clip_message
@@ -104,12 +107,14 @@ def _report_os_error(error: OSError) -> int:
 def _report_system_exit(error: SystemExit) -> int:
     """Report a SystemExit raised by user-defined code and return the usage error code.
 
-    A SystemExit raised by dmplay itself is raised again.
+    If dmplay raised it, for a signal, return its code.
     """
     from dmplay.core.text import escape_unprintable
     from dmplay.core.user_code_locations import describe_exit_location
 
     location = describe_exit_location(error)
+    if not location and isinstance(error.code, int):
+        return error.code
     if not location:
         raise error
     print(
@@ -131,18 +136,22 @@ def _open_streams() -> None:
     for stream in (sys.stdin, sys.stdout):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")
+    open_output_streams()
 
 
-def _flush_or_discard_output() -> None:
+def _flush_or_discard_output(code: int) -> int:
     """Flush the output streams, and discard their output if they cannot be written.
 
-    Otherwise Python would try to flush the same stream again at exit.
+    Otherwise Python would try to flush the same stream again at exit. Return the exit code, which
+    is not 0 if output was lost.
     """
     for stream in (sys.stdout, sys.stderr):
         try:
             stream.flush()
-        except OSError:
+        except OSError as error:
             os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
+            code = code or (PIPE_CODE if isinstance(error, BrokenPipeError) else RUNTIME_CODE)
+    return code
 
 
 def _exit_despite_threads(code: int) -> None:
@@ -168,8 +177,7 @@ def _exit_despite_threads(code: int) -> None:
             file=sys.stderr,
         )
         atexit._run_exitfuncs()
-        _flush_or_discard_output()
-        os._exit(code)
+        os._exit(_flush_or_discard_output(code))
 
 
 def _report_unexpected_error(

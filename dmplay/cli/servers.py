@@ -10,12 +10,16 @@ from dmplay.external.optional_libraries import import_library
 from dmplay.game.command_line_results import McpServerConfig
 from dmplay.registry import agents, problems
 from dmplay.servers.bot_server import BotServer, SeatFactory, serve_lines
+from dmplay.terminal.output_streams import divert_stdout
 
 
 def serve_bot(agent: str, problem_name: str) -> int:
     """Serve an agent as a bot for a problem on the standard streams, and return the exit code."""
-    problems.resolve_problem(problem_name, {})  # raises an error if the problem does not exist
-    serve_lines(BotServer(agent, make_seat_factory(agent, problem_name)), sys.stdin, sys.stdout)
+    divert_stdout()
+    output = sys.stdout
+    with redirect_stdout(sys.stderr):
+        problems.resolve_problem(problem_name, {})  # raises an error if it does not exist
+        serve_lines(BotServer(agent, make_seat_factory(agent, problem_name)), sys.stdin, output)
     return 0
 
 
@@ -23,13 +27,13 @@ def serve_mcp(config: McpServerConfig) -> int:
     """Serve games to a language model over MCP on standard streams; return the exit code."""
     from dmplay.servers.mcp.language_model_games import ModelGames
 
-    # Output that a problem prints must not mix with the MCP messages.
-    with redirect_stdout(sys.stderr):
-        games = ModelGames(config)
     import_library("mcp.server.mcpserver", "mcp", "mcp")
     from dmplay.servers.mcp.server import serve
 
-    return serve(games)
+    divert_stdout()
+    output = sys.stdout
+    with redirect_stdout(sys.stderr):  # Output of a problem must not mix with the messages.
+        return serve(ModelGames(config), output.fileno())
 
 
 def make_seat_factory(agent: str, problem_name: str) -> SeatFactory:

@@ -5,6 +5,7 @@ import errno
 import os
 import re
 import stat
+import sys
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
@@ -43,6 +44,13 @@ WRITE_BUFFER_BYTES = 2**18  # bytes written at once
 def is_output_device(path: Path) -> bool:
     """Return whether a path is a device that is written in place, such as /dev/stdout."""
     return str(path) in OUTPUT_DEVICES
+
+
+def find_device(path: Path) -> Path:
+    """Return a path; for /dev/stdout, that of the descriptor to which dmplay prints."""
+    if str(path) == "/dev/stdout" and sys.__stdout__:
+        return OPEN_FILES_FOLDER / str(sys.__stdout__.fileno())
+    return path
 
 
 def read_bytes(path: Path, max_bytes: int | None = None) -> bytes:
@@ -143,7 +151,7 @@ def write_bytes(
     """
     try:
         if is_output_device(path):
-            with path.open("wb") as file:
+            with find_device(path).open("wb") as file:
                 file.writelines(data)
         else:
             check_writable(path, force=force)

@@ -3,6 +3,7 @@
 A process that unpickles what a file defines, such as a worker, can therefore find the file.
 """
 
+import contextlib
 import importlib
 import sys
 from importlib.abc import MetaPathFinder
@@ -97,11 +98,13 @@ def _add_folder_to_path(file: Path) -> None:
 def _import_module(name: str, file: Path) -> ModuleType:
     """Return an imported module, which can import from its file's folder.
 
-    Raises BadParameter if it exits the program, has a syntax error or is not text.
+    Its output goes to standard error. Raises BadParameter if it exits the program, has a syntax
+    error or is not text.
     """
     _add_folder_to_path(file)
     try:
-        return importlib.import_module(name)
+        with contextlib.redirect_stdout(sys.stderr):
+            return importlib.import_module(name)
     except SystemExit as error:
         advice = 'put the code that runs the script under `if __name__ == "__main__":`'
         raise BadParameter(f"{describe_error_location(error)}; {advice}") from None

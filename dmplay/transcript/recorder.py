@@ -104,7 +104,8 @@ class Recorder:
         """Open the path for writing, and create a file whose mode suits its problem."""
         is_private = self.session.problem.partially_observable
         mode = safe_files.PRIVATE_FILE_MODE if is_private else 0o644
-        self._file = os.open(self.path, os.O_WRONLY | os.O_CREAT | flags, mode)
+        path = safe_files.find_device(self.path)
+        self._file = os.open(path, os.O_WRONLY | os.O_CREAT | flags, mode)
 
     def _lock_file(self) -> None:
         """Lock the file if the system can; raise BadParameter if another program plays the game."""

@@ -134,7 +134,8 @@ def _run_program(
         os.close(file)
     encoding = os.environ.get("PYTHONIOENCODING")
     sys.stdin, sys.stdout, sys.stderr = (
-        os.fdopen(number, mode, encoding=encoding) for number, mode in enumerate("rww")
+        open(number, mode, encoding=encoding, closefd=False)  # noqa: SIM115 - as Python opens them
+        for number, mode in enumerate("rww")
     )
     sys.argv = ["dmplay", *words]
     try:

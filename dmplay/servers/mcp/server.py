@@ -1,5 +1,6 @@
 """A server of the Model Context Protocol, which offers games to a language model as tools."""
 
+import os
 import sys
 from collections.abc import Callable, Sequence
 from typing import Any, cast
@@ -31,6 +32,8 @@ TERMINAL_NOTICE = "dmplay mcp: waiting for an MCP client on standard input; see 
 class McpServer(MCPServer[None]):
     """A server that reports each failed call in one line."""
 
+    output_fd = 1  # descriptor of the messages to the client
+
     async def call_tool(
         self, name: str, arguments: dict[str, Any], context: Context[None, Any] | None = None
     ) -> Any:
@@ -55,12 +58,12 @@ class McpServer(MCPServer[None]):
 
     async def run_stdio_async(self) -> None:
         """Serve a client on the standard streams until it disconnects or a signal arrives."""
-        streams, low_level = StdioStreams(), self._lowlevel_server
+        streams, low_level = cast(Any, StdioStreams(self.output_fd)), self._lowlevel_server
         try:
-            async with stdio_server(cast(Any, streams), cast(Any, streams)) as (incoming, outgoing):
+            async with stdio_server(streams, streams) as (incoming, outgoing):
                 await low_level.run(incoming, outgoing, low_level.create_initialization_options())
         finally:
-            streams.close()
+            os.set_blocking(self.output_fd, True)  # The client may have the same pipe.
 
 
 def _format_error(error: BaseException) -> str:
@@ -81,7 +84,7 @@ def _format_error(error: BaseException) -> str:
     return f"unexpected {type(error).__name__}; dmplay mcp printed its location to stderr"
 
 
-def make_server(games: ModelGames) -> MCPServer[None]:
+def make_server(games: ModelGames) -> McpServer:
     """Return a server with the tools of the games; hint and undo only if they are allowed."""
     game_server = McpServer(
         "dmplay", version=__version__, instructions=INSTRUCTIONS, log_level="CRITICAL"
@@ -139,13 +142,18 @@ def _make_tools(games: ModelGames) -> Sequence[Callable[..., object]]:
     return list_, info, new, look, act, hint, undo, over
 
 
-def serve(games: ModelGames) -> int:
-    """Serve a client on the standard streams until it disconnects, and return the exit code."""
+def serve(games: ModelGames, output_fd: int) -> int:
+    """Serve a client on standard input and a descriptor for the output, until it disconnects.
+
+    Return the exit code.
+    """
     if sys.stdin.isatty():
         print(TERMINAL_NOTICE, file=sys.stderr)
     try:
         with exit_on_signals():
-            make_server(games).run()
+            server = make_server(games)
+            server.output_fd = output_fd
+            server.run()
     except* ConnectionError:
         pass  # the client is gone
     finally:

@@ -17,12 +17,11 @@ INVALID_REQUEST_CODE = -32_600  # of JSON-RPC
 
 
 class StdioStreams:
-    """Incoming lines and outgoing texts; all other standard output goes to stderr."""
+    """Incoming lines of standard input, and outgoing texts to a descriptor."""
 
-    def __init__(self) -> None:
-        self._input_fd, self._output_fd = os.dup(0), os.dup(1)
-        os.dup2(2, 1)
-        os.set_blocking(self._output_fd, False)
+    def __init__(self, output_fd: int) -> None:
+        self._input_fd, self._output_fd = 0, output_fd
+        os.set_blocking(output_fd, False)
         self._received = b""
         self._write_lock = Lock()  # locked until the whole of a text is written
 
@@ -65,13 +64,6 @@ class StdioStreams:
 
     async def flush(self) -> None:
         """Do nothing, because writes are not buffered."""
-
-    def close(self) -> None:
-        """Restore the standard streams."""
-        os.set_blocking(self._output_fd, True)
-        os.dup2(self._output_fd, 1)
-        for fd in (self._input_fd, self._output_fd):
-            os.close(fd)
 
 
 def _is_message(line: str) -> bool:

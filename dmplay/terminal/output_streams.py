@@ -1,0 +1,92 @@
+"""Standard output and standard error that lose nothing in silence, and keep other output apart."""
+
+import errno
+import io
+import os
+import sys
+from typing import Any
+
+
+class _CompleteFile(io.FileIO):
+    """A descriptor that writes all bytes or raises OSError.
+
+    A short write would otherwise be lost in silence. Another process that has the same pipe may
+    make it non-blocking at any time.
+    """
+
+    def write(self, data: Any) -> int:
+        """Write all bytes, waiting while the reader is not ready; return their number."""
+        remaining = memoryview(data).cast("B")
+        size = len(remaining)
+        while remaining:
+            count = super().write(remaining)
+            if count is None:
+                os.set_blocking(self.fileno(), True)
+            remaining = remaining[count or 0 :]
+        return size
+
+
+class _ErrorStream(io.TextIOWrapper):
+    """Standard error; only a lost terminal raises OSError, as the exit code tells the rest."""
+
+    def write(self, text: str) -> int:
+        """Write a text; drop it if that fails."""
+        try:
+            return super().write(text)
+        except OSError as error:
+            _raise_if_terminal_lost(error)
+            return len(text)
+
+    def flush(self) -> None:
+        """Write what is buffered; drop it if that fails."""
+        try:
+            super().flush()
+        except OSError as error:
+            _raise_if_terminal_lost(error)
+
+
+def _raise_if_terminal_lost(error: OSError) -> None:
+    """Raise the error again if it is that of a terminal which is gone."""
+    if error.errno == errno.EIO:
+        raise error
+
+
+def open_output_streams() -> None:
+    """Replace standard output and error by streams that write completely.
+
+    What user code writes to descriptor 1 must not mix with the output of dmplay that another
+    program reads. Unless that is a terminal, the output therefore gets a private descriptor.
+    """
+    if os.name != "posix":  # Consoles and descriptors work differently on Windows.
+        return
+    for name, stream_type in (("stdout", io.TextIOWrapper), ("stderr", _ErrorStream)):
+        stream = getattr(sys, name)
+        if isinstance(stream, io.TextIOWrapper):
+            stream.flush()
+            os.set_blocking(stream.fileno(), True)
+            _replace_stream(name, stream_type, stream.fileno())
+    if not sys.stdout.isatty():
+        divert_stdout()
+
+
+def divert_stdout() -> None:
+    """Move standard output to a private descriptor, and point descriptor 1 to standard error.
+
+    Programs and C libraries that user code calls then write to standard error.
+    """
+    if isinstance(sys.stdout, io.TextIOWrapper) and sys.stdout.fileno() == 1:
+        sys.stdout.flush()
+        _replace_stream("stdout", io.TextIOWrapper, os.dup(1))
+        os.dup2(2, 1)
+
+
+def _replace_stream(name: str, stream_type: type[io.TextIOWrapper], descriptor: int) -> None:
+    """Replace a stream of `sys` by one with the same encoding that writes to a descriptor."""
+    stream = getattr(sys, name)
+    new_stream = stream_type(
+        _CompleteFile(descriptor, "wb", closefd=False),
+        encoding=stream.encoding, errors="backslashreplace",
+        line_buffering=stream.line_buffering, write_through=stream.write_through,
+    )  # fmt: skip
+    for attribute in (name, f"__{name}__"):
+        setattr(sys, attribute, new_stream)

@@ -1,0 +1,153 @@
+"""Tests of the output streams: nothing is lost in silence, and user code writes elsewhere."""
+
+import json
+import os
+import subprocess
+import sys
+import threading
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import pytest
+
+from tests.support.document_examples import TIGER_SOURCE
+from tests.support.programs import NO_VARIABLES
+from tests.support.terminals import DMPLAY_COMMAND, clean_environment
+
+pytestmark = pytest.mark.skipif(os.name != "posix", reason="descriptors of POSIX")
+TIMEOUT_SECONDS = 60.0
+LONG_GAME = ("crying-baby", "--agent", "random", "--turns", "1500", "--seed", "1")
+# what user code may do with its output, while it is loaded and while it plays
+NOISE_SOURCE = """import ctypes, os, subprocess, sys
+def make_noise():
+    os.write(1, b"noise of os.write\\n")
+    subprocess.run([sys.executable, "-c", "print('noise of a child')"], check=True)
+    ctypes.CDLL(None).puts(b"noise of a library")
+    ctypes.CDLL(None).printf(b"noise without a line end")
+    with open("/dev/stdout", "w") as file:
+        file.write("noise of the device\\n")
+make_noise()
+"""
+NOISY_PROBLEM = f"""{NOISE_SOURCE}
+print("noise of print")
+{TIGER_SOURCE}
+class Noisy(Tiger):
+    def resolve_events(self, s, a, events):
+        make_noise()
+        return super().resolve_events(s, a, events)
+"""
+
+
+def run_in_pipe(
+    words: Sequence[str],
+    folder: Path,
+    *,
+    pause_seconds: float = 0,
+    errors: int = subprocess.PIPE,
+    variables: Mapping[str, str] = NO_VARIABLES,
+) -> tuple[int, bytes]:
+    """Run dmplay with a pipe as its output; return its exit code and the output.
+
+    With a pause before the output is read, the pipe does not block.
+    """
+    reader, writer = os.pipe()
+    os.set_blocking(writer, not pause_seconds)
+    with subprocess.Popen(
+        [*DMPLAY_COMMAND, *words], stdin=subprocess.DEVNULL, stdout=writer, stderr=errors,
+        cwd=folder, env=clean_environment(folder, **variables),
+    ) as program:  # fmt: skip
+        if pause_seconds:
+            threading.Event().wait(pause_seconds)
+            os.set_blocking(writer, False)  # as another process with the same pipe may do
+        os.close(writer)
+        with open(reader, "rb") as file:
+            output = file.read()
+        return program.wait(TIMEOUT_SECONDS), output
+
+
+@pytest.mark.slow
+def test_a_pipe_that_does_not_block_loses_no_output(tmp_path: Path) -> None:
+    code, _ = run_in_pipe([*LONG_GAME, "-q", "-o", "game.dmt"], tmp_path)
+    assert code == 0
+    commands = (
+        (*LONG_GAME,), (*LONG_GAME, "--json"), (*LONG_GAME, "-q", "-o", "-"),
+        ("replay", "game.dmt"), ("export", "game.dmt", "--html"), ("export", "game.dmt", "--csv"),
+    )  # fmt: skip
+    for words in commands:
+        complete = run_in_pipe(words, tmp_path)
+        assert complete[0] == 0
+        assert len(complete[1]) > 65_536, words  # more than a pipe holds
+        variables = {"PYTHONUNBUFFERED": "1"} if "--html" in words else {}
+        output = run_in_pipe(words, tmp_path, pause_seconds=1.2, variables=variables)
+        assert output == complete, words
+
+
+@pytest.mark.parametrize(
+    ("words", "code"),
+    [
+        (("bogus",), 2),
+        (("verify", "nothing.dmt"), 2),
+        (("run", "hexworld", "--agent", "bogus"), 2),
+        (("--bogus",), 2),
+        (("hexworld", "--agent", "random", "--seed", "1"), 0),
+        (("list",), 0),
+        (("run", "hexworld", "--episodes", "3"), 0),
+    ],
+)
+def test_errors_that_cannot_be_written_do_not_change_the_exit_code(
+    words: Sequence[str], code: int, tmp_path: Path
+) -> None:
+    closed_reader, closed_pipe = os.pipe()
+    os.close(closed_reader)
+    for errors in (os.open("/dev/full", os.O_WRONLY), closed_pipe):
+        assert run_in_pipe(words, tmp_path, errors=errors)[0] == code
+        os.close(errors)
+
+
+def test_output_that_cannot_be_written_is_never_a_success(tmp_path: Path) -> None:
+    for words in (("list",), ("--version",), ("hexworld", "--agent", "random"), ("--help",)):
+        for variables in ({}, {"PYTHONUNBUFFERED": "1"}):
+            with open("/dev/full", "wb") as full:
+                program = subprocess.run(
+                    [*DMPLAY_COMMAND, *words], stdin=subprocess.DEVNULL, stdout=full,
+                    stderr=subprocess.PIPE, cwd=tmp_path,
+                    env=clean_environment(tmp_path, **variables), check=False,
+                )  # fmt: skip
+            assert program.returncode == 1, words
+            assert program.stderr.endswith(b"error: No space left on device\n")
+
+
+def test_user_code_that_writes_to_descriptor_1_leaves_the_output_alone(tmp_path: Path) -> None:
+    (tmp_path / "noisy.py").write_text(NOISY_PROBLEM)
+    commands = (
+        ("solve", "./noisy.py:Noisy", "--json"),
+        ("run", "./noisy.py:Noisy", "--episodes", "2", "--turns", "2", "--json"),
+        ("info", "./noisy.py:Noisy", "--json"),
+        ("./noisy.py:Noisy", "--agent", "random", "--turns", "2", "--json"),
+        ("./noisy.py:Noisy", "--agent", "random", "--turns", "2", "-q", "-o", "-"),
+    )
+    for words in commands:
+        program = subprocess.run(
+            [*DMPLAY_COMMAND, *words], stdin=subprocess.DEVNULL, capture_output=True, text=True,
+            cwd=tmp_path, env=clean_environment(tmp_path), check=False,
+        )  # fmt: skip
+        assert program.returncode == 0, program.stderr
+        assert "noise" not in program.stdout, words
+        for source in ("os.write", "a child", "a library", "print", "the device"):
+            assert f"noise of {source}" in program.stderr
+        if words[-1] == "--json":
+            for line in program.stdout.splitlines():
+                json.loads(line)
+
+
+def test_an_interactive_python_session_follows_without_an_error(tmp_path: Path) -> None:
+    for words, error in ((["list"], ""), (["bogus"], "error: unknown problem")):
+        program = subprocess.run(
+            [sys.executable, "-i", "-m", "dmplay", *words], input="print(6 * 7)\n1 / 0\n",
+            capture_output=True, text=True, cwd=tmp_path, env=clean_environment(tmp_path),
+            check=False,
+        )  # fmt: skip
+        assert program.stdout.endswith("42\n")
+        assert error in program.stderr
+        assert "SystemExit" not in program.stderr
+        assert "ZeroDivisionError: division by zero" in program.stderr
