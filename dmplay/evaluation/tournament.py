@@ -31,6 +31,7 @@ from dmplay.simulation.rollouts import RolloutSpec
 from dmplay.simulation.worker_pool import WorkerCount
 from dmplay.solvers.games import regret_matching
 from dmplay.solvers.games.bimatrix_game import enumerate_equilibria
+from dmplay.solvers.games.extreme_equilibria import find_extreme_equilibria, has_mixtures
 from dmplay.solvers.games.lemke_howson import find_first_equilibrium
 
 ReturnsBySeating = MutableMapping[tuple[int, ...], Reals]  # returns [E, n] by seating
@@ -68,6 +69,7 @@ class TournamentResult(NamedTuple):
     share_errors: Reals | None = None  # [K], standard errors of the shares in the equilibrium
     regret_errors: Reals | None = None  # [K], standard errors of the regrets
     equilibrium_count: int = 0  # equilibria found in the empirical game; `equilibrium` is the first
+    has_infinite_equilibria: bool = False  # whether mixtures of equilibria are equilibria too
     shortfall_reason: str = ""  # why seatings are missing, or ''
     withdrawals: tuple[str, ...] = ()  # a line for each entrant that is left out after a forfeit
 
@@ -244,6 +246,7 @@ def _summarize_tournament(
         share_errors,
         regret_errors,
         len(equilibria),
+        _has_infinite_equilibria(table),
     )
 
 
@@ -307,6 +310,14 @@ def _find_equilibria(table: Reals) -> list[tuple[Reals, ...]]:
         return [regret_matching.find_equilibrium(table).mixed_strategies]
     except BudgetExceeded:
         return [find_first_equilibrium(table)] if table.shape[-1] == 2 else []
+
+
+def _has_infinite_equilibria(table: Reals) -> bool:
+    """Return whether the empirical game of two seats has infinitely many equilibria."""
+    try:
+        return table.shape[-1] == 2 and has_mixtures(find_extreme_equilibria(table))
+    except BudgetExceeded:
+        return False
 
 
 def _compute_regrets(table: Reals, equilibrium: tuple[Reals, ...]) -> Reals:

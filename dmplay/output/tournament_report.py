@@ -127,6 +127,7 @@ def _format_tournament(
             "equilibrium": exact_agent,
             "exploitability": tournament.exploitability,
             "equilibrium_count": tournament.equilibrium_count,
+            "has_infinite_equilibria": tournament.has_infinite_equilibria,
             "standings": standings,
         }
         return format_json_report(facts | extra)
@@ -146,9 +147,10 @@ def _format_tournament(
             f"equilibrium: of this table; no seat gains {gain_text} by changing its entrant"
         )
     if tournament.equilibrium_count > 1:
+        is_infinite = tournament.has_infinite_equilibria
+        count = "infinitely many" if is_infinite else tournament.equilibrium_count
         parts.append(
-            f"this table has {tournament.equilibrium_count} equilibria; "
-            "shares and regrets are those of the first"
+            f"this table has {count} equilibria; shares and regrets are those of the first"
         )
     if tournament.exact_regrets:
         parts.append(

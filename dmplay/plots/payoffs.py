@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from dmplay.core.arrays import Reals
-from dmplay.core.text import format_count
+from dmplay.core.text import format_count, format_number
 from dmplay.evaluation.solutions.solution import format_mixed_strategy
 from dmplay.plots.plot_data import GridPanel, Plot, TablePanel
 from dmplay.plots.plotted_problem import PlottedProblem
@@ -18,6 +18,7 @@ from dmplay.solvers.methods import is_simple_game
 from dmplay.views.toolkit.plots import Axis
 
 MAX_TABLE_ROWS, MAX_TABLE_COLUMNS = 12, 6  # of a table; larger games are heat maps
+PURE_TOLERANCE = 1e-12  # of the probability of an action that is surely played
 MAX_LISTED_EQUILIBRIA = 5
 PURE_LABEL = "equilibrium in pure strategies"
 
@@ -36,7 +37,10 @@ def plot_payoffs(subject: PlottedProblem) -> Plot:
     rows, columns = problem.actions[0].labels, problem.actions[1].labels
     is_small = len(rows) <= MAX_TABLE_ROWS and len(columns) <= MAX_TABLE_COLUMNS
     if is_small or 1 in (len(rows), len(columns)):
-        texts = [[f"{first:g}, {second:g}" for first, second in row] for row in payoffs]
+        texts = [
+            [f"{format_number(first)}, {format_number(second)}" for first, second in row]
+            for row in payoffs
+        ]
         table = TablePanel(
             f"rewards of {problem.agents[0]}, {problem.agents[1]}",
             problem.agents[0],
@@ -76,7 +80,7 @@ def find_equilibria(payoffs: Reals) -> tuple[list[MixedProfile], bool]:
 def find_pure_cell(profile: MixedProfile) -> tuple[int, int] | None:
     """Return the cell of an equilibrium in pure strategies; None for mixed strategies."""
     i, j = (int(np.argmax(strategy)) for strategy in profile)
-    is_pure = min(profile.row_strategy[i], profile.column_strategy[j]) > 1.0 - 1e-9
+    is_pure = min(profile.row_strategy[i], profile.column_strategy[j]) > 1.0 - PURE_TOLERANCE
     return (i, j) if is_pure else None
 
 
@@ -88,7 +92,7 @@ def _describe_equilibria(
     notes = []
     for profile in profiles[:MAX_LISTED_EQUILIBRIA]:
         strategies = (
-            f"{agent}: {format_mixed_strategy(problem, seat, profile[seat])}"
+            f"{agent}: {format_mixed_strategy(problem, seat, profile[seat], 0.0)}"
             for seat, agent in enumerate(problem.agents)
         )
         notes.append(f"Nash equilibrium: {'; '.join(strategies)}")

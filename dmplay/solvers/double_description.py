@@ -1,6 +1,7 @@
 """Extreme rays of a polyhedral cone by the double description method.
 
-Source: Motzkin and others, 1953. The cone is cut by one half-space after another: the rays on its
+Source: Motzkin and others, 1953. Rays may be fractions, as arrays of objects; then nothing is
+rounded. The cone is cut by one half-space after another: the rays on its
 side are kept, and a new ray is added where an edge of the cone crosses its border.
 """
 
@@ -30,12 +31,13 @@ def cut_cone(cone: Cone, normal: Reals, budget: Budget | None = None) -> Cone:
     """Return the part of a cone where `normal @ x >= 0`; the new border is the last one."""
     budget = budget or Budget("vertex enumeration", "try fewer half-spaces")
     distances = cone.rays @ normal
-    on_border = np.abs(distances) <= BORDER_TOLERANCE
-    is_kept = distances >= -BORDER_TOLERANCE
-    (inside,), (outside,) = (distances > BORDER_TOLERANCE).nonzero(), (~is_kept).nonzero()
+    tolerance = 0 if distances.dtype == object else BORDER_TOLERANCE
+    on_border = np.abs(distances) <= tolerance
+    is_kept = distances >= -tolerance
+    (inside,), (outside,) = (distances > tolerance).nonzero(), (~is_kept).nonzero()
     i, j, common = _find_crossing_edges(cone, inside, outside, budget)
     weights = (distances[i] / (distances[i] - distances[j]))[:, None]
-    crossings = (1.0 - weights) * cone.rays[i] + weights * cone.rays[j]
+    crossings = (1 - weights) * cone.rays[i] + weights * cone.rays[j]
     rays = np.concatenate([cone.rays[is_kept], crossings])
     tight = np.ones((len(rays), cone.tight_borders.shape[1] + 1), bool)
     kept_count = len(rays) - len(i)

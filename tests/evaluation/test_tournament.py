@@ -116,6 +116,7 @@ def test_results_that_only_chance_separates_are_ties() -> None:
 def test_several_equilibria_are_counted() -> None:
     result = play_tournament("grim", "tit-for-tat", "always-defect")
     assert result.equilibrium_count > 1
+    assert result.has_infinite_equilibria  # because two agents play equally
     assert result.best_replies == ((0, 1), (0, 1), (2,))
 
 

@@ -9,7 +9,12 @@ from dmplay.core.problem import Problem
 from dmplay.core.text import format_count, format_upper_bound
 from dmplay.evaluation.solutions.mdps import format_start_values, select_listed_states
 from dmplay.evaluation.solutions.options import resolve_horizon
-from dmplay.evaluation.solutions.solution import Row, Solution, format_mixed_strategy
+from dmplay.evaluation.solutions.solution import (
+    MIN_SHOWN_PROBABILITY,
+    Row,
+    Solution,
+    format_mixed_strategy,
+)
 from dmplay.problems.predator_prey import PredatorPrey
 from dmplay.solvers.games import (
     best_response_dynamics,
@@ -19,7 +24,6 @@ from dmplay.solvers.games import (
     markov_game_policy_iteration,
     regret_matching,
 )
-from dmplay.solvers.games.bimatrix_game import MixedProfile
 from dmplay.solvers.games.shapley import solve_zero_sum
 from dmplay.solvers.mdp import transition_graph
 
@@ -35,7 +39,8 @@ def solve_nash_equilibria(problem: Problem) -> Solution:
     profiles = extreme or bimatrix_game.enumerate_equilibria_if_small(payoffs)
     if not profiles:
         profile = lemke_howson.find_equilibrium(payoffs)
-        largest_gain = max(float(bimatrix_game.compute_regrets(payoffs, profile).max()), 0.0)
+        centered = bimatrix_game.remove_common_part(payoffs)
+        largest_gain = max(float(bimatrix_game.compute_regrets(centered, profile).max()), 0.0)
         rewards = bimatrix_game.compute_utilities(payoffs, profile).tolist()
         summary = f"a Nash equilibrium of one round; {_format_largest_gain(largest_gain)}"
         return Solution(
@@ -43,29 +48,18 @@ def solve_nash_equilibria(problem: Problem) -> Solution:
         )
     rows = [
         _build_strategy_row(
-            problem, profile, bimatrix_game.compute_utilities(payoffs, profile).tolist()
+            problem, profile, bimatrix_game.compute_utilities(payoffs, profile).tolist(), 0.0
         )
         for profile in profiles
     ]
     method = f"{'vertex' if extreme else 'support'} enumeration"
-    if _has_mixtures(extreme):
+    if extreme_equilibria.has_mixtures(extreme):
         count_text = (
             f"{len(rows)} extreme Nash equilibria of one round; the others are mixtures of these"
         )
         return Solution(method, count_text, rows)
     count_text = f"{len(rows)} Nash equilibri{'um' if len(rows) == 1 else 'a'} of one round"
     return Solution(method, count_text, rows)
-
-
-def _has_mixtures(extreme: Sequence[MixedProfile]) -> bool:
-    """Return whether mixtures of some of these equilibria are equilibria too.
-
-    They are if an agent plays the same strategy in two of them.
-    """
-    return any(
-        len({strategy.tobytes() for strategy in strategies}) < len(extreme)
-        for strategies in zip(*extreme, strict=True)
-    )
 
 
 def solve_many_player_game(problem: Problem) -> Solution:
@@ -83,8 +77,20 @@ def solve_many_player_game(problem: Problem) -> Solution:
     rounds = format_count(result.round_count, "round")
     method = f"regret matching, {rounds}" if result.round_count else "pure actions"
     summary = f"one round; {_format_largest_gain(float(result.regrets.max()))}"
+    if result.pure_count:
+        summary += f"; {_describe_other_equilibria(result.pure_count - 1)}"
     return Solution(
         method, summary, [_build_strategy_row(problem, result.mixed_strategies, rewards)]
+    )
+
+
+def _describe_other_equilibria(pure_count: int) -> str:
+    """Return text on the equilibria that are not listed, `pure_count` of them in pure actions."""
+    if not pure_count:
+        return "the only equilibrium in pure actions; there may be mixed ones"
+    noun = format_count(pure_count, "other equilibrium").replace("equilibriums", "equilibria")
+    return (
+        f"there {'is' if pure_count == 1 else 'are'} {noun} in pure actions, and maybe mixed ones"
     )
 
 
@@ -95,12 +101,15 @@ def _format_largest_gain(gain: float) -> str:
 
 
 def _build_strategy_row(
-    problem: Problem, strategies: Sequence[Reals], payoffs: Sequence[float]
+    problem: Problem,
+    strategies: Sequence[Reals],
+    payoffs: Sequence[float],
+    min_probability: float = MIN_SHOWN_PROBABILITY,
 ) -> Row:
     """Return a row with the strategy and the payoff of each agent."""
     row: Row = {}
     for seat, (agent, strategy) in enumerate(zip(problem.agents, strategies, strict=True)):
-        row[agent] = format_mixed_strategy(problem, seat, strategy)
+        row[agent] = format_mixed_strategy(problem, seat, strategy, min_probability)
         row[f"pays {agent}"] = float(payoffs[seat])
     return row
 

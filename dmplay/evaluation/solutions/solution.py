@@ -25,10 +25,18 @@ def format_action_names(problem: Problem, marked_actions: Bools, seat: int = 0) 
     return " ".join(problem.actions[seat].labels[a] for a in np.flatnonzero(marked_actions))
 
 
-def format_mixed_strategy(problem: Problem, seat: int, probabilities: Reals) -> str:
-    """Return a strategy as the names of its actions, with their probabilities if below 1."""
+def format_mixed_strategy(
+    problem: Problem,
+    seat: int,
+    probabilities: Reals,
+    min_probability: float = MIN_SHOWN_PROBABILITY,
+) -> str:
+    """Return a strategy as the names of its actions, with their probabilities if there are several.
+
+    Actions of at most `min_probability` are left out; it is 0 for exact strategies.
+    """
+    actions = np.flatnonzero(probabilities > min_probability)
     return " ".join(
-        problem.format_action(seat, float(a))
-        + (f" {probabilities[a]:.4g}" if probabilities[a] < 1 - MIN_SHOWN_PROBABILITY else "")
-        for a in np.flatnonzero(probabilities > MIN_SHOWN_PROBABILITY)
+        problem.format_action(seat, float(a)) + f" {probabilities[a]:.4g}" * (len(actions) > 1)
+        for a in actions
     )

@@ -16,6 +16,10 @@ from dmplay.core.tabular import tabulate
 from dmplay.core.work_budget import ARRAY_CALL_WORK, Budget
 from dmplay.problems.shared.matrix_game import MatrixGame
 
+ROUNDING_ERROR = 1e-15  # relative to a payoff
+MIN_DIFFERENCE = 1e-6  # of payoffs, relative to their range; smaller ones need fractions
+MAX_COMMON_PART = 2.0**10  # of an agent's payoffs, relative to their range
+MAX_FRACTION_PAIRS = 1000  # pairs of supports, up to which a game is solved in fractions
 MAX_SUPPORT_PAIRS = 100_000  # pairs of supports, up to which a game is enumerated
 
 
@@ -58,6 +62,7 @@ def find_undominated_actions(payoffs: Reals) -> tuple[list[int], list[int]]:
     """
     budget = Budget("dominance", "try fewer actions")
     rows, columns = list(range(payoffs.shape[0])), list(range(payoffs.shape[1]))
+    payoffs = normalize_payoffs(payoffs)
     while True:
         budget.spend_work(
             (len(rows) + len(columns)) * (ARRAY_CALL_WORK + 4 * len(rows) * len(columns))
@@ -136,10 +141,37 @@ def normalize_payoffs(payoffs: Reals) -> Reals:
     )
 
 
+def remove_common_part(payoffs: Reals) -> Reals:
+    """Return the same game without a large part that all payoffs of an agent have in common.
+
+    It is subtracted without rounding errors; beside it, differences of payoffs would be rounded.
+    """
+    minimum, payoff_range = payoffs.min(axis=(0, 1)), np.ptp(payoffs, axis=(0, 1))
+    return np.asarray(payoffs - np.where(abs(minimum) > MAX_COMMON_PART * payoff_range, minimum, 0))
+
+
+def needs_fractions(payoffs: Reals) -> bool:
+    """Return whether a small game has payoffs that differ too little for its rounding errors.
+
+    They are the payoffs of an agent's actions against the same action of the other. A difference
+    that is itself a rounding error does not count.
+    """
+    if comb(sum(payoffs.shape[:2]), payoffs.shape[0]) > MAX_FRACTION_PAIRS:
+        return False
+    for values in (payoffs[:, :, 0], payoffs[:, :, 1].T):
+        ordered = np.sort(values, axis=0)
+        differences = np.diff(ordered, axis=0)
+        noise = ROUNDING_ERROR * np.maximum(abs(ordered[1:]), abs(ordered[:-1]))
+        if ((differences > noise) & (differences < MIN_DIFFERENCE * np.ptp(values))).any():
+            return True
+    return False
+
+
 def _enumerate_supports(payoffs: Reals, rows: list[int], columns: list[int]) -> list[MixedProfile]:
     """Return the equilibria of a game `[A1, A2, 2]` restricted to these rows and columns."""
     budget = Budget("support enumeration", "try fewer actions, or the agent search", 1e10)
     equilibria, scaled = [], normalize_payoffs(payoffs)
+    payoffs = remove_common_part(payoffs)
     for size in range(1, min(len(rows), len(columns)) + 1):
         for row_support in combinations(rows, size):
             for column_support in combinations(columns, size):

@@ -7,6 +7,8 @@ and there may be infinitely many equilibria; all vertices are enumerated here to
 Rosenberg, Savani and von Stengel, Enumeration of Nash equilibria for two-player games (2010).
 """
 
+from collections.abc import Sequence
+from fractions import Fraction
 from typing import NamedTuple
 
 import numpy as np
@@ -17,8 +19,11 @@ from dmplay.solvers import double_description
 from dmplay.solvers.games.bimatrix_game import (
     MixedProfile,
     find_enumerable_actions,
+    needs_fractions,
     normalize_payoffs,
 )
+
+MAX_DENOMINATOR = 1000  # of a simple fraction
 
 
 class _ResponseVertices(NamedTuple):
@@ -35,18 +40,23 @@ class _ResponseVertices(NamedTuple):
 def find_extreme_equilibria(payoffs: Reals) -> list[MixedProfile]:
     """Return the extreme equilibria, those with few played actions first.
 
-    Returns no equilibrium for a nondegenerate or too large game.
+    The list is empty for a game that is too large, or nondegenerate without need of fractions.
     """
-    rows, columns = find_enumerable_actions(payoffs)
-    if not rows:
-        return []
-    reduced_payoffs = normalize_payoffs(payoffs)[np.ix_(rows, columns)]
+    is_exact = needs_fractions(payoffs)
+    if is_exact:
+        rows, columns = list(range(payoffs.shape[0])), list(range(payoffs.shape[1]))
+        reduced_payoffs = np.vectorize(_convert_to_fraction, otypes=[object])(payoffs)
+    else:
+        rows, columns = find_enumerable_actions(payoffs)
+        if not rows:
+            return []
+        reduced_payoffs = normalize_payoffs(payoffs)[np.ix_(rows, columns)]
     budget = Budget("vertex enumeration", "try fewer actions, or the agent search", 1e10)
     first, second = (
         _enumerate_vertices(reduced_payoffs[:, :, 1], budget),
         _enumerate_vertices(reduced_payoffs[:, :, 0].T, budget),
     )
-    if _is_nondegenerate(first) and _is_nondegenerate(second):
+    if not is_exact and _is_nondegenerate(first) and _is_nondegenerate(second):
         return []
     first_missing = np.hstack([~first.unplayed_actions, ~first.best_responses]).astype(float)
     second_missing = np.hstack([~second.best_responses, ~second.unplayed_actions]).astype(float)
@@ -62,23 +72,40 @@ def find_extreme_equilibria(payoffs: Reals) -> list[MixedProfile]:
     return sorted(equilibria, key=_support_sort_key)
 
 
+def has_mixtures(extreme: Sequence[MixedProfile]) -> bool:
+    """Return whether mixtures of some of these extreme equilibria are equilibria too.
+
+    They are if an agent plays the same strategy in two of them.
+    """
+    return any(
+        len({strategy.tobytes() for strategy in strategies}) < len(extreme)
+        for strategies in zip(*extreme, strict=True)
+    )
+
+
+def _convert_to_fraction(payoff: float) -> Fraction:
+    """Return the fraction that a payoff stands for: a simple one, else its digits."""
+    simple = Fraction(payoff).limit_denominator(MAX_DENOMINATOR)
+    return simple if float(simple) == payoff else Fraction(repr(payoff))
+
+
 def _enumerate_vertices(payoffs: Reals, budget: Budget) -> _ResponseVertices:
     """Return the vertices of the row agent's mixed strategies, given the other's payoffs.
 
     The payoffs `[A, B]` are those of the other agent, whose actions are the columns.
     """
     action_count = len(payoffs)
-    rays = np.eye(action_count + 1)
+    rays = np.eye(action_count + 1, dtype=payoffs.dtype)
     # upper bound on the other's payoff, from its first reply only
     rays[:action_count, action_count] = payoffs[:, 0]
     cone = double_description.make_simplicial_cone(rays)
     for reply in payoffs.T[1:]:
-        cone = double_description.cut_cone(cone, np.append(-reply, 1.0), budget)
+        cone = double_description.cut_cone(cone, np.append(-reply, 1), budget)
     shares = cone.rays[:, :action_count].sum(axis=1)
     rays, tight = cone.rays[shares > 0, :action_count], cone.tight_borders[shares > 0]
     mixes = rays / shares[shares > 0, None]
     return _ResponseVertices(
-        np.where(tight[:, :action_count], 0.0, mixes),
+        np.where(tight[:, :action_count], 0.0, mixes).astype(float),
         tight[:, :action_count],
         tight[:, action_count:],
     )

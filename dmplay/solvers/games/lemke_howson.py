@@ -18,7 +18,10 @@ from dmplay.solvers.games.bimatrix_game import (
     MixedProfile,
     compute_regrets,
     enumerate_equilibria_if_small,
+    needs_fractions,
+    normalize_payoffs,
 )
+from dmplay.solvers.games.extreme_equilibria import find_extreme_equilibria
 from dmplay.solvers.games.zero_sum import normalize_weights
 
 ZERO_TOLERANCE = 1e-11  # of systems whose entries are about 1
@@ -59,7 +62,11 @@ class _LinearSystem(NamedTuple):
 
 def find_first_equilibrium(payoffs: Reals) -> MixedProfile:
     """Return the first enumerated equilibrium, or one of a game too large to enumerate."""
-    equilibria = enumerate_equilibria_if_small(payoffs)
+    equilibria = (
+        find_extreme_equilibria(payoffs)
+        if needs_fractions(payoffs)
+        else enumerate_equilibria_if_small(payoffs)
+    )
     return equilibria[0] if equilibria else find_equilibrium(payoffs)
 
 
@@ -69,10 +76,10 @@ def find_equilibrium(payoffs: Reals) -> MixedProfile:
     Raises BudgetExceeded if no path leads to one within MAX_PIVOTS.
     """
     budget = Budget("equilibrium", "try fewer actions", WORK_LIMIT)
-    scale = max(1.0, float(np.ptp(payoffs)))
+    scaled = normalize_payoffs(payoffs)
     for label in range(sum(payoffs.shape[:2])):
         profile = _follow_path(payoffs, label, budget)
-        if profile and float(compute_regrets(payoffs, profile).max()) <= MAX_REGRET * scale:
+        if profile and float(compute_regrets(scaled, profile).max()) <= MAX_REGRET:
             return profile
     raise BudgetExceeded(budget.task, f"more than {MAX_PIVOTS} pivots on every path", budget.remedy)
 

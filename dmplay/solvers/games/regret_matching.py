@@ -22,6 +22,7 @@ class RegretMatchingResult(NamedTuple):
     mixed_strategies: tuple[Reals, ...]  # [A] of each agent
     regrets: Reals  # [n]
     round_count: int  # 0 for a pure equilibrium
+    pure_count: int = 0  # number of pure equilibria
 
 
 def find_equilibrium(payoffs: Reals) -> RegretMatchingResult:
@@ -74,7 +75,10 @@ def _find_pure_equilibrium(payoffs: Reals) -> RegretMatchingResult | None:
     actions = np.argwhere(stable)[0]
     strategies = tuple(np.eye(stable.shape[seat])[actions[seat]] for seat in range(agents))
     return RegretMatchingResult(
-        strategies, np.maximum(compute_regrets(payoffs, strategies), 0.0), 0
+        strategies,
+        np.maximum(compute_regrets(payoffs, strategies), 0.0),
+        0,
+        int(np.count_nonzero(stable)),
     )
 
 
