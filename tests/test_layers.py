@@ -235,6 +235,43 @@ def test_first_frames_load_neither_prompt_toolkit_nor_agents() -> None:
     assert not list_loaded_modules(code, never)
 
 
+# Public in spite of their underscore: methods of named tuples, and functions of the standard
+# library that its documentation describes or that have no other name. `mcp` gives its server of
+# other streams no public name.
+DOCUMENTED_NAMES = {
+    "_replace", "_asdict", "_fields", "_field_defaults", "_make", "_exit", "_run_exitfuncs",
+    "_lowlevel_server", "_in_bracketed_paste",
+}  # fmt: skip
+
+
+def test_no_module_uses_a_private_name_of_a_library() -> None:
+    """A private name is one that begins with an underscore, and that dmplay does not define."""
+    trees = {module: ast.parse(module.read_text(encoding="utf-8")) for module in MODULE_PATHS}
+    own_names = DOCUMENTED_NAMES | {
+        part for path in MODULE_PATHS for part in path.with_suffix("").parts
+    }
+    uses: list[tuple[Path, int, str]] = []
+    for module, tree in trees.items():
+        for node in ast.walk(tree):
+            match node:
+                case ast.FunctionDef() | ast.AsyncFunctionDef() | ast.ClassDef():
+                    own_names.add(node.name)
+                case ast.Name(id=name, ctx=ast.Store()) | ast.Attribute(attr=name, ctx=ast.Store()):
+                    own_names.add(name)
+                case ast.Attribute(attr=name):
+                    uses.append((module, node.lineno, name))
+                case ast.ImportFrom(module=source, names=aliases, level=0):
+                    words = [
+                        word for alias in aliases for word in f"{source}.{alias.name}".split(".")
+                    ]
+                    uses += [(module, node.lineno, word) for word in words]
+                case ast.Import(names=aliases):
+                    words = [word for alias in aliases for word in alias.name.split(".")]
+                    uses += [(module, node.lineno, word) for word in words if word != "_thread"]
+    private = re.compile(r"_(?!_).*")
+    assert not [use for use in uses if private.fullmatch(use[2]) and use[2] not in own_names]
+
+
 def test_the_stub_and_the_lazy_names_agree() -> None:
     import dmplay
 

@@ -1,12 +1,12 @@
 """Export of texts to the terminal and to SVG."""
 
+import inspect
 import io
 import re
 import sys
 from collections.abc import Iterable
 from pathlib import Path
 
-from rich._export_format import CONSOLE_SVG_FORMAT
 from rich.console import Console
 from rich.text import Text
 
@@ -18,9 +18,12 @@ from dmplay.terminal.styles import to_ansi
 from dmplay.views.toolkit.canvas import measure_text, to_ascii
 
 # Rich's own template, without the fonts that it loads from the network.
-SVG_TEMPLATE = re.sub(r"@font-face {{.*?}}\n", "", CONSOLE_SVG_FORMAT, flags=re.DOTALL).replace(
-    "Fira Code, monospace", "'Fira Code', 'DejaVu Sans Mono', Menlo, Consolas, monospace"
-)
+SVG_TEMPLATE = re.sub(
+    r"@font-face {{.*?}}\n",
+    "",
+    inspect.signature(Console.export_svg).parameters["code_format"].default,
+    flags=re.DOTALL,
+).replace("Fira Code, monospace", "'Fira Code', 'DejaVu Sans Mono', Menlo, Consolas, monospace")
 
 
 def make_recording_console(width: int) -> Console:
