@@ -1,31 +1,142 @@
-"""The command-line program: all commands, in the order in which the help lists them."""
+"""The command-line program: aliases, problems as commands, settings files and completion."""
 
-import os
+import shlex
+from contextlib import suppress
+from difflib import get_close_matches
 from functools import cache
 from typing import Any
 
-os.environ.setdefault("TYPER_USE_RICH", "0")  # Rich's help takes longer than the rest of the start
-
 import typer
+from typer.core import TyperGroup
 
-from dmplay.cli import (
-    evaluation,
-    games,
-    grading,
-    learn,
-    plots,
-    reports,
-    transcripts,
-    watching,
-)
-from dmplay.cli.command_group import CommandGroup, refuse_infinite_numbers
+from dmplay.cli import config_files
+from dmplay.cli.commands import COMMANDS, build_command
+from dmplay.errors import BadParameter, DmplayError, UnknownName
+from dmplay.registry.builtin_names import problem_names
 
-app = typer.Typer(
-    cls=CommandGroup,
-    rich_markup_mode=None,
-    pretty_exceptions_enable=False,
-    context_settings={"help_option_names": ["-h", "--help"], "auto_envvar_prefix": "DMPLAY"},
-    help="""Play the decision problems of Algorithms for Decision Making in a terminal.
+DEFAULT_RATE = "50"  # turns per second of --rate without a value
+
+
+class CommandGroup(TyperGroup):
+    """The group of commands; an unknown first word is taken as a problem to play."""
+
+    def list_commands(self, ctx: Any) -> list[str]:
+        """Return the names of the commands."""
+        return [*COMMANDS]
+
+    def get_command(self, ctx: Any, cmd_name: str) -> Any:
+        """Return a command, built now; None for another name."""
+        return build_command(cmd_name) if cmd_name in COMMANDS else None
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Parse the arguments, with `dmplay hexworld` as `dmplay play hexworld`.
+
+        Likewise `dmplay -e` is `dmplay shell -e`, and `dmplay help COMMAND` is `dmplay COMMAND
+        --help`.
+        """
+        if args and args[0] in ("-e", "--execute"):
+            args = ["shell", *args]
+        # Completion works with an invalid settings file, and `config path` helps to repair it.
+        is_lenient = ctx.resilient_parsing or args[:2] == ["config", "path"]
+        ignored_errors = (DmplayError,) if is_lenient else ()
+        with suppress(*ignored_errors):
+            args = _expand_alias(args)
+        if args[:1] == ["help"]:  # as in the shell
+            args = [*args[1:2], "--help"]
+        if args and not args[0].startswith("-") and args[0] not in COMMANDS:
+            if not ctx.resilient_parsing:
+                _check_misspelling(args[0])
+            args = ["play", *args]
+        with suppress(*ignored_errors):
+            if config_files.load_config_files():
+                from dmplay.cli.settings import config_defaults
+
+                ctx.default_map = config_defaults("".join(args[:1]))
+        return list(super().parse_args(ctx, [*map(_expand_strict, _insert_default_rate(args))]))
+
+    def get_params(self, ctx: Any) -> Any:
+        """Return the options of the program, without environment variables in the help."""
+        options: list[Any] = super().get_params(ctx)
+        for option in options:
+            option.show_envvar = False
+            if option.name == "show_completion":  # Typer's own text is hard to understand
+                option.help = "Print the completion script for the current shell."
+        return options
+
+    def shell_complete(self, ctx: Any, incomplete: str) -> Any:
+        """Return the options, or the commands, problems and aliases, that complete a word."""
+        from dmplay.game.completion.name_lists import complete_problems
+
+        options = super().shell_complete(ctx, "-")  # at least --help
+        names = [*COMMANDS, *complete_problems(incomplete)]
+        with suppress(DmplayError):
+            names += config_files.merged_aliases()
+        items = options if incomplete.startswith("-") else [*map(type(options[0]), names)]
+        return [item for item in items if item.value.startswith(incomplete)]
+
+
+def _expand_alias(args: list[str]) -> list[str]:
+    """Return the arguments, with an alias of the settings files replaced by its words."""
+    expansion = config_files.merged_aliases().get(args[0]) if args else None
+    return args if expansion is None else [*shlex.split(expansion), *args[1:]]
+
+
+def _check_misspelling(name: str) -> None:
+    """Raise UnknownName if a name resembles a command and no problem."""
+    word = name.partition(":")[0]
+    close_commands, close_problems = (
+        get_close_matches(word, names, cutoff=0.75) for names in (COMMANDS, problem_names())
+    )
+    if close_commands and not close_problems and not _is_problem(name):
+        raise UnknownName("command", word, COMMANDS)
+
+
+def _expand_strict(word: str) -> str:
+    """Return a word, with `--strict=hints` replaced by `--strict-hints`.
+
+    Raise BadParameter for another value of `--strict`.
+    """
+    option, equals, value = word.partition("=")
+    if option != "--strict" or not equals:
+        return word
+    if value != "hints":
+        raise BadParameter(f"--strict: got {value!r}, expected --strict or --strict=hints")
+    return "--strict-hints"
+
+
+def _is_problem(word: str) -> bool:
+    """Return whether a word is the name of a problem, including installed and external ones."""
+    from dmplay.registry.problems import is_problem_name
+
+    return is_problem_name(word)
+
+
+def _is_number(word: str) -> bool:
+    """Return whether a word is a number, NaN and infinity included."""
+    try:
+        float(word)
+    except ValueError:
+        return False
+    return True
+
+
+def _insert_default_rate(args: list[str]) -> list[str]:
+    """Return the arguments with the default rate inserted after a `--rate` without a value."""
+    index = args.index("--rate") + 1 if "--rate" in args else 0
+    next_word = "".join(args[index : index + 1])
+    if not index or _is_number(next_word) or next_word.lstrip("-+")[:1].isdecimal():
+        return args
+    return [*args[:index], DEFAULT_RATE, *args[index:]]
+
+
+@cache
+def root_command() -> Any:
+    """Return the group of all commands, created once."""
+    app = typer.Typer(
+        cls=CommandGroup,
+        rich_markup_mode=None,
+        context_settings={"help_option_names": ["-h", "--help"], "auto_envvar_prefix": "DMPLAY"},
+        help="""Play the decision problems of Algorithms for Decision Making in a terminal.
 
 \b
   dmplay hexworld                        play hex world
@@ -42,59 +153,6 @@ app = typer.Typer(
 'dmplay -e COMMAND' is short for 'dmplay shell -e COMMAND'.
 'dmplay --version' prints the version.
 With --debug, dmplay prints the full traceback of an unexpected error.""",
-)
-app.command()(games.play)
-app.command()(games.resume)
-app.command()(games.replay)
-app.command()(games.shell)
-app.command()(transcripts.verify)
-app.command()(transcripts.export)
-app.command()(transcripts.review)
-app.command()(games.branch)
-app.command()(games.bot)
-app.command()(games.mcp)
-app.command("list")(reports.list_)
-app.command()(reports.records)
-app.command()(reports.solve)
-app.command()(watching.watch)
-app.command()(reports.convert)
-app.command()(evaluation.run)
-app.command()(evaluation.compare)
-app.command()(evaluation.tournament)
-app.add_typer(learn.learn_app, name="learn")
-app.command()(grading.assign)
-app.command()(grading.grade)
-app.command()(plots.plot)
-app.command()(reports.agents)
-app.command()(reports.info)
-app.command()(reports.check)
-app.command()(reports.guide)
-
-config_app = typer.Typer(
-    rich_markup_mode=None,
-    help="""Show the settings, and the paths of the files that set them.
-
-An option on the command line overrides a DMPLAY_* variable. A variable
-overrides ./dmplay.toml, and ./dmplay.toml overrides your own config.toml.
-
-\b
-  dmplay config show
-  dmplay config path""",
-)
-config_app.command("show")(reports.config_show)
-config_app.command("path")(reports.config_path)
-app.add_typer(config_app, name="config")
-
-
-@cache
-def root_command() -> Any:
-    """Return the Click group of all commands, created once."""
-    group = typer.main.get_command(app)
-    assert isinstance(group, CommandGroup)
-    for command in group.commands.values():
-        refuse_infinite_numbers(command.params)
-    options: list[Any] = list(group.params)
-    for option in options:
-        if option.name == "show_completion":  # Typer's own text is hard to understand
-            option.help = "Print the completion script for the current shell."
-    return group
+    )
+    app.callback()(lambda: None)  # Typer makes a group of it
+    return typer.main.get_command(app)

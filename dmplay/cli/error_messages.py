@@ -12,9 +12,8 @@ USAGE_ERROR: type[Exception] = typer.BadParameter.__mro__[1]
 EXTRA_ARGUMENT = "unexpected extra argument"
 # how click ends a message that has suggestions
 SUGGESTION_PATTERN = re.compile(r"(?: \(Possible options: |\. Did you mean )(.+?)[)?]$")
-PLAIN_TYPE_NAMES = {  # click's type names, the longer ones first
-    "int range": "whole number", "float range": "number", "int": "whole number", "float": "number",
-}  # fmt: skip
+PYDANTIC_PREFIX = "Value error, "  # before the message for a choice, from Typer 0.29 on
+BOOLEAN_PATTERN = re.compile(r"[^:]*\bvalid boolean\b.*")  # worded differently by each Typer
 
 
 def format_error(error: Exception) -> str:
@@ -26,13 +25,12 @@ def _describe_error(error: Exception) -> str:
     """Return the full one-line message of an error.
 
     The messages of dmplay's own errors stay as they are. A message of click gets our form: lower
-    case first, no full stop, plain type names, then the suggestions or the `--help` to read.
+    case first, no full stop, then the suggestions or the `--help` to read.
     """
     if isinstance(error, DmplayError):
         return str(error)
     message = getattr(error, "format_message", lambda: str(error))().rstrip(".")
-    for type_name, plain_name in PLAIN_TYPE_NAMES.items():
-        message = message.replace(f"valid {type_name}", plain_name)
+    message = BOOLEAN_PATTERN.sub(" expected true or false", message.replace(PYDANTIC_PREFIX, ""))
     context, parameter = getattr(error, "ctx", None), getattr(error, "param", None)
     prefix = _variable_prefix(context, parameter) if context and parameter else ""
     if EXTRA_ARGUMENT in message:

@@ -12,7 +12,7 @@ from dmplay.terminal.capabilities import TerminalOptions, current_terminal
 
 CsvFlag = Annotated[bool, typer.Option("--csv", help="print comma-separated values (CSV)")]
 BatchSeed = Annotated[
-    int, typer.Option("--seed", metavar="N", min=0, help="random seed of all games")
+    int, options.number_option(int, "--seed", metavar="N", min=0, help="random seed of all games")
 ]
 ExecutorName = Annotated[
     str,
@@ -78,12 +78,14 @@ def run(
     agent: options.BatchAgent = "",
     episodes: Annotated[
         int | None,
-        typer.Option("--episodes", metavar="N", min=1, help="number of games (default: 10000)"),
+        options.number_option(
+            int, "--episodes", metavar="N", min=1, help="number of games (default: 10000)"
+        ),
     ] = None,
     until_se: Annotated[
         float | None,
-        typer.Option(
-            "--until-se", metavar="X", help="play until every standard error is at most X"
+        options.number_option(
+            float, "--until-se", metavar="X", help="play until every standard error is at most X"
         ),
     ] = None,
     record: Annotated[
@@ -91,13 +93,18 @@ def run(
         typer.Option("--record", metavar="DIR", help="folder for transcripts of selected games"),
     ] = None,
     every: Annotated[
-        int, typer.Option("--every", metavar="N", min=0, help="record every Nth game; 0: none")
+        int,
+        options.number_option(
+            int, "--every", metavar="N", min=0, help="record every Nth game; 0: none"
+        ),
     ] = 0,
     worst: Annotated[
-        int, typer.Option("--worst", metavar="N", min=0, help="record the N worst games")
+        int,
+        options.number_option(int, "--worst", metavar="N", min=0, help="record the N worst games"),
     ] = 0,
     best: Annotated[
-        int, typer.Option("--best", metavar="N", min=0, help="record the N best games")
+        int,
+        options.number_option(int, "--best", metavar="N", min=0, help="record the N best games"),
     ] = 0,
     *,
     batch_options: Mapping[str, Any],
@@ -141,13 +148,18 @@ def compare(
     agents: Annotated[list[str], typer.Argument(metavar="AGENT...", help="two or more agents")],
     episodes: Annotated[
         int,
-        typer.Option(
-            "--episodes", metavar="N", min=1, help="number of games; with --decide, the maximum"
+        options.number_option(
+            int,
+            "--episodes",
+            metavar="N",
+            min=1,
+            help="number of games; with --decide, the maximum",
         ),
     ] = 10_000,
     decide: Annotated[
         float | None,
-        typer.Option(
+        options.number_option(
+            float,
             "--decide",
             metavar="P",
             help="stop when it is clear which agent earns more; P: largest probability of an error",
@@ -196,7 +208,10 @@ def tournament(
     problem: options.ProblemName,
     entrants: Annotated[list[str], typer.Argument(metavar="AGENT...", help="two or more agents")],
     episodes: Annotated[
-        int, typer.Option("--episodes", metavar="N", min=1, help="number of games per seating")
+        int,
+        options.number_option(
+            int, "--episodes", metavar="N", min=1, help="number of games per seating"
+        ),
     ] = 1000,
     seats: Annotated[
         str,

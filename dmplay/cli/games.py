@@ -172,8 +172,8 @@ def branch(
     file: options.TranscriptPath,
     at: Annotated[
         int,
-        typer.Option(
-            "--at", metavar="TURN", min=0, help="last turn to repeat; new turns begin after it"
+        options.number_option(
+            int, "--at", metavar="TURN", min=0, help="last turn to repeat; new turns begin after it"
         ),
     ],
     record: Annotated[
@@ -286,7 +286,8 @@ def mcp(
     ] = False,
     seed: Annotated[
         int | None,
-        typer.Option(
+        options.number_option(
+            int,
             metavar="N",
             min=0,
             max=2**63 - 1,
@@ -295,7 +296,7 @@ def mcp(
     ] = None,
     turns: Annotated[
         int | None,
-        typer.Option(metavar="N", min=1, help="maximum number of turns per game"),
+        options.number_option(int, metavar="N", min=1, help="maximum number of turns per game"),
     ] = None,
     folder: Annotated[
         Path | None,

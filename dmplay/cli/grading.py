@@ -21,7 +21,10 @@ def assign(
         typer.Option("--seeds", metavar="N,N", help="random seeds, one per game (default: new)"),
     ] = "",
     games: Annotated[
-        int, typer.Option("--games", metavar="N", min=1, help="number of games with new seeds")
+        int,
+        options.number_option(
+            int, "--games", metavar="N", min=1, help="number of games with new seeds"
+        ),
     ] = 1,
     agent: options.FirstSeatAgent = "human",
     vs: options.OtherAgents = "",

@@ -30,6 +30,7 @@ class LearnGroup(TyperGroup):
 learn_app = typer.Typer(
     cls=LearnGroup,
     rich_markup_mode=None,
+    add_completion=False,
     help="""Learn the book's ideas in short lessons.
 
 A lesson takes at most ten minutes. You predict what will happen, play, and compare.
@@ -76,10 +77,8 @@ def _complete_puzzles(incomplete: str) -> list[str]:
 def lesson(
     words: Annotated[
         list[str],
-        typer.Argument(
-            metavar="[FOLDER] [LESSON]",
-            help="folder of lessons; number or name of a lesson",
-            autocompletion=_complete_lessons,
+        options.argument(
+            "[FOLDER] [LESSON]", "folder of lessons; number or name of a lesson", _complete_lessons
         ),
     ] = [],  # noqa: B006 - typer reads it once
     restart: Annotated[
@@ -120,10 +119,10 @@ def lesson(
 def puzzle(
     code: Annotated[
         str,
-        typer.Argument(
-            metavar="[PROBLEM[:NUMBER]]",
-            help="problem, or one of its puzzles, such as catch:7 (default: puzzle of the day)",
-            autocompletion=_complete_puzzles,
+        options.argument(
+            "[PROBLEM[:NUMBER]]",
+            "problem, or one of its puzzles, such as catch:7 (default: puzzle of the day)",
+            _complete_puzzles,
         ),
     ] = "",
     solution: Annotated[

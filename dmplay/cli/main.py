@@ -4,25 +4,19 @@ import contextlib
 import io
 import os
 import sys
-from typing import Any, cast
+from typing import cast
 
 import typer
 
 from dmplay.cli.app import root_command
-from dmplay.cli.command_group import rejoin_bash_words
 from dmplay.cli.error_messages import USAGE_ERROR, format_error
 from dmplay.core.parameter_parsing import parse_whole_number
 from dmplay.errors import DmplayError
-from dmplay.game.completion.safe_words import is_safe_word
 
-COMPLETION_VARIABLE = "_DMPLAY_COMPLETE"  # set by a shell that requests completions
-FISH_ACTION_VARIABLE = "_TYPER_COMPLETE_FISH_ACTION"  # `is-args` only asks whether there are any
 SHELL_BY_NAME_VARIABLE = (
     "_TYPER_COMPLETE_TEST_DISABLE_SHELL_DETECTION"  # makes Typer accept the name of a shell
 )
 COMPLETION_SCRIPT_OPTIONS = ("--install-completion", "--show-completion")
-# word endings after which more can be typed
-CONTINUED_ENDINGS = {"=": "VALUE", ":": "VALUE", "/": "..."}
 USAGE_EXIT_CODE, SYSTEM_ERROR_EXIT_CODE = 2, 1  # invalid usage; failure of the system
 HELP_UNREAD_EXIT_CODE = 1  # Typer's exit code if the output of the help is closed
 
@@ -32,8 +26,10 @@ def run_command_line() -> int:
     for variable in ("LINES", "COLUMNS"):  # Libraries read these variables without checking them.
         if not parse_whole_number(os.environ.get(variable, "")):
             os.environ.pop(variable, None)
-    if COMPLETION_VARIABLE in os.environ:
-        return _print_completions()
+    if "_DMPLAY_COMPLETE" in os.environ:  # set by a shell that requests completions
+        from dmplay.cli.shell_completion import print_completions
+
+        return print_completions()
     has_no_arguments = len(sys.argv) == 1
     if has_no_arguments:
         if not _has_input():
@@ -83,60 +79,6 @@ def _run_command(*, show_gallery: bool) -> int:
     from dmplay.cli.parsed_command_runner import execute_result
 
     return execute_result(result._replace(opens_gallery=True) if show_gallery else result)
-
-
-def _print_completions() -> int:
-    """Print the completions that a shell requests, or its script; return the exit code."""
-    from typer._click.shell_completion import get_completion_class
-
-    command = root_command()  # Typer registers its completion classes with the commands.
-    instruction, _, shell = os.environ[COMPLETION_VARIABLE].partition("_")
-    completion_class: Any = get_completion_class(shell) if instruction == "complete" else None
-    if completion_class is None:
-        with contextlib.suppress(SystemExit):
-            command(prog_name="dmplay")
-        return 0
-    prefix = ""
-    if shell == "bash":
-        words = os.environ.get("COMP_WORDS", "").replace(" ", "\n").split("\n")
-        joined_words, cursor_index, prefix = rejoin_bash_words(
-            words, parse_whole_number(os.environ.get("COMP_CWORD", "")) or 0
-        )
-        os.environ |= {"COMP_WORDS": "\n".join(joined_words), "COMP_CWORD": str(cursor_index)}
-    completion = completion_class(command, {}, "dmplay", COMPLETION_VARIABLE)
-    arguments, partial_word = completion.get_completion_args()
-    with contextlib.redirect_stdout(io.StringIO()):  # zsh evaluates all output.
-        items = [
-            item
-            for item in completion.get_completions(arguments, partial_word)
-            if is_safe_word(str(item.value), partial_word)
-        ]
-        lines = [completion.format_completion(item).removeprefix(prefix) for item in items]
-    if shell == "bash":
-        lines = _format_for_bash(lines)
-    elif shell == "zsh":
-        lines = _format_for_zsh(lines)
-    elif os.environ.get(FISH_ACTION_VARIABLE) == "is-args":  # Without words, fish offers files.
-        return 0 if lines else 1
-    print(*lines, sep="\n")
-    return 0
-
-
-def _format_for_bash(lines: list[str]) -> list[str]:
-    """Return completions for bash: spaces escaped, and no space added after an unfinished word.
-
-    Bash adds a space after a single completion, so a second one with the same beginning is added.
-    """
-    lines = [line.replace(" ", "\\ ") for line in lines]
-    if len(lines) == 1 and lines[0][-1:] in CONTINUED_ENDINGS:
-        lines.append(lines[0] + CONTINUED_ENDINGS[lines[0][-1]])
-    return lines
-
-
-def _format_for_zsh(lines: list[str]) -> list[str]:
-    """Return the command of zsh that offers these completions, or files if there are none."""
-    rows = "\n".join(lines)
-    return [f"_arguments '*: :(({rows}))'"] if rows else ["_files"]
 
 
 def _has_input() -> bool:

@@ -1,8 +1,11 @@
 """Arguments and options shared by several commands, with their completions."""
 
 import inspect
+import io
+import math
 from collections.abc import Callable, Mapping
-from functools import wraps
+from contextlib import redirect_stdout
+from functools import partial, wraps
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -70,16 +73,68 @@ def configured_keys(preset: str | None) -> Any:
     return KeyPreferences(preset or "", config_files.merged_keys())
 
 
-def _argument(metavar: str, help_text: str, complete: Callable[..., list[str]]) -> Any:
+def _complete_safely(complete: Callable[..., list[str]]) -> Callable[..., list[str]]:
+    """Return a completion function without its output, and without values of several lines.
+
+    The shell reads the completions from the output, one a line.
+    """
+
+    @wraps(complete)
+    def complete_quietly(**arguments: Any) -> list[str]:
+        """Return the completions."""
+        with redirect_stdout(io.StringIO()):  # libraries print greetings
+            return [word for word in complete(**arguments) if word.isprintable()]
+
+    return complete_quietly
+
+
+def argument(metavar: str, help_text: str, complete: Callable[..., list[str]]) -> Any:
     """Return a Typer argument with its metavar, help text and completion."""
-    return typer.Argument(metavar=metavar, help=help_text, autocompletion=complete)
+    return typer.Argument(
+        metavar=metavar, help=help_text, autocompletion=_complete_safely(complete)
+    )
 
 
 def _option(
     metavar: str, help_text: str, complete: Callable[..., list[str]], *flags: str, **extra: Any
 ) -> Any:
     """Return a Typer option with its metavar, help text and completion."""
-    return typer.Option(*flags, metavar=metavar, help=help_text, autocompletion=complete, **extra)
+    return typer.Option(
+        *flags,
+        metavar=metavar,
+        help=help_text,
+        autocompletion=_complete_safely(complete),
+        **extra,
+    )
+
+
+def number_option(
+    kind: type[int] | type[float],
+    *flags: str,
+    help: str,
+    min: float | None = None,
+    max: float | None = None,
+    **extra: Any,
+) -> Any:
+    """Return a Typer option for a finite number of this kind, with its range in the help."""
+    bounds = "" if min is None else f"x>={min}" if max is None else f"{min}<=x<={max}"
+
+    def number(value: Any) -> Any:
+        """Return a value as a number; raise BadParameter if it is none, or out of the range."""
+        try:
+            parsed = kind(value)
+        except (ValueError, OverflowError):
+            plain_name = "whole number" if kind is int else "number"
+            raise typer.BadParameter(f"{value!r} is not a {plain_name}") from None
+        # A comparison with NaN is always false, so the range would let it through.
+        if not math.isfinite(parsed):
+            raise typer.BadParameter(f"{value} is not a finite number")
+        if not (parsed if min is None else min) <= parsed <= (parsed if max is None else max):
+            raise typer.BadParameter(f"{parsed} is not in the range {bounds}")
+        return parsed
+
+    help_text = f"{help}  [{bounds}]" if bounds else help
+    return typer.Option(*flags, help=help_text, parser=number, **extra)
 
 
 def _agent_option(help_text: str, *flags: str) -> Any:
@@ -87,9 +142,11 @@ def _agent_option(help_text: str, *flags: str) -> Any:
     return _option("AGENT", help_text, _complete_agents, *flags)
 
 
-def _shared_option(name: str, help_text: str, *flags: str, **extra: Any) -> Any:
+def _shared_option(
+    name: str, help_text: str, *flags: str, option: Callable[..., Any] = typer.Option, **extra: Any
+) -> Any:
     """Return a Typer option that an environment variable sets for every command."""
-    return typer.Option(
+    return option(
         *(flags or [f"--{name}"]), envvar=f"DMPLAY_{name.upper()}", help=help_text, **extra
     )
 
@@ -101,7 +158,7 @@ def shared_switch(name: str, help_text: str) -> Any:
 
 ProblemName = Annotated[
     str,
-    _argument("PROBLEM", "problem: NAME, NAME:VARIANT or FILE", name_lists.complete_problems),
+    argument("PROBLEM", "problem: NAME, NAME:VARIANT or FILE", name_lists.complete_problems),
 ]
 VariantName = Annotated[
     str, _option("NAME", "variant of the problem", _complete_variants, "--variant", "-V")
@@ -112,12 +169,18 @@ ParameterSettings = Annotated[
         "set",
         "parameter of the problem (repeatable)",
         metavar="NAME=VALUE",
-        autocompletion=_complete_parameters,
+        autocompletion=_complete_safely(_complete_parameters),
     ),
 ]
 Seed = Annotated[
     int | None,
-    _option("N", "random seed (default: a new one)", name_lists.list_saved_seeds, "--seed"),
+    number_option(
+        int,
+        "--seed",
+        metavar="N",
+        help="random seed (default: a new one)",
+        autocompletion=_complete_safely(name_lists.list_saved_seeds),
+    ),
 ]
 FirstSeatAgent = Annotated[str, _agent_option("agent that plays the first seat", "--agent")]
 BatchAgent = Annotated[
@@ -150,11 +213,11 @@ SeatAgents = Annotated[
     _option("NAME=AGENT", "agent that plays the seat NAME (repeatable)", _complete_seats, "--seat"),
 ]
 TranscriptPath = Annotated[
-    Path, _argument("FILE", "transcript file", name_lists.complete_transcripts)
+    Path, argument("FILE", "transcript file", name_lists.complete_transcripts)
 ]
 OptionalTranscriptPath = Annotated[
     Path | None,
-    _argument(
+    argument(
         "FILE",
         "transcript file (default: the newest game that you left)",
         name_lists.complete_transcripts,
@@ -162,7 +225,7 @@ OptionalTranscriptPath = Annotated[
 ]
 OptionalProblemName = Annotated[
     str,
-    _argument(
+    argument(
         "PROBLEM",
         "problem: NAME, NAME:VARIANT or FILE; leave it out with --assignment",
         name_lists.complete_problems,
@@ -178,17 +241,15 @@ PlayerName = Annotated[
 ]
 TranscriptPaths = Annotated[
     list[Path],
-    _argument("PATH...", "transcript files, or folders of them", name_lists.complete_transcripts),
+    argument("PATH...", "transcript files, or folders of them", name_lists.complete_transcripts),
 ]
 TopicName = Annotated[
     str,
-    _argument(
-        "TOPIC", f"{', '.join(list_topics())} (default: list them)", lambda: [*list_topics()]
-    ),
+    argument("TOPIC", f"{', '.join(list_topics())} (default: list them)", lambda: [*list_topics()]),
 ]
 ProblemKind = Annotated[
     str,
-    _argument(
+    argument(
         "KIND",
         "kind of problem, such as MDP (see 'dmplay guide glossary'); or games: saved games",
         lambda: [*name_lists.LIST_FILTERS],
@@ -221,11 +282,18 @@ KeyPreset = Annotated[
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="print only errors")]
 PlaybackSpeed = Annotated[
     float,
-    _shared_option("speed", "turns per second of automatic play (key P)", metavar="X", min=0.1),
+    _shared_option(
+        "speed",
+        "turns per second of automatic play (key P)",
+        metavar="X",
+        min=0.1,
+        option=partial(number_option, float),
+    ),
 ]
 RealTimeRate = Annotated[
     float | None,
-    typer.Option(
+    number_option(
+        float,
         "--rate",
         metavar="X",
         min=0.1,
@@ -235,7 +303,8 @@ RealTimeRate = Annotated[
 ]
 EpisodeNumber = Annotated[
     int,
-    typer.Option(
+    number_option(
+        int,
         "--episode",
         metavar="N",
         min=0,
@@ -243,11 +312,11 @@ EpisodeNumber = Annotated[
     ),
 ]
 TurnLimit = Annotated[
-    int | None, typer.Option("--turns", metavar="N", help="maximum number of turns per game")
+    int | None, number_option(int, "--turns", metavar="N", help="maximum number of turns per game")
 ]
 UnattendedTurnLimit = Annotated[
     int | None,
-    typer.Option("--turns", metavar="N", help="turn limit; only for games without a person"),
+    number_option(int, "--turns", metavar="N", help="turn limit; only for games without a person"),
 ]
 RecordPath = Annotated[
     Path | None,
@@ -255,7 +324,13 @@ RecordPath = Annotated[
 ]
 KeptMegabytes = Annotated[
     int,
-    _shared_option("keep", "maximum total size of saved games, in megabytes", metavar="MB", min=1),
+    _shared_option(
+        "keep",
+        "maximum total size of saved games, in megabytes",
+        metavar="MB",
+        min=1,
+        option=partial(number_option, int),
+    ),
 ]
 Frames = Annotated[
     bool,
@@ -314,7 +389,14 @@ TERMINAL_OPTIONS = {
         ),
     ],
     "width": Annotated[
-        int | None, _shared_option("width", "maximum width in columns", metavar="N", min=1)
+        int | None,
+        _shared_option(
+            "width",
+            "maximum width in columns",
+            metavar="N",
+            min=1,
+            option=partial(number_option, int),
+        ),
     ],
     "motion": Annotated[
         bool,
@@ -334,7 +416,14 @@ AnswerInput = Annotated[
     bool, shared_switch("input", "ask again after an invalid answer; --no-input stops there")
 ]
 ScreenWidth = Annotated[
-    int | None, _shared_option("width", "width of the screen in columns", metavar="N", min=1)
+    int | None,
+    _shared_option(
+        "width",
+        "width of the screen in columns",
+        metavar="N",
+        min=1,
+        option=partial(number_option, int),
+    ),
 ]
 ProgressMotion = Annotated[bool, shared_switch("motion", "show a progress bar")]
 PagedPlain = Annotated[bool, shared_switch("plain", "print the text without a pager")]

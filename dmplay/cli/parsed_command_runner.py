@@ -8,6 +8,7 @@ import typer
 
 from dmplay.cli import config_files
 from dmplay.cli.app import root_command
+from dmplay.cli.commands import build_command
 from dmplay.cli.error_messages import USAGE_ERROR, format_error
 from dmplay.core.text import escape_unprintable
 from dmplay.errors import BadParameter
@@ -129,7 +130,7 @@ def interpret_command(words: Sequence[str]) -> PlayCommand | str:
     commands = root_command()
     name, *arguments = words
     if {"-h", "--help"} & {*arguments}:
-        command = commands.commands[name]
+        command = build_command(name)
         parent_context = typer.Context(commands, info_name="dmplay")
         return str(command.get_help(typer.Context(command, info_name=name, parent=parent_context)))
     try:

@@ -24,25 +24,22 @@ def _complete_subjects(ctx: typer.Context, incomplete: str) -> list[str]:
 def plot(
     what: Annotated[
         str,
-        typer.Argument(
-            metavar="WHAT",
-            help="what to plot, such as values or F.11 (default: list all plots)",
-            autocompletion=name_lists.list_plots,
+        options.argument(
+            "WHAT",
+            "what to plot, such as values or F.11 (default: list all plots)",
+            name_lists.list_plots,
         ),
     ] = "",
     problem: Annotated[
         str,
-        typer.Argument(
-            metavar="PROBLEM|FILE",
-            help="problem or transcript file",
-            autocompletion=_complete_subjects,
-        ),
+        options.argument("PROBLEM|FILE", "problem or transcript file", _complete_subjects),
     ] = "",
     variant: options.VariantName = "",
     set_: options.ParameterSettings = [],  # noqa: B006 - typer reads it once
     turns: Annotated[
         int | None,
-        typer.Option(
+        options.number_option(
+            int,
             "--turns",
             metavar="N",
             min=1,
@@ -68,11 +65,15 @@ def plot(
     seat: options.SeatAgents = [],  # noqa: B006 - typer reads it once
     episodes: Annotated[
         int | None,
-        typer.Option("--episodes", metavar="N", min=1, help="number of games (default: 1000)"),
+        options.number_option(
+            int, "--episodes", metavar="N", min=1, help="number of games (default: 1000)"
+        ),
     ] = None,
     seed: Annotated[
         int | None,
-        typer.Option("--seed", metavar="N", min=0, help="random seed of all games (default: 0)"),
+        options.number_option(
+            int, "--seed", metavar="N", min=0, help="random seed of all games (default: 0)"
+        ),
     ] = None,
     output: Annotated[
         Path | None,

@@ -69,7 +69,8 @@ def solve(
     set_: options.ParameterSettings = [],  # noqa: B006 - typer reads it once
     episodes: Annotated[
         int | None,
-        typer.Option(
+        options.number_option(
+            int,
             "--episodes",
             metavar="N",
             min=2,
@@ -78,12 +79,15 @@ def solve(
     ] = None,
     turns: Annotated[
         int | None,
-        typer.Option("--turns", metavar="N", min=1, help="number of turns of a game or plan"),
+        options.number_option(
+            int, "--turns", metavar="N", min=1, help="number of turns of a game or plan"
+        ),
     ] = None,
     workers: options.WorkerCount = "",
     work: Annotated[
         float | None,
-        typer.Option(
+        options.number_option(
+            float,
             "--work",
             metavar="X",
             min=0.01,
@@ -244,6 +248,21 @@ def guide(
     return guide_pages.format_topic_list()
 
 
+config_app = typer.Typer(
+    rich_markup_mode=None,
+    add_completion=False,
+    help="""Show the settings, and the paths of the files that set them.
+
+An option on the command line overrides a DMPLAY_* variable. A variable
+overrides ./dmplay.toml, and ./dmplay.toml overrides your own config.toml.
+
+\b
+  dmplay config show
+  dmplay config path""",
+)
+
+
+@config_app.command("show")
 def config_show(ctx: typer.Context, json: options.JsonFlag = False) -> object:
     """Show the settings, their values and where each value comes from.
 
@@ -260,6 +279,7 @@ def config_show(ctx: typer.Context, json: options.JsonFlag = False) -> object:
     return format_settings(settings, as_json=json)
 
 
+@config_app.command("path")
 def config_path() -> object:
     """Print the paths of the two settings files.
 

@@ -1,26 +1,28 @@
 """Map config files and environment variables to CLI options, and list the effective settings."""
 
+import inspect
 import json
 import os
-from collections.abc import Iterable, Iterator, Mapping
-from typing import Any, NamedTuple
+from collections import deque
+from collections.abc import Iterable, Iterator
+from typing import Any, Literal, NamedTuple, get_args, get_origin
 
 import typer
 
 from dmplay.cli import config_files
+from dmplay.cli.commands import COMMANDS, build_command
 from dmplay.core.text import format_json_report
 from dmplay.errors import BadParameter, UnknownName
 
 COMMAND_LINE_ONLY = ("execute", "force", "help", "output", "record", "trust", "update", "write")
 # they suit some problems only
 PROBLEM_OPTIONS = ("agent", "ghost", "predict", "seat", "set", "variant", "vs")
-VALUE_TYPES: dict[str, tuple[tuple[type, ...], str]] = {  # by the prefix of click's type name
-    "bool": ((bool,), "true or false"),
-    "int": ((int,), "a whole number"),
-    "float": ((int, float), "a number"),
-    "": ((str,), "text"),
+VALUE_TYPES: dict[type, tuple[tuple[type, ...], str]] = {
+    bool: ((bool,), "true or false"),
+    int: ((int,), "a whole number"),
+    float: ((int, float), "a number"),
+    str: ((str,), "text"),  # also of paths and choices
 }
-CommandsByName = Mapping[str, Any]  # click commands by name
 
 
 class EffectiveSetting(NamedTuple):
@@ -41,24 +43,26 @@ def configurable_options(command: Any) -> dict[str, Any]:
     return {name: option for name, option in by_name.items() if name not in COMMAND_LINE_ONLY}
 
 
-def config_defaults(commands: CommandsByName) -> dict[str, dict[str, object]]:
-    """Return the values set in config files as click's default map: command -> parameter -> value.
+def config_defaults(name: str) -> dict[str, dict[str, object]]:
+    """Return the values that config files set for a command, as click's default map.
 
-    Raise UnknownName or BadParameter if a file has an unknown name or an invalid value.
+    It has the form command -> parameter -> value. Raise UnknownName or BadParameter if a file has
+    an unknown name or an invalid value, also for another command.
     """
-    values_by_command: dict[str, dict[str, object]] = {}
+    values: dict[str, object] = {}
     for file in config_files.load_config_files():
-        _reject_unknown_names(file, commands)
-        for name, command in commands.items():
-            for option, value in _iter_file_options(file, name, command):
-                values_by_command.setdefault(name, {})[
-                    configurable_options(command)[option].name
-                ] = value
-    return values_by_command
+        _reject_unknown_names(file)
+        for table in {"play", *file.commands} - {name}:  # `play` has all general options
+            deque(_iter_file_options(file, table), maxlen=0)
+        if name in COMMANDS:
+            parameters = configurable_options(build_command(name))
+            for option, value in _iter_file_options(file, name):
+                values[parameters[option].name] = value
+    return {name: values}
 
 
 def _iter_file_options(
-    file: config_files.ConfigFile, command_name: str, command: Any
+    file: config_files.ConfigFile, command_name: str
 ) -> Iterator[tuple[str, object]]:
     """Yield the (option, value) pairs that a config file sets for a command, after checking them.
 
@@ -66,7 +70,9 @@ def _iter_file_options(
     the flag `strict-hints`. Raise an error for an option that suits some problems only, and if a
     project's file sets an option that only the user's own file may set.
     """
+    command = build_command(command_name)
     available = configurable_options(command)
+    annotations = inspect.signature(command.callback).parameters if available else {}
     general_options = {key: value for key, value in file.options.items() if key in available}
     if file.key_preset is not None and "keys" in available:
         general_options["keys"] = file.key_preset
@@ -90,43 +96,52 @@ def _iter_file_options(
         # Stands for the flag --strict-hints.
         is_strict_hints = (option, value) == ("strict", "hints")
         if not is_strict_hints:
-            _check_value(available[option], value, location)
+            annotation = annotations[available[option].name].annotation
+            _check_value(annotation, value, location)
         if not file.is_user_file:
             config_files.check_project_option(option, location)
         yield ("strict-hints", True) if is_strict_hints else (option, value)
 
 
-def _reject_unknown_names(file: config_files.ConfigFile, commands: CommandsByName) -> None:
+def _reject_unknown_names(file: config_files.ConfigFile) -> None:
     """Raise an error for an unknown setting or table, or an alias named as a command."""
     for name in file.options:
         if name not in config_files.GENERAL_OPTIONS:
-            allowed = [*config_files.GENERAL_OPTIONS, "keys", "aliases", *commands]
+            allowed = [*config_files.GENERAL_OPTIONS, "keys", "aliases", *COMMANDS]
             raise UnknownName("setting", name, allowed, error_prefix=file.path)
     for name in file.commands:
-        if name not in commands:
-            raise UnknownName("table", name, ["keys", "aliases", *commands], error_prefix=file.path)
+        if name not in COMMANDS:
+            raise UnknownName("table", name, ["keys", "aliases", *COMMANDS], error_prefix=file.path)
     for name in file.aliases:
-        if name in commands:
+        if name in COMMANDS:
             raise BadParameter(
                 f"{file.path}: aliases.{name}: {name} is a command; choose another name"
             )
 
 
-def _check_value(option: Any, value: object, location: str) -> None:
-    """Raise BadParameter if a value has the wrong type for an option or is out of its bounds."""
-    accepted_types, description = next(
-        entry for prefix, entry in VALUE_TYPES.items() if option.type.name.startswith(prefix)
-    )
-    if option.multiple and not isinstance(value, list):
+def _check_value(annotation: Any, value: object, location: str) -> None:
+    """Raise BadParameter if a value has the wrong type for an option or is out of its bounds.
+
+    `annotation` is that of the command's parameter: Annotated, with a Typer option.
+    """
+    value_type, typer_option = get_args(annotation)
+    parts = [value_type, *get_args(value_type)]
+    accepted_types, description = VALUE_TYPES[next((t for t in parts if t in VALUE_TYPES), str)]
+    choices = next((get_args(part) for part in parts if get_origin(part) is Literal), ())
+    is_list = get_origin(value_type) is list
+    if is_list and not isinstance(value, list):
         raise BadParameter(f"{location}: got {value!r}, expected a list, such as [{value!r}]")
-    for item in value if isinstance(value, list) and option.multiple else [value]:
+    for item in value if isinstance(value, list) and is_list else [value]:
         if type(item) not in accepted_types:
             raise BadParameter(f"{location}: got {item!r}, expected {description}")
-        try:
-            option.type.convert(item, option, None)
-        except typer.BadParameter as error:
-            message = error.message.rstrip(".")
-            raise BadParameter(f"{location}: {message[:1].lower()}{message[1:]}") from None
+        if choices and item not in choices:
+            expected = ", ".join(map(repr, choices))
+            raise BadParameter(f"{location}: {item!r} is not one of {expected}")
+        if typer_option.parser:
+            try:
+                typer_option.parser(item)
+            except typer.BadParameter as error:
+                raise BadParameter(f"{location}: {error.message}") from None
 
 
 def iter_effective_settings(root: Any) -> Iterator[EffectiveSetting]:
@@ -134,9 +149,13 @@ def iter_effective_settings(root: Any) -> Iterator[EffectiveSetting]:
 
     `root` is click's context of the program.
     """
-    path_by_option = _option_files(root.command.commands)
-    for name, command in root.command.commands.items():
-        with command.make_context(name, [], parent=root, resilient_parsing=True) as context:
+    path_by_option = _option_files()
+    for name in COMMANDS:
+        command = build_command(name)
+        defaults = config_defaults(name)[name]
+        with command.make_context(
+            name, [], parent=root, resilient_parsing=True, default_map=defaults
+        ) as context:
             for option, parameter in configurable_options(command).items():
                 source = context.get_parameter_source(parameter.name).name
                 origin = {
@@ -148,13 +167,13 @@ def iter_effective_settings(root: Any) -> Iterator[EffectiveSetting]:
                 )
 
 
-def _option_files(commands: CommandsByName) -> dict[tuple[str, str], str]:
+def _option_files() -> dict[tuple[str, str], str]:
     """Return the path of the config file that sets each (command, option); the last file wins."""
     return {
         (name, option): file.path
         for file in config_files.load_config_files()
-        for name, command in commands.items()
-        for option, _ in _iter_file_options(file, name, command)
+        for name in COMMANDS
+        for option, _ in _iter_file_options(file, name)
     }
 
 

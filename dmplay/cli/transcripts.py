@@ -63,11 +63,16 @@ def export(
     file: options.TranscriptPath,
     formats: Sequence[str],
     at: Annotated[
-        int | None, typer.Option("--at", metavar="TURN", help="turn to show, with --svg or --html")
+        int | None,
+        options.number_option(
+            int, "--at", metavar="TURN", help="turn to show, with --svg or --html"
+        ),
     ] = None,
     height: Annotated[
         int | None,
-        typer.Option("--height", metavar="N", help="height of the screen in rows", min=1),
+        options.number_option(
+            int, "--height", metavar="N", help="height of the screen in rows", min=1
+        ),
     ] = None,
     hint: Annotated[
         bool,

@@ -21,37 +21,40 @@ StepMotion = Annotated[
 def watch(
     algorithm: Annotated[
         str,
-        typer.Argument(
-            metavar="ALGORITHM",
-            help="algorithm to watch (default: list them)",
-            autocompletion=name_lists.list_algorithms,
+        options.argument(
+            "ALGORITHM", "algorithm to watch (default: list them)", name_lists.list_algorithms
         ),
     ] = "",
     problem: Annotated[
         str,
-        typer.Argument(
-            metavar="PROBLEM",
-            help="problem: NAME, NAME:VARIANT or FILE; or a transcript file",
-            autocompletion=name_lists.complete_problems,
+        options.argument(
+            "PROBLEM",
+            "problem: NAME, NAME:VARIANT or FILE; or a transcript file",
+            name_lists.complete_problems,
         ),
     ] = "",
     variant: options.VariantName = "",
     set_: options.ParameterSettings = [],  # noqa: B006 - typer reads it once
     at: Annotated[
         int | None,
-        typer.Option(
-            "--at", metavar="TURN", help="with a transcript: turn to work on (default: the last)"
+        options.number_option(
+            int,
+            "--at",
+            metavar="TURN",
+            help="with a transcript: turn to work on (default: the last)",
         ),
     ] = None,
     seat: Annotated[
         str, typer.Option("--seat", metavar="NAME", help="seat that the algorithm works for")
     ] = "",
     seed: Annotated[
-        int, typer.Option("--seed", metavar="N", help="seed of the random numbers", min=0)
+        int,
+        options.number_option(int, "--seed", metavar="N", help="seed of the random numbers", min=0),
     ] = 0,
     iterations: Annotated[
         int | None,
-        typer.Option(
+        options.number_option(
+            int,
             "--iterations",
             metavar="N",
             help="number of repetitions, such as simulations or rounds",
@@ -60,7 +63,8 @@ def watch(
     ] = None,
     step: Annotated[
         int | None,
-        typer.Option(
+        options.number_option(
+            int,
             "--step",
             metavar="N",
             help="begin at step N; in lines and pictures, show only this step",
@@ -69,8 +73,12 @@ def watch(
     ] = None,
     speed: Annotated[
         float,
-        typer.Option(
-            "--speed", metavar="X", help="steps per second of automatic play (key P)", min=0.1
+        options.number_option(
+            float,
+            "--speed",
+            metavar="X",
+            help="steps per second of automatic play (key P)",
+            min=0.1,
         ),
     ] = 2.0,
     svg: Annotated[bool, typer.Option("--svg", help="write a picture of one step (SVG)")] = False,
@@ -79,7 +87,10 @@ def watch(
     ] = False,
     html: Annotated[bool, typer.Option("--html", help="write a page with a slider")] = False,
     height: Annotated[
-        int, typer.Option("--height", metavar="N", help="height of the picture in rows", min=1)
+        int,
+        options.number_option(
+            int, "--height", metavar="N", help="height of the picture in rows", min=1
+        ),
     ] = 24,
     output: options.OutputPath = None,
     force: options.Force = False,

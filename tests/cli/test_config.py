@@ -5,9 +5,11 @@ import os
 import subprocess
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from inspect import signature
+from itertools import chain
 from pathlib import Path
 from subprocess import CompletedProcess
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple, get_args, get_origin
 
 import pytest
 from hypothesis import HealthCheck, given, settings
@@ -15,6 +17,7 @@ from hypothesis import strategies as st
 
 from dmplay.cli import config_files
 from dmplay.cli.app import root_command
+from dmplay.cli.commands import COMMANDS, build_command
 from dmplay.cli.config_files import GENERAL_OPTIONS, PROJECT_FILE_OPTIONS
 from dmplay.cli.parsed_command_runner import interpret_command
 from dmplay.cli.settings import (
@@ -29,16 +32,13 @@ from tests.support import programs
 
 GROUP: Any = root_command()
 COMMAND_OPTIONS = [
-    (name, option)
-    for name, command in GROUP.commands.items()
-    for option in configurable_options(command)
+    (name, option) for name in COMMANDS for option in configurable_options(build_command(name))
 ]
-# four values that differ from the default, by click's type
-VALUES_BY_TYPE: Mapping[str, tuple[object, ...]] = {
-    "int": (3, 4, 5, 6),
-    "float": (3.0, 4.0, 5.0, 6.0),
-    "choice": (),
-    "": ("a", "b", "c", "d"),
+# four values that differ from the default
+VALUES_BY_TYPE: Mapping[type, tuple[object, ...]] = {
+    int: (3, 4, 5, 6),
+    float: (3.0, 4.0, 5.0, 6.0),
+    str: ("a", "b", "c", "d"),
 }
 GENERAL_VALUES: Mapping[str, object] = {
     "plain": True, "ascii": True, "speed": 7.0, "width": 60, "theme": "mono",
@@ -78,6 +78,17 @@ def make_context(*arguments: str) -> Any:
     return GROUP.make_context("dmplay", list(arguments), resilient_parsing=True)
 
 
+def as_plain_value(value: Any) -> object:
+    """Return a value of an option in the form that it has with every version of Typer."""
+    return (
+        tuple(value)
+        if isinstance(value, list)
+        else str(value)
+        if isinstance(value, Path)
+        else value
+    )
+
+
 def read_option(name: str, option: str, *flags: str) -> tuple[object, str]:
     """Return the value of an option as its command receives it, and the source of the value."""
     return read_options(name, *flags)[option]
@@ -85,7 +96,7 @@ def read_option(name: str, option: str, *flags: str) -> tuple[object, str]:
 
 def read_options(name: str, *flags: str) -> dict[str, tuple[object, str]]:
     """Return the values and sources of all options of a command."""
-    command = GROUP.commands[name]
+    command = build_command(name)
     with (
         make_context(name) as root,
         command.make_context(
@@ -94,7 +105,7 @@ def read_options(name: str, *flags: str) -> dict[str, tuple[object, str]]:
     ):
         return {
             option: (
-                command_context.params[parameter.name],
+                as_plain_value(command_context.params[parameter.name]),
                 command_context.get_parameter_source(parameter.name).name,
             )
             for option, parameter in configurable_options(command).items()
@@ -123,24 +134,26 @@ class OptionValues(NamedTuple):
         return [f"--{option}", str(self.values[0])]
 
 
-def make_option_values(parameter: Any, option_index: int) -> OptionValues:
+def make_option_values(command: Any, parameter: Any, option_index: int) -> OptionValues:
     """Return four values that differ from each other, and from those of the option before."""
-    kind = next(kind for kind in VALUES_BY_TYPE if parameter.type.name.startswith(kind))
     if parameter.is_bool_flag:
         return OptionValues(parameter, [not parameter.default] * 4)
-    if kind == "choice":
-        return OptionValues(parameter, [*parameter.type.choices, parameter.type.choices[0]])
-    first = option_index % 4
-    return OptionValues(parameter, [*VALUES_BY_TYPE[kind][first:], *VALUES_BY_TYPE[kind][:first]])
+    value_type = get_args(signature(command.callback).parameters[parameter.name].annotation)[0]
+    parts = (value_type, *get_args(value_type))
+    if choices := [*chain(*(get_args(part) for part in parts if get_origin(part) is Literal))]:
+        return OptionValues(parameter, [*choices, choices[0]])
+    values = next((VALUES_BY_TYPE[part] for part in parts if part in VALUES_BY_TYPE), None)
+    values, first = values or VALUES_BY_TYPE[str], option_index % 4
+    return OptionValues(parameter, [*values[first:], *values[:first]])
 
 
-@pytest.mark.parametrize("name", GROUP.commands)
+@pytest.mark.parametrize("name", COMMANDS)
 def test_a_flag_wins_over_a_variable_over_the_project_over_the_user(
     name: str, project_folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    parameters = configurable_options(GROUP.commands[name])
+    parameters = configurable_options(build_command(name))
     values_by_option = {
-        option: make_option_values(entry, number)
+        option: make_option_values(build_command(name), entry, number)
         for number, (option, entry) in enumerate(parameters.items())
     }
 
@@ -168,7 +181,7 @@ def test_a_flag_wins_over_a_variable_over_the_project_over_the_user(
     for option in file_options - set(PROJECT_FILE_OPTIONS):
         write_project_file(project_folder, file([option], 2))
         with pytest.raises(DmplayError, match=f"^dmplay.toml: {name}.{option}: this file may set"):
-            config_defaults(GROUP.commands)
+            config_defaults(name)
     project_options = values_by_option.keys() & PROJECT_FILE_OPTIONS
     write_project_file(project_folder, file(project_options, 2))
     assert read_options(name) == (
@@ -188,7 +201,7 @@ def test_a_general_setting_reaches_every_command_that_has_it(
     value = GENERAL_VALUES.get(option, "never")
     write_user_file(project_folder, f"{option} = {json.dumps(value)}\n")
     command_names = [
-        name for name, command in GROUP.commands.items() if option in configurable_options(command)
+        name for name in COMMANDS if option in configurable_options(build_command(name))
     ]
     assert len(command_names) > 1
     for name in command_names:
@@ -217,6 +230,13 @@ def test_an_invalid_variable_is_named_in_the_error(name: str, project_folder: Pa
     assert result.returncode == 2
     option = f"--{name.rpartition('_')[2].lower()}"
     message = f"error: {name}: invalid value for '{option}': 'wide' is not a whole number; see"
+    assert result.stderr.startswith(message)
+
+
+def test_a_switch_of_a_variable_is_true_or_false(project_folder: Path) -> None:
+    result = run(project_folder, "hexworld", DMPLAY_PLAIN="maybe")
+    assert (result.returncode, result.stdout) == (2, "")
+    message = "error: DMPLAY_PLAIN: invalid value for '--plain': expected true or false; see"
     assert result.stderr.startswith(message)
 
 
@@ -291,7 +311,7 @@ def test_an_invalid_file_is_reported_in_one_line(
         "config.toml"
     ) else write_project_file(project_folder, text)
     with pytest.raises(DmplayError) as error:
-        config_defaults(GROUP.commands)
+        config_defaults("list")
     assert str(error.value).removeprefix(f"{project_folder}/home/dmplay/").startswith(message)
     assert "\n" not in str(error.value)
 
@@ -349,11 +369,10 @@ def test_any_file_is_read_or_refused_in_one_line(
         project_folder,
         "\n".join(f"{json.dumps(key)} = {format_toml(v)}" for key, v in options_by_name.items()),
     )
-    settings_by_command: dict[str, dict[str, object]] = {}
-    if not is_refused(lambda: settings_by_command.update(config_defaults(GROUP.commands))):
-        assert set(options_by_name) <= {*GENERAL_OPTIONS, "keys", "aliases", *GROUP.commands}
-        for name, values in settings_by_command.items():
-            assert values.keys() <= {parameter.name for parameter in GROUP.commands[name].params}
+    values: dict[str, object] = {}
+    if not is_refused(lambda: values.update(config_defaults("play")["play"])):
+        assert set(options_by_name) <= {*GENERAL_OPTIONS, "keys", "aliases", *COMMANDS}
+        assert values.keys() <= {parameter.name for parameter in build_command("play").params}
 
 
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture])

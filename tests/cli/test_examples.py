@@ -9,6 +9,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import typer
+from typer.core import TyperGroup
 
 from dmplay.cli.app import root_command
 from dmplay.formats import writer
@@ -27,8 +29,9 @@ BABY_ACTIONS = "f\ns\ni\n" * 3  # for crying baby
 def iter_commands(group: Any, name: str = "dmplay") -> Iterator[tuple[str, Any]]:
     """Yield the program and each of its commands, by the words that call it."""
     yield name, group
-    for word, command in getattr(group, "commands", {}).items():
-        yield from iter_commands(command, f"{name} {word}")
+    context = typer.Context(group)
+    for word in group.list_commands(context) if isinstance(group, TyperGroup) else ():
+        yield from iter_commands(group.get_command(context, word), f"{name} {word}")
 
 
 COMMANDS = dict(iter_commands(GROUP))

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from dmplay.cli.app import root_command
+from dmplay.cli.commands import COMMANDS, build_command
 from dmplay.cli.parsed_command_runner import interpret_command
 from dmplay.errors import BadParameter
 from dmplay.game.command_line_results import PlayCommand
@@ -13,9 +13,9 @@ from tests.support.programs import run_dmplay
 
 FLOAT_OPTIONS = [
     (name, option.opts[0])
-    for name, command in root_command().commands.items()
-    for option in command.params
-    if option.type.name.startswith("float")
+    for name in COMMANDS
+    for option in build_command(name).params
+    if option.metavar in {"X", "P"}
 ]
 # A number beyond the upper end of a range is refused as such.
 REFUSAL = r"is not (a finite number|in the range)"

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from dmplay.cli import main
-from dmplay.cli.app import root_command
+from dmplay.cli.commands import COMMANDS, build_command
 from dmplay.cli.parsed_command_runner import interpret_command
 from dmplay.game.game_series import GameController
 from tests.privacy.command_arguments import PROGRAM_ARGUMENTS, STDIN_TEXT
@@ -22,10 +22,9 @@ from tests.privacy.front_ends import (
 )
 from tests.privacy.indistinguishable_pairs import SHARED_TURNS, USER_PROBLEM, Pair, Side
 
-COMMAND_GROUP: Any = root_command()
 PROGRAM_COMMANDS: dict[str, Any] = {
     name: command
-    for word, subgroup in COMMAND_GROUP.commands.items()
+    for word, subgroup in zip(COMMANDS, map(build_command, COMMANDS), strict=True)
     for name, command in (
         [(f"{word} {inner}", subcommand) for inner, subcommand in subgroup.commands.items()]
         if hasattr(subgroup, "commands")
@@ -51,12 +50,13 @@ def list_completions(twins: Pair, side: Side, monkeypatch: pytest.MonkeyPatch) -
     start_unfinished_game(twins, side, None)
     lines = [*(f"dmplay {name} " for name in PROGRAM_COMMANDS), f"dmplay play {twins.name} --seed "]
     with monkeypatch.context() as context:
-        context.setenv(main.COMPLETION_VARIABLE, "complete_zsh")
         return [_complete_line(line, context) for line in lines]
 
 
 def _complete_line(line: str, monkeypatch: pytest.MonkeyPatch) -> Response:
+    monkeypatch.setenv("_DMPLAY_COMPLETE", "complete_zsh")
     monkeypatch.setenv("_TYPER_COMPLETE_ARGS", line)
+    monkeypatch.setenv("_TYPER_COMPLETE_FISH_ACTION", "")
     with capture_output() as output:
         print(f"exit code {main.run_command_line()}")
     return Response(line, output.taken())

@@ -15,7 +15,7 @@ from pathlib import Path
 from threading import Lock
 
 from dmplay.__main__ import main
-from dmplay.cli.app import root_command
+from dmplay.cli.commands import COMMANDS, build_command
 
 PROGRAM_TIMEOUT_SECONDS = 60.0  # timeout of a program that does not exit
 PRELOADED_MODULES = (
@@ -23,7 +23,8 @@ PRELOADED_MODULES = (
     "dmplay.ui.shell.interactive_shell", "dmplay.ui.gallery.gallery",
     "dmplay.ui.screen.play_screen", "importlib.metadata", "numpy.ma", "numpy.random",
 )  # fmt: skip
-root_command()  # build the command tree before the server forks
+for name in COMMANDS:  # before the server forks
+    build_command(name)
 FORK_SERVER = multiprocessing.get_context("forkserver")
 FORK_SERVER.set_forkserver_preload(["__main__", __name__, *PRELOADED_MODULES])
 PROCESS_LOCK = Lock()  # starting a process also polls all others, which is not thread-safe

@@ -86,6 +86,27 @@ def test_ordinary_words_are_completed(folder_and_shell: tuple[Path, CompletingSh
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize(
+    ("line", "error"),
+    [
+        ("dmplay solve hexworld --set sl\tx", "slip: got 'x'"),
+        ("dmplay hexworld --agent search:dep\tx", "depth: got 'x'"),
+        ("dmplay hexworld --agent scr\tjump", "unknown action 'jump'"),
+        ("dmplay prisoners-dilemma --seat agent2\tnone", "unknown agent 'none'"),
+        ("dmplay hexworld --agent=op\t--bogus", "no such option: --bogus"),
+        ("dmplay hexworld --agent=search:dep\tx", "depth: got 'x'"),
+        ("dmplay hexworld --set=sl\tx", "slip: got 'x'"),
+    ],
+)
+def test_a_space_follows_only_a_finished_word(
+    line: str, error: str, folder_and_shell: tuple[Path, CompletingShell]
+) -> None:
+    """The line goes on after Tab, and the error of the program shows what the line was."""
+    _, shell = folder_and_shell
+    assert error in shell.complete_and_run(line)
+
+
+@pytest.mark.slow
 def test_seats_that_a_file_names_are_not_executed(
     folder_and_shell: tuple[Path, CompletingShell],
 ) -> None:

@@ -13,7 +13,7 @@ from prompt_toolkit.document import Document
 from prompt_toolkit.input import create_pipe_input
 from prompt_toolkit.output import DummyOutput
 
-from dmplay.cli.app import root_command
+from dmplay.cli.commands import build_command
 from dmplay.cli.parsed_command_runner import interpret_command
 from dmplay.errors import UnknownName
 from dmplay.game.game_series import GameController
@@ -339,7 +339,7 @@ def test_all_options_except_display_options_are_offered(
 ) -> None:
     table = create_shell().controller
     option_names = {
-        name: {max(option.opts, key=len) for option in root_command().commands[name].params}
+        name: {max(option.opts, key=len) for option in build_command(name).params}
         - {"file", "problem"}
         for name in ("play", "export")
     }

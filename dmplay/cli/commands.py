@@ -1,0 +1,55 @@
+"""All commands, in the order in which the help lists them; each is imported when it is needed."""
+
+import os
+from functools import cache
+from importlib import import_module
+from typing import Any
+
+os.environ.setdefault("TYPER_USE_RICH", "0")  # Rich's help takes longer than the rest of the start
+
+import typer
+
+COMMANDS = {  # the module in this folder, and the function or the Typer group in it
+    "play": "games:play",
+    "resume": "games:resume",
+    "replay": "games:replay",
+    "shell": "games:shell",
+    "verify": "transcripts:verify",
+    "export": "transcripts:export",
+    "review": "transcripts:review",
+    "branch": "games:branch",
+    "bot": "games:bot",
+    "mcp": "games:mcp",
+    "list": "reports:list_",
+    "records": "reports:records",
+    "solve": "reports:solve",
+    "watch": "watching:watch",
+    "convert": "reports:convert",
+    "run": "evaluation:run",
+    "compare": "evaluation:compare",
+    "tournament": "evaluation:tournament",
+    "learn": "learn:learn_app",
+    "assign": "grading:assign",
+    "grade": "grading:grade",
+    "plot": "plots:plot",
+    "agents": "reports:agents",
+    "info": "reports:info",
+    "check": "reports:check",
+    "guide": "reports:guide",
+    "config": "reports:config_app",
+}
+
+
+@cache
+def build_command(name: str) -> Any:
+    """Return the command of this name, with its environment variables left out of the help."""
+    module, _, attribute = COMMANDS[name].partition(":")
+    target = getattr(import_module(f"dmplay.cli.{module}"), attribute)
+    if not isinstance(target, typer.Typer):
+        function, target = target, typer.Typer(add_completion=False, rich_markup_mode=None)
+        target.command(name)(function)
+    command: Any = typer.main.get_command(target)
+    for shown_command in (command, *getattr(command, "commands", {}).values()):
+        for option in shown_command.params:
+            option.show_envvar = False
+    return command
