@@ -154,7 +154,7 @@ def test_a_file_that_is_not_toml_names_line_and_column(tmp_path: Path) -> None:
     [
         ("title", f"{'.'.join(['a'] * 30_000)} = 1\ntitle", r"line 1: got 29999 dots"),
         (
-            "seed = 10",
+            "turns = 10",
             f"seed = 0x{'f' * 20_000}",
             r"position: seed: got an integer of more than 64",
         ),
