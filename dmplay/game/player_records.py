@@ -89,7 +89,7 @@ def record_finished_game(recorder: Recorder) -> None:
         ):
             record = replace(record, best=None)
         if record:
-            _save_record(record)
+            save_record(record)
 
 
 def load_records() -> list[ProblemRecord]:
@@ -197,7 +197,7 @@ def _is_verified(path: Path, record: ProblemRecord) -> bool:
     return verify(path, trusted=True, assigned_names=played_names).is_ok
 
 
-def _save_record(record: ProblemRecord) -> None:
+def save_record(record: ProblemRecord) -> None:
     """Merge a record into the file of records, under a lock; print a warning if that fails."""
 
     def change(content: dict[str, Any]) -> None:

@@ -199,8 +199,9 @@ def load_hint_agent(problem: Problem, question: AdviceQuestion, name: str) -> Hi
     try:
         policy = _make_roster_agent(problem, seat, name)
     except BadPolicy:  # Without a discount some agents can only plan a number of turns.
-        agent_class = load_roster(problem, seat).agents[name]
-        if turns is None or "horizon" not in default_parameters(agent_class):
+        agent_class = load_roster(problem, seat).agents.get(name)
+        has_horizon = agent_class is not None and "horizon" in default_parameters(agent_class)
+        if turns is None or not has_horizon:
             raise
         policy = _make_roster_agent(problem, seat, f"{name}:horizon={turns}")
     policy = policy.adapt_to_game(question)

@@ -40,8 +40,6 @@ SEARCH_RUNS = 20  # searches with different random numbers whose choices are com
 def sweep_value(position: PositionInGame, state: str, sweep: int) -> Truth:
     """Return the value of a state after this many sweeps of value iteration from V = 0."""
     problem = position.problem
-    if not 1 <= sweep <= MAX_SWEEPS:
-        raise BadParameter(f"sweep: got {sweep}, expected 1 to {MAX_SWEEPS}")
     tables, index = _tabulate(position), _index_of(position, state)
     values = compute_finite_horizon_values(tables, problem.discount, sweep)
     previous = compute_finite_horizon_values(tables, problem.discount, sweep - 1)
@@ -108,8 +106,6 @@ def largest_later_change(position: PositionInGame, sweep: int) -> Truth:
     The residual of a sweep is the largest change of a value in it. Each later one is at most the
     discount times the residual before it (section 7.5).
     """
-    if not 1 <= sweep <= MAX_SWEEPS:
-        raise BadParameter(f"sweep: got {sweep}, expected 1 to {MAX_SWEEPS}")
     tables, discount = _tabulate(position), position.problem.discount
     if discount >= 1.0:
         raise BadParameter(f"{position.problem_name} has the discount 1, expected less for a bound")
@@ -133,8 +129,6 @@ def exit_probability(position: PositionInGame, exit_state: str, discount: float)
 
     It begins in the state of the position.
     """
-    if not 0.0 < discount < 1.0:
-        raise BadParameter(f"discount: got {discount:g}, expected more than 0 and less than 1")
     problem = with_parameters(position.problem, {"discount": discount})
     tables = tabulate(problem)
     actions = compute_optimal_q(tables, discount).argmax(axis=1)
@@ -292,10 +286,6 @@ def forward_search_action(position: PositionInGame, depth: int) -> Truth:
     Rewards after these turns count 0.
     """
     problem = position.problem
-    if len(problem.agents) > 1 or problem.partially_observable:
-        raise BadParameter(f"{position.problem_name} is not an MDP, expected one to search")
-    if not 1 <= depth <= MAX_SEARCH_DEPTH:
-        raise BadParameter(f"depth: got {depth}, expected 1 to {MAX_SEARCH_DEPTH}")
     s = position.session.state[None]
     labels = [problem.format_action(0, action) for action in range(problem.action_counts[0])]
 
@@ -348,11 +338,16 @@ def furthest_number(position: PositionInGame, action: str, turns: int, component
     session = position.session.copy_at_start()
     session.append_turns(position.session.turns)
     index = position.problem.parse_action(position.seat, action)
+    if component > session.state.size:
+        count = format_count(session.state.size, "number")
+        raise BadParameter(f"component: got {component}, but a state has {count}")
     numbers = []
     for _ in range(turns):
         if session.over:
             break
-        numbers.append(float(session.advance([index]).state[component - 1]))
+        numbers.append(float(session.advance([index]).state.flat[component - 1]))
+    if not numbers:
+        raise BadParameter("the game is over at this position; expected turns to repeat the action")
     turn = int(np.argmax(numbers)) + 1
     return Truth(
         max(numbers), lambda _: f"the greatest one is reached after {turn} of {len(numbers)} turns"
@@ -387,8 +382,6 @@ def _describe_best_two(values: Iterable[float]) -> str:
 
 def _tabulate(position: PositionInGame) -> Tables:
     """Return the arrays of a problem with one agent and visible states."""
-    if len(position.problem.agents) > 1 or position.problem.partially_observable:
-        raise BadParameter(f"{position.problem_name} is not an MDP, expected one for sweeps")
     return tabulate(position.problem)
 
 
@@ -399,8 +392,7 @@ def _index_of(position: PositionInGame, state: str) -> int:
 
 def _hexworld(position: PositionInGame) -> HexWorld:
     """Return the problem, which must be a hex world."""
-    if not isinstance(position.problem, HexWorld):
-        raise BadParameter(f"{position.problem_name} has no exits, expected hexworld")
+    assert isinstance(position.problem, HexWorld)
     return position.problem
 
 

@@ -244,15 +244,13 @@ def describe_implied_prior(
 def _solve(position: PositionInGame, turns_left: int) -> AlphaVectorStage:
     """Return the exact values of all beliefs with this many turns left."""
     problem = position.problem
-    if len(problem.agents) > 1 or not problem.partially_observable or turns_left < 1:
-        raise BadParameter(f"{position.problem_name} with {turns_left} turns has no alpha vectors")
+    if turns_left < 1:
+        raise BadParameter(f"turns_left: got {turns_left}, expected 1 or more")
     return solve_finite_horizon(tabulate(problem), problem.discount, turns_left)[-1]
 
 
 def _make_beliefs(position: PositionInGame, index: int, probabilities: Reals) -> Reals:
     """Return beliefs `[B, 2]` with these probabilities `[B]` of a state."""
-    if position.problem.state_count != 2:
-        raise BadParameter(f"{position.problem_name}: expected a problem with two states")
     beliefs = np.stack([probabilities, 1.0 - probabilities], axis=1)
     return beliefs if index == 0 else beliefs[:, ::-1]
 

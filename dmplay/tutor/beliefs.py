@@ -41,6 +41,8 @@ def compute_belief(
     """
     problem, seat = position.problem, position.seat
     if not (history or from_start):
+        if not position.session.has_visible_beliefs:
+            raise BadParameter(f"{position.problem_name} has no beliefs at this position")
         return position.session.view(seat).belief
     belief = initial_belief(problem)
     for action, observation in parse_history(position, history):
@@ -57,9 +59,10 @@ def remember_history(
     """Return the memory of a policy after a history, or at the position if it is empty."""
     if not history:
         return SeatedPolicy(position.session, position.seat, policy).current_memory()
+    pairs = parse_history(position, history)
     null_observation = position.problem.observations[position.seat].null_observation(1)
     memory = policy.initial_memory(null_observation)
-    for action, observation in parse_history(position, history):
+    for action, observation in pairs:
         percept = Percept(np.array([action]), np.array([observation]), None, None)
         memory = policy.update_memory(memory, percept)
     return memory

@@ -5,10 +5,8 @@ import numpy as np
 from dmplay.core.arrays import Array
 from dmplay.core.problem import enumerate_possible_outcomes
 from dmplay.core.text import format_count
-from dmplay.errors import BadParameter
 from dmplay.problems.collision_avoidance import (
     COLLISION_DISTANCE,
-    START_TIME,
     CollisionAvoidance,
 )
 from dmplay.problems.simple_regulator import SimpleRegulator
@@ -83,10 +81,7 @@ def collision_probability(
     The game is collision avoidance, `seconds` before the pass, without an advisory so far.
     """
     problem = position.problem
-    if not isinstance(problem, CollisionAvoidance):
-        raise BadParameter(f"{position.problem_name}: expected collision-avoidance")
-    if not 0 <= seconds <= START_TIME:
-        raise BadParameter(f"seconds: got {seconds}, expected 0 to {START_TIME:g}")
+    assert isinstance(problem, CollisionAvoidance)
     index = int(problem.parse_action(position.seat, action))
     states: Array = np.array([[height, rate, 0.0, float(seconds)]])
     probabilities: Array = np.ones(1)
@@ -114,6 +109,5 @@ def _evaluate(position: PositionInGame, theta1: float, state: float, turns_left:
 
 def _regulator(position: PositionInGame) -> SimpleRegulator:
     """Return the problem, which must be a simple regulator."""
-    if not isinstance(position.problem, SimpleRegulator):
-        raise BadParameter(f"{position.problem_name}: expected simple-regulator")
+    assert isinstance(position.problem, SimpleRegulator)
     return position.problem

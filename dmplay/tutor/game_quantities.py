@@ -170,6 +170,7 @@ def matching_agents(
     position: PositionInGame, rounds: Sequence[str], candidates: Sequence[str]
 ) -> Truth:
     """Return the candidates that would have played all actions of the opponent in these rounds."""
+    _replay_rounds(position, rounds)  # checks them
     seat = 1 - position.seat
     mismatches = {agent: _find_mismatch(position, rounds, agent, seat) for agent in candidates}
     matching = frozenset(agent for agent, mismatch in mismatches.items() if not mismatch)

@@ -18,7 +18,7 @@ from dmplay.tutor.lesson import (
     TutorLesson,
 )
 from dmplay.tutor.progress import make_step_keys
-from dmplay.tutor.quantity import find_quantity
+from dmplay.tutor.quantity import check_arguments, find_quantity
 
 MAX_TEXT_LINES, MAX_COLUMNS, MAX_SENTENCE_CHARS = 4, 80, 160
 UNSET_CONDITIONS: tuple[object, ...] = ("", {})  # values of conditions that a task does not have
@@ -230,8 +230,9 @@ def _read_arguments(
 ) -> dict[str, object]:
     """Return the arguments of a quantity; raise an error for missing, unknown or wrong ones."""
     parameters = dict(list(inspect.signature(function).parameters.items())[1:])
-    if asks and asks not in parameters:
-        raise table.error("asks", str(UnknownName("parameter", asks, parameters)))
+    names = [name for name in parameters if parameters[name].annotation in (str, int, float)]
+    if asks and asks not in names:
+        raise table.error("asks", str(UnknownName("parameter", asks, names)))
     arguments: dict[str, object] = {}
     for name, parameter in parameters.items():
         if name == asks:
@@ -242,6 +243,10 @@ def _read_arguments(
         elif parameter.default is inspect.Parameter.empty:
             raise table.error(name, "missing, expected an argument of the quantity")
     table.finish()
+    try:
+        check_arguments(arguments)
+    except BadParameter as error:
+        raise BadParameter(f"{table.location}.{error}") from None
     return arguments
 
 

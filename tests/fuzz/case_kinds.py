@@ -8,8 +8,10 @@ from dmplay.game.export_formats import EXPORT_FORMATS
 from tests.fuzz import (
     changed_facts,
     game_trees,
+    lesson_quantities,
     machine_files,
     options,
+    state_files,
     typed_lines,
     user_problems,
 )
@@ -136,6 +138,8 @@ KINDS = (
     Kind("bot", 1, machine_files.draw_bot_case),
     Kind("own", 2, user_problems.draw_user_problem_case),
     Kind("tree", 1, game_trees.draw_tree_case),
+    Kind("quantity", 2, lesson_quantities.draw_quantity_case, lesson_quantities.run_quantity_case),
+    Kind("state", 2, state_files.draw_state_case, state_files.run_state_case),
 )
 
 

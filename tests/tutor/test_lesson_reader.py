@@ -179,6 +179,13 @@ def test_keys_numbers_and_arrays_of_any_size_are_refused_soon(
         read_lesson(write_lesson(tmp_path, LESSON.replace(old, new, 1)), 1)
 
 
+def test_arguments_beyond_their_bounds_are_refused_with_their_place(tmp_path: Path) -> None:
+    text = LESSON.replace('history = ["ignore crying"]', f"history = {['ignore crying'] * 101}")
+    message = r"steps\[1\]\.predict\.history: got 101 texts, expected at most 100"
+    with pytest.raises(BadParameter, match=message):
+        read_lesson(write_lesson(tmp_path, text), 1)
+
+
 def test_files_that_cannot_be_read_are_named(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match=r"absent\.toml: No such file or directory"):
         read_lesson(tmp_path / "absent.toml", 1)

@@ -609,7 +609,7 @@ def test_an_argument_that_is_no_number_can_be_asked_for(
 @pytest.mark.parametrize(
     ("problem", "name", "arguments", "message"),
     [
-        ("crying-baby", "state-value", {"state": "nowhere"}, "got 'nowhere', expected a state"),
+        ("hexworld", "state-value", {"state": "nowhere"}, "got 'nowhere', expected a state"),
         ("hexworld", "action-value", {"action": "up"}, "unknown action 'up'"),
         ("hexworld", "largest-later-change", {"sweep": 0}, "sweep: got 0, expected 1 to 1000"),
         (
@@ -618,16 +618,16 @@ def test_an_argument_that_is_no_number_can_be_asked_for(
             {"state": "(2,1)", "simulations": 3},
             "got 3 simulations, expected 6",
         ),
-        ("hexworld", "belief", {"state": "(0,0)", "history": ["e x"]}, "no observations"),
+        ("hexworld", "belief", {"state": "(0,0)", "history": ["e x"]}, "expected hidden states"),
         ("2048", "sweep-value", {"state": "", "sweep": 2}, "no finite list of states"),
-        ("crying-baby", "straight-way-loss", {"state": "hungry"}, "expected hexworld"),
-        ("hexworld", "best-reply", {"opponent": "e"}, "has no payoff table of two agents"),
-        ("hexworld", "noise-cost", {"turns_left": 3}, "expected simple-regulator"),
+        ("crying-baby", "straight-way-loss", {"state": "hungry"}, "expected the problem hexworld"),
+        ("hexworld", "best-reply", {"opponent": "e"}, "does not fit .* expected two agents"),
+        ("hexworld", "noise-cost", {"turns_left": 3}, "expected the problem simple-regulator"),
         (
             "hexworld",
             "collision-probability",
             {"action": "e", "height": 0.0, "rate": 0.0, "seconds": 3},
-            "expected collision-avoidance",
+            "expected the problem collision-avoidance",
         ),
         (
             "collision-avoidance",
@@ -636,9 +636,49 @@ def test_an_argument_that_is_no_number_can_be_asked_for(
             "seconds: got 41, expected 0 to 40",
         ),
         ("collaborative-predator-prey", "best-action", {}, "are about another game"),
+        ("predator-prey", "outcomes", {"action": "e"}, "expected one agent"),
+        ("rock-paper-scissors", "state-value", {}, "expected one agent"),
+        ("simple-regulator", "forward-search-action", {"depth": 1}, "expected named actions"),
+        ("simple-regulator", "planned-action", {"agent": "optimal"}, "expected named actions"),
+        ("crying-baby", "agent-probability", {"agent": "optimal", "action": "feed"}, "visible"),
+        ("hexworld", "planned-action", {"agent": "nash"}, "agent nash is for"),
+        ("travelers-dilemma", "level-k-action", {"level": 10**9}, "level: got 1000000000"),
+        ("mountain-car", "furthest-number", {"action": "left", "turns": 10**9}, "turns: got 10000"),
+        (
+            "mountain-car",
+            "furthest-number",
+            {"action": "left", "turns": 3, "component": 9},
+            "component: got 9, but a state has 2 numbers",
+        ),
+        ("crying-baby", "alpha-vector-count", {"turns_left": 10**5}, "turns_left: got 100000"),
+        (
+            "hexworld",
+            "missed-outcome-probability",
+            {"action": "e", "outcome": "(1,1)", "tries": 10**400},
+            "tries: got 10000",
+        ),
+        ("hexworld", "order-of-values", {"states": ["(1,1)"] * 3000}, "states: got 3000 texts"),
+        (
+            "prisoners-dilemma",
+            "matching-agents",
+            {"rounds": ["defect defect"] * 2500, "candidates": ["grim"]},
+            "rounds: got 2500 texts, expected at most 100",
+        ),
+        (
+            "simple-regulator",
+            "linear-policy-loss",
+            {"theta1": 0.0, "state": 1e300, "turns_left": 5},
+            "state: got 1e.300, expected -1e.06 to 1e.06",
+        ),
+        (
+            "simple-regulator",
+            "linear-policy-value",
+            {"theta1": 9.0, "state": 1.0, "turns_left": 900},
+            "the value is too large for a number",
+        ),
     ],
 )
-def test_a_quantity_that_a_problem_does_not_have_is_one_clear_error(
+def test_a_problem_or_an_argument_that_does_not_fit_is_one_clear_error(
     problem: str, name: str, arguments: dict[str, object], message: str
 ) -> None:
     with pytest.raises((ValueError, LookupError, RuntimeError), match=message):
