@@ -1,6 +1,8 @@
 """The program's entry point: prints the version at once, else runs the command line."""
 
+import contextlib
 import errno
+import fcntl
 import gc
 import io
 import os
@@ -15,6 +17,7 @@ BLAS_THREADS_VARIABLE = (
     # OpenBLAS threads that wait for one another cost more time than they save
     "OPENBLAS_DEFAULT_NUM_THREADS"
 )
+ACCESS_MODE_MASK = os.O_RDONLY | os.O_WRONLY | os.O_RDWR  # of the flags of an open file
 THREAD_SECONDS = 1.0  # seconds that threads have to end after the program is done
 # A game keeps most objects that it creates, so frequent collections find no garbage.
 GC_THRESHOLDS = 20_000, 20, 20
@@ -125,13 +128,18 @@ def _report_system_exit(error: SystemExit) -> int:
 
 
 def _open_streams() -> None:
-    """Replace closed standard streams by the null device and escape undecodable characters.
+    """Replace unusable standard streams by the null device and escape undecodable characters.
 
-    Without the null device, the next file that is opened would get the number of the closed stream.
+    Without the null device, the next file that is opened would get the number of a closed stream.
+    `nohup` opens the standard input so that it cannot be read.
     """
     for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
         if getattr(sys, name) is None:
             setattr(sys, name, open(os.devnull, mode, encoding="utf-8"))  # noqa: SIM115 - for good
+    with contextlib.suppress(OSError, ValueError):  # not a file
+        descriptor = sys.stdin.fileno()
+        if fcntl.fcntl(descriptor, fcntl.F_GETFL) & ACCESS_MODE_MASK == os.O_WRONLY:
+            os.dup2(os.open(os.devnull, os.O_RDONLY), descriptor)
     # Bytes that are not text, and characters that the terminal cannot encode, become escapes.
     for stream in (sys.stdin, sys.stdout):
         if isinstance(stream, io.TextIOWrapper):

@@ -61,8 +61,9 @@ def test_a_closed_stream_causes_no_traceback(line: str, closed: str, tmp_path: P
     assert result.returncode in (0, 1)
 
 
-def test_closed_input_quits_the_game_after_0_turns(tmp_path: Path) -> None:
-    result = run_shell_line("dmplay hexworld --seed 7 <&-", tmp_path)
+@pytest.mark.parametrize("unreadable", ["<&-", "0>/dev/null"])  # the second as by nohup
+def test_unreadable_input_quits_the_game_after_0_turns(unreadable: str, tmp_path: Path) -> None:
+    result = run_shell_line(f"dmplay hexworld --seed 7 {unreadable}", tmp_path)
     assert result.returncode == 0
     assert "over: quit after 0 turns" in result.stdout
 
