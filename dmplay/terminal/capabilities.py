@@ -9,7 +9,6 @@ import sys
 from collections.abc import Iterator, Mapping
 from typing import NamedTuple, TextIO
 
-from dmplay.core.parameter_parsing import parse_whole_number
 from dmplay.terminal.background import choose_theme, find_background
 
 # indices of the input and local flags in a terminal's attributes
@@ -46,7 +45,7 @@ class Terminal(NamedTuple):
 
     @property
     def columns(self) -> int:
-        """The width in columns: that of the option, else of the terminal, else 80."""
+        """The width of printed text: of the option, else of COLUMNS or the terminal, else 80."""
         return self.width or shutil.get_terminal_size().columns
 
 
@@ -54,7 +53,8 @@ def choose_terminal_settings(
     options: TerminalOptions, env: Mapping[str, str], stdin: TextIO, stdout: TextIO
 ) -> Terminal:
     """Return the terminal settings by options, environment and streams, in this priority."""
-    dumb = env.get("TERM", "") in ("", "dumb")
+    term = env.get("TERM", "")
+    dumb = term in ("", "dumb")
     reasons = {
         "--plain": options.plain,
         "--json": options.json,
@@ -62,7 +62,8 @@ def choose_terminal_settings(
         "ACCESSIBLE is set": env.get("ACCESSIBLE", "").lower() not in ("", "0", "false"),
         "stdin is not a terminal": not stdin.isatty(),
         "stdout is not a terminal": not stdout.isatty(),
-        "TERM=dumb": dumb,
+        "TERM=dumb": term == "dumb",
+        "TERM is empty" if "TERM" in env else "TERM is not set": not term,
     }
     plain_reason = next((reason for reason, holds in reasons.items() if holds), "")
     color = _use_color(options.color, env, stdout.isatty() and not dumb)
@@ -73,7 +74,7 @@ def choose_terminal_settings(
         color=color,
         ascii=options.ascii or _is_c_locale(env) or not _can_encode_unicode(stdout),
         theme=choose_theme(options.theme, find_background(env)) if color else "mono",
-        width=options.width or parse_whole_number(env.get("COLUMNS", "")) or None,
+        width=options.width,
         motion=options.motion,
         can_ask=options.input or not stdin.isatty(),
         theme_option=options.theme if color else "mono",

@@ -98,6 +98,21 @@ def test_a_terminal_without_colour_has_no_theme_to_ask_for() -> None:
     assert (terminal.theme, terminal.theme_option) == ("mono", "mono")
 
 
+@pytest.mark.parametrize(
+    ("env", "reason"),
+    [({"TERM": "dumb"}, "TERM=dumb"), ({"TERM": ""}, "TERM is empty"), ({}, "TERM is not set")],
+)
+def test_the_reason_for_plain_lines_names_the_terminal(env: dict[str, str], reason: str) -> None:
+    stream = TerminalStream()
+    assert choose_terminal_settings(TerminalOptions(), env, stream, stream).plain_reason == reason
+
+
+def test_columns_does_not_limit_the_screen() -> None:
+    stream = TerminalStream()
+    env = {"TERM": "xterm", "COLUMNS": "60"}
+    assert choose_terminal_settings(TerminalOptions(), env, stream, stream).width is None
+
+
 @pytest.mark.parametrize("name", ["dumb", "linux", "eterm-color"])
 def test_terminals_that_would_print_the_query_are_not_asked(name: str) -> None:
     assert not can_ask_background({"TERM": name})

@@ -72,13 +72,19 @@ def test_the_board_above_the_command_prompt_follows_every_size(tmp_path: Path) -
         terminal.press("t" + ENTER, "hint by optimal: se")
 
 
-@pytest.mark.parametrize("setting", [("--width", "50"), ("COLUMNS", "50")])
-def test_an_option_or_variable_limits_the_width_of_the_screen(
-    setting: tuple[str, str], tmp_path: Path
-) -> None:
-    name, columns = setting
-    arguments, env = ([name, columns], {}) if name.startswith("-") else ([], {name: columns})
-    with Terminal("hexworld", "--seed", "7", *arguments, folder=tmp_path, env=env) as terminal:
+def test_the_screen_has_the_size_of_its_terminal_whatever_the_variables_say(tmp_path: Path) -> None:
+    env = {"COLUMNS": "50", "LINES": "10"}
+    with Terminal("hexworld", "--seed", "7", folder=tmp_path, env=env) as terminal:
+        terminal.ready().press("L", "at (9,0): 2 steps.")
+        assert "q quit" in terminal.text.split("\n")[23]
+        assert max(map(len, terminal.text.split("\n"))) > 50
+        terminal.resize(120, 30).until(lambda: "q quit" in terminal.text.split("\n")[29])
+        assert max(map(len, terminal.text.split("\n"))) > 80
+
+
+def test_an_option_limits_the_width_of_the_screen(tmp_path: Path) -> None:
+    arguments = ("hexworld", "--seed", "7", "--width", "50")
+    with Terminal(*arguments, folder=tmp_path) as terminal:
         terminal.ready().press("l", "turn 1 ").press("L", "exit +10 at (9,0): 2 steps.")
         assert max(map(len, terminal.text.split("\n"))) <= 50
         terminal.press("q")
