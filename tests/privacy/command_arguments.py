@@ -147,7 +147,6 @@ STDIN_TEXT = "look\nstate\nbelief\nlegal\ntranscript\nhint\nseed\n"
 QUERY_KEYS = [
     f"<{key}>"
     for key in (
-        "enter",
         *(key for entry in SCREEN_KEYS for key in entry.keys if entry.name != "quit"),
         *(
             entry.key

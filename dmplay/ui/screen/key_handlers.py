@@ -60,8 +60,11 @@ def handle_key(screen: PlayScreen, key: str) -> None:
     elif screen.modes.display_mode is Mode.PAGE:
         _turn_page(screen, key)
     else:
+        position = screen.game, len(screen.game.session.turns)
         with screen.errors_as_messages():
             _dispatch_key(screen, key)
+        if position != (screen.game, len(screen.game.session.turns)):
+            screen.number_input.text = ""  # It was typed for another turn.
 
 
 def _dispatch_key(screen: PlayScreen, key: str) -> None:
@@ -113,27 +116,31 @@ def _turn_page(screen: PlayScreen, key: str) -> None:
 
 def _handle_number_key(screen: PlayScreen, key: str) -> bool:
     """Type or step a number, or play it with Enter; return whether the key was used."""
-    if key == "enter" and screen.number_input.text:
+    game, number_input = screen.game, screen.number_input
+    if key == "enter" and number_input.text:
         with conceal_choice_errors(screen.controller):
-            play_action(
-                screen,
-                screen.game.keyboard.parse_action(
-                    screen.game.view(), screen.number_input.take_text()
-                ),
+            number_input.play_text(
+                lambda text: play_action(screen, game.keyboard.parse_action(game.view(), text))
             )
         return True
     plays_preview = (
         key == "enter" and screen.modes.display_mode is Mode.LOOKAHEAD
     )  # Enter then plays the previewed action.
-    if plays_preview or not screen.number_input.handle_key(screen.game, key):
+    if plays_preview or not number_input.handle_key(game, key):
         return False
-    effect = (
-        "Enter shows what may follow"
-        if screen.modes.display_mode is Mode.LOOKAHEAD
-        else "Enter plays it"
-    )
-    screen.message = screen.number_input.describe_input(screen.game, effect)
+    hint = game.hint_provider.current_hint
+    if key == "enter" and hint and hint.action is not None:
+        play_action(screen, hint.action)
+    else:
+        _show_number(screen)
     return True
+
+
+def _show_number(screen: PlayScreen) -> None:
+    """Show the typed number and the effect of Enter as the message."""
+    is_lookahead = screen.modes.display_mode is Mode.LOOKAHEAD
+    effect = "Enter shows what may follow" if is_lookahead else "Enter plays it"
+    screen.message = screen.number_input.describe_input(screen.game, effect)
 
 
 def _handle_action_key(screen: PlayScreen, key: str) -> bool:
@@ -207,6 +214,8 @@ def _handle_command_key(screen: PlayScreen, key: str) -> None:
         screen.show_reply(command.run(screen.controller, ""))
     elif screen.realtime_rate and game.choosing_seat is not None and not screen.clock.is_started:
         start_clock(screen)
+    elif game.choosing_seat is not None and screen.number_input.type_other_key(game, key):
+        _show_number(screen)
     elif key != "escape" and key.isprintable():  # Esc only removes the message.
         # In a replayed transcript, N starts no game.
         is_over = game.session.over and game.request is not None

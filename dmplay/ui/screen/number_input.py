@@ -1,5 +1,6 @@
 """A number that the player types or changes by steps before Enter plays it."""
 
+from collections.abc import Callable
 from contextlib import suppress
 
 from dmplay.core.spaces import Interval
@@ -15,24 +16,47 @@ class NumberInput:
 
     def __init__(self) -> None:
         self.text = ""
-        self._is_stepped = False  # whether the text was chosen by steps; a digit then replaces it
+        # whether the text was chosen by steps or refused; a digit then replaces it
+        self._is_replaceable = False
 
     def handle_key(self, game: Game, key: str) -> bool:
         """Handle a key that types, steps or erases the number; return whether the key was used.
 
-        Enter counts as used if actions are typed numbers: with an empty text there is nothing to
-        play.
+        Esc erases it and does not count as used. Enter counts as used if actions are typed numbers:
+        with an empty text there is nothing to play.
         """
         keyboard = game.keyboard
         if key in keyboard.number_steps:
-            self.text, self._is_stepped = self._nudge(game, keyboard.number_steps[key]), True
+            self.text = self._nudge(game, keyboard.number_steps[key])
+            self._is_replaceable = True
         elif keyboard.is_number_entry(game.viewing_seat) and key in NUMBER_KEYS:
-            self.text, self._is_stepped = ("" if self._is_stepped else self.text) + key, False
+            self._append(key)
         elif key == "backspace" and self.text:
             self.text = self.text[:-1]
         else:
+            self.text = "" if key == "escape" else self.text
             return key == "enter" and keyboard.is_number_entry(game.viewing_seat)
         return True
+
+    def type_other_key(self, game: Game, key: str) -> bool:
+        """Type a character that no number has, so that Enter refuses the text as it was typed.
+
+        Return False if no number is typed here, or if a letter would begin it.
+        """
+        character = " " if key == "space" else key
+        is_typed = len(character) == 1 and (self.text != "" or not character.isalpha())
+        if is_typed := is_typed and game.keyboard.is_number_entry(game.viewing_seat):
+            self._append(character)
+        return is_typed
+
+    def play_text(self, play: Callable[[str], None]) -> None:
+        """Call a function with the text and clear it; if an error is raised, the text stays."""
+        text, self.text = self.text, ""
+        try:
+            play(text)
+        except DmplayError:
+            self.text, self._is_replaceable = text, True
+            raise
 
     def describe_input(self, game: Game, effect: str) -> str:
         """Describe the number and the effect of Enter, or the error in the number.
@@ -64,10 +88,10 @@ class NumberInput:
         name_note = f" = {name}" if float(self.text) != float(name) else ""
         return name_note + game.describe_expected_reward(action)
 
-    def take_text(self) -> str:
-        """Return the text of the number and clear it."""
-        text, self.text = self.text, ""
-        return text
+    def _append(self, character: str) -> None:
+        """Append a character to the text, or begin a new text if this one is replaceable."""
+        self.text = ("" if self._is_replaceable else self.text) + character
+        self._is_replaceable = False
 
     def _nudge(self, game: Game, step: float) -> str:
         """Return the number, or else the last action, changed by `step` within the bounds, as text.

@@ -354,13 +354,15 @@ class PlayScreen:
                     "" if hint.action is None else self.game.describe_expected_reward(hint.action)
                 )
                 self.message = hint.summary + reward_text
-                if (
-                    WHY_KEY_HELP
-                    not in format_footer(self.game, self._viewport, self.frame_state).plain
-                ):
-                    key_help = f"   {WHY_KEY_HELP}"
-                    fits = len(self.message + key_help) < self._viewport.width
-                    self.message += key_help * fits
+                footer = format_footer(self.game, self._viewport, self.frame_state).plain
+                is_number = self.game.keyboard.is_number_entry(self.game.viewing_seat)
+                key_helps = [
+                    "Enter plays it" * (is_number and hint.action is not None),
+                    WHY_KEY_HELP * (WHY_KEY_HELP not in footer),
+                ]
+                for key_help in filter(None, key_helps):
+                    fits = len(self.message) + len(key_help) + 3 < self._viewport.width
+                    self.message += f"   {key_help}" * fits
         self.log_new_turns(rows)
 
     def may_take_long(self, key: str) -> bool:

@@ -592,6 +592,68 @@ def test_the_effect_of_a_typed_number_is_shown_before_it_is_played(
     assert f" {message}" in play_keys(make_game(name), *keys.split()).last
 
 
+@pytest.mark.parametrize(
+    ("name", "keys", "text"),
+    [
+        ("simple-regulator", "0 , 1", "0,1"), ("simple-regulator", ", 5", ",5"),
+        ("simple-regulator", "1 / 2", "1/2"), ("simple-regulator", "5 space 0", "5 0"),
+        ("simple-regulator", "1 x", "1x"), ("catch", "6 ; 0", "6;0"),
+        ("travelers-dilemma", "5 , 0", "5,0"),
+    ],
+)  # fmt: skip
+def test_a_character_that_no_number_has_is_not_dropped_from_a_typed_number(
+    name: str, keys: str, text: str
+) -> None:
+    seats = ["human", "random"] if name == "travelers-dilemma" else []
+    result = play_keys(current_game := make_game(name, *seats), *keys.split(), "enter")
+    assert f" {text}: expected " in result.frames[-2]
+    assert f"got '{text}', expected" in result.last
+    assert current_game.session.turns == []
+
+
+def test_a_letter_before_a_number_is_no_part_of_it() -> None:
+    assert "x: no such key" in play_keys(make_game("catch"), "x").last
+
+
+@pytest.mark.parametrize("name", ["catch", "simple-regulator"])
+def test_enter_plays_the_number_of_a_hint_and_a_typed_one_comes_first(name: str) -> None:
+    hinted, typed = make_game(name), make_game(name)
+    assert "Enter plays it" in play_keys(hinted, "tab", "enter").frames[1]
+    play_keys(typed, "tab", "1", "enter")
+    (turn,), (other_turn,) = hinted.session.turns, typed.session.turns
+    assert turn.actions != other_turn.actions
+
+
+def test_escape_erases_a_typed_number() -> None:
+    for keys in ("W 5 0 escape 1 0 0 enter", "5 escape 1 0 0 enter"):
+        game = make_game("catch")
+        play_keys(game, *keys.split())
+        assert [game.problem.format_action(0, turn.actions[0]) for turn in game.session.turns] == [
+            "100"
+        ]
+
+
+def test_backspace_after_a_refused_number_erases_it_and_undoes_no_turn() -> None:
+    keys = "5 0 enter 9 9 enter backspace backspace 4 0 enter"
+    game = make_game("catch")
+    frames = play_keys(game, *keys.split()).frames
+    assert "got '99', expected" in frames[6]
+    assert " 9 = 90" in frames[7]
+    names = [game.problem.format_action(0, turn.actions[0]) for turn in game.session.turns]
+    assert names == ["50", "40"]
+
+
+def test_digits_after_a_refused_number_begin_a_new_one() -> None:
+    game = make_game("catch")
+    play_keys(game, "9", "9", "enter", "4", "0", "enter")
+    assert len(game.session.turns) == 1
+
+
+def test_a_number_that_was_typed_for_another_turn_is_forgotten() -> None:
+    keys = ["1", "0", "enter", "5", "c-_", "c-_", "c-r", "1", "0"]
+    assert " 10, caught in " in play_keys(make_game("catch"), *keys).last
+
+
 @pytest.mark.parametrize("name", ["machine-replacement", "collision-avoidance"])
 def test_a_narrow_footer_shortens_action_labels_but_shows_them_all(name: str) -> None:
     row = play_keys(make_game(name), size=(50, 14)).last.split("\n")[-1]
