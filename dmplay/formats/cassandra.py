@@ -53,7 +53,9 @@ def read_markov_file(path: str, raw: bytes, *, team: bool = False) -> FileProble
             reward_array.add_statement(statement)
         else:
             probability_arrays[statement.grammar.kind].add_statement(statement)
-    matrices = {kind: array.rows(source) for kind, array in probability_arrays.items()}
+    matrices = {"T": probability_arrays["T"].build_transitions(source)}
+    if "O" in probability_arrays:
+        matrices["O"] = probability_arrays["O"].build_observations(source, matrices["T"])
     rewards = (
         reward_array.build_rewards(matrices["T"]) * (-1.0 if header.rewards_are_costs else 1.0)
         + 0.0
@@ -74,5 +76,6 @@ def read_markov_file(path: str, raw: bytes, *, team: bool = False) -> FileProble
         header.initial_belief,
         tables,
         source.leading_comment,
+        {kind: array.empty_row_count for kind, array in probability_arrays.items()},
     )
     return FileProblem(header.discount, model=model)

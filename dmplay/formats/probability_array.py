@@ -5,7 +5,7 @@ from typing import NamedTuple, TypeVar
 
 import numpy as np
 
-from dmplay.core.arrays import Ints, Reals
+from dmplay.core.arrays import Bools, Ints, Reals
 from dmplay.core.sparse_matrix import SparseMatrix
 from dmplay.errors import BadFile
 from dmplay.formats.declarations import ReadingMemory, to_index_array
@@ -44,6 +44,7 @@ class ProbabilityArray:
         self._size = self._actions * self._states
         # Each row has one entry or more.
         memory.check_addition(float(BYTES_PER_NEW_ENTRY) * self._size)
+        self.empty_row_count = 0  # rows without probabilities that no game uses
         self._entries: list[_SparseEntries] = []
         self._n_entries, self._n_bytes = 0, 0  # number and bytes of the entries in `_entries`
         # entries set one at a time, later than those in `_entries`
@@ -164,14 +165,57 @@ class ProbabilityArray:
             np.tile(row, len(states)),
         )
 
-    def rows(self, text: SourceText) -> SparseMatrix:
-        """Return the array; raise BadFile if a row does not sum to 1.
+    def build_transitions(self, text: SourceText) -> SparseMatrix:
+        """Return T; a state that no game reaches may have empty rows, which lead back to it.
 
-        Rows whose sum is within SUM_TOLERANCE of 1 are scaled.
+        Raise BadFile if another row does not sum to 1.
         """
-        self._flush_single_entries()
-        row, column, value = self._merge_entries()
+        entries = self._merge_entries()
+        unreached = ~self._mark_reached_states(entries)[np.arange(self._size) // self._actions]
+        return self._build_rows(text, entries, unreached, np.arange(self._size) // self._actions)
+
+    def build_observations(self, text: SourceText, transitions: SparseMatrix) -> SparseMatrix:
+        """Return O; a next state that no game reaches by an action may have an empty row.
+
+        It gets the first observation, which nobody sees. Raise BadFile if another row does not sum
+        to 1.
+        """
+        sources, actions = np.divmod(transitions.row_indices, self._actions)
+        used = self._find_reached_states(sources, transitions.columns)[sources]
+        unreached = np.ones(self._size, bool)
+        unreached[self._row_index(actions[used], transitions.columns[used])] = False
+        first_columns = np.zeros(self._size, np.int64)
+        return self._build_rows(text, self._merge_entries(), unreached, first_columns)
+
+    def _mark_reached_states(self, entries: _SparseEntries) -> Bools:
+        """Return the mask `[S]` of the states that games reach, by the entries of T."""
+        return self._find_reached_states(entries.rows // self._actions, entries.columns)
+
+    def _find_reached_states(self, sources: Ints, next_states: Ints) -> Bools:
+        """Return the mask `[S]` of the states that lead from a start by these transitions."""
+        reached = self._initial_belief > 0
+        count = 0
+        while count < (count := int(reached.sum())):
+            reached[next_states[reached[sources]]] = True
+        return np.asarray(reached)
+
+    def _build_rows(
+        self, text: SourceText, entries: _SparseEntries, may_be_empty: Bools, columns: Ints
+    ) -> SparseMatrix:
+        """Return the array, with probability 1 in one of `columns` for each empty row.
+
+        Rows whose sum is within SUM_TOLERANCE of 1 are scaled. Raise BadFile for another sum.
+        """
+        row, column, value = entries
         sums = np.bincount(row, value, self._size).astype(float)
+        empty = np.flatnonzero((sums == 0) & may_be_empty)
+        if len(empty):
+            self.empty_row_count = len(empty)
+            positions = np.searchsorted(row, empty)
+            row = np.insert(row, positions, empty)
+            column = np.insert(column, positions, columns[empty])
+            value = np.insert(value, positions, 1.0)
+            sums[empty] = 1.0
         deviation = abs(sums - 1)
         if deviation.max() > SUM_TOLERANCE:
             raise self._row_sum_error(text, int(np.argmax(deviation > SUM_TOLERANCE)), sums)
@@ -182,6 +226,7 @@ class ProbabilityArray:
 
     def _merge_entries(self) -> _SparseEntries:
         """Return the last value of each entry, sorted by row and column, without zeros."""
+        self._flush_single_entries()
         pieces = [
             _SparseEntries(*(np.zeros(0, dtype) for dtype in (int, int, float))),
             *self._entries,

@@ -1,5 +1,6 @@
 """The decision problems and normal-form games that are read from files."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from math import prod
@@ -23,6 +24,8 @@ class MarkovModel:
     initial_belief: Reals  # [S]
     tables: SparseTables
     description: str  # the comment at the start of the file
+    # of `T` and `O`, the number of rows without probabilities, which no game uses
+    empty_row_counts: Mapping[str, int] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

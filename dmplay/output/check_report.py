@@ -2,12 +2,18 @@
 
 from collections.abc import Mapping
 
+from dmplay.core.problem import Problem
 from dmplay.core.text import format_count, format_json_report
+from dmplay.formats.problem_classes import FileProblem
 from dmplay.game.command_line_results import Printout
 from dmplay.registry import problems
 from dmplay.validation.conformance import check
 
 VIOLATION_EXIT_CODE = 2
+EMPTY_ROW_MEANINGS = {
+    "T": "no game reaches these states; they lead to themselves",
+    "O": "no game reaches these states by these actions; they get the first observation",
+}
 
 
 def report_violations(name: str, parameters: Mapping[str, object], *, json: bool) -> Printout:
@@ -19,13 +25,28 @@ def report_violations(name: str, parameters: Mapping[str, object], *, json: bool
     loaded = problems.find_problem(name, parameters)
     violations = check(loaded.problem)
     exit_code = VIOLATION_EXIT_CODE if violations else 0
+    notes = _list_notes(loaded.problem)
     if json:
-        data = {"problem": loaded.name, "faults": [violation._asdict() for violation in violations]}
+        faults = [violation._asdict() for violation in violations]
+        data = {"problem": loaded.name, "faults": faults, "notes": notes}
         return Printout(format_json_report(data), exit_code=exit_code)
     if not violations:
-        return Printout(f"ok {loaded.name}: all invariants hold")
+        return Printout("\n".join([f"ok {loaded.name}: all invariants hold", *notes]))
     lines = [
         *(violation.format_with_name(name) for violation in violations),
         f"{loaded.name}: {format_count(len(violations), 'violation')}",
+        *notes,
     ]
     return Printout("\n".join(lines), exit_code=exit_code)
+
+
+def _list_notes(problem: Problem) -> list[str]:
+    """Return a note for each kind of row that a file leaves empty because no game uses it."""
+    if not isinstance(problem, FileProblem):
+        return []
+    return [
+        f"note: {format_count(count, f'{kind}: row')} without probabilities, which no game uses: "
+        f"{EMPTY_ROW_MEANINGS[kind]}"
+        for kind, count in problem.model.empty_row_counts.items()
+        if count
+    ]

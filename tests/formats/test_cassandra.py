@@ -1,5 +1,6 @@
 """Tests of Cassandra's format: equivalent statements of its grammar give the same arrays."""
 
+from pathlib import Path
 from typing import SupportsIndex
 
 import numpy as np
@@ -10,6 +11,7 @@ from dmplay.errors import BadFile, BudgetExceeded
 from dmplay.formats import cassandra
 from dmplay.formats.lexer import SourceText, TokenSpan
 from dmplay.formats.problem_classes import FileProblem
+from dmplay.output.check_report import report_violations
 from dmplay.solvers.pomdp import exact_pomdp
 from tests.formats.sources import TIGER_TEXT, read_tiger
 
@@ -309,3 +311,57 @@ def test_every_fault_is_reported_with_its_line_and_column() -> None:
             read_tiger(change)
         assert str(error.value).startswith("tiger.pomdp:"), change
         assert message in str(error.value), (change, str(error.value))
+
+
+UNREACHED_TEXT = """\
+discount: 0.9
+values: reward
+states: home road town moon
+actions: wait drive
+observations: quiet loud
+start: home
+T: wait : home : home 1
+T: wait : road : road 1
+T: wait : town : town 1
+T: drive : home : road 1
+T: drive : road : town 1
+T: drive : town : town 1
+T: drive : moon
+0 0 0 0
+O: wait : * : quiet 0.7
+O: wait : * : loud 0.3
+O: drive : home
+0 0
+O: drive : road : loud 1
+O: drive : town : quiet 0.2
+O: drive : town : loud 0.8
+R: drive : road : town : * 10
+R: wait : * : * : * -1
+"""
+
+
+def test_rows_that_no_game_uses_may_be_empty(tmp_path: Path) -> None:
+    path = tmp_path / "drive.pomdp"
+    path.write_text(UNREACHED_TEXT)
+    problem = cassandra.read_markov_file(str(path), UNREACHED_TEXT.encode())
+    assert problem.model.empty_row_counts == {"T": 2, "O": 2}
+    tables = tabulate(problem)
+    assert tables.transition[3].tolist() == [[0, 0, 0, 1]] * 2
+    stage = exact_pomdp.solve_infinite_horizon(tables, problem.discount)
+    assert stage.alpha_vectors[:, 0].max() == pytest.approx(9.0)
+    report = report_violations(str(path), {}, json=False).text
+    assert "note: 2 T: rows without probabilities, which no game uses" in report
+    assert "note: 2 O: rows without probabilities, which no game uses" in report
+
+
+@pytest.mark.parametrize(
+    ("row", "fault"),
+    [
+        ("T: drive : road : town 1\n", "T: action drive, state road: got no probabilities"),
+        ("O: drive : road : loud 1\n", "O: action drive, state road: got no probabilities"),
+        ("O: drive : town : loud 0.8\n", "O: action drive, state town: got probabilities that"),
+    ],
+)
+def test_rows_that_a_game_uses_must_sum_to_1(row: str, fault: str) -> None:
+    with pytest.raises(BadFile, match=fault):
+        cassandra.read_markov_file("drive.pomdp", UNREACHED_TEXT.replace(row, "").encode())
