@@ -104,11 +104,11 @@ def lesson(
       dmplay learn lesson ./week3/01-cries.toml
     """
     from dmplay.game.command_line_results import LearnCommand
-    from dmplay.output.lesson_report import format_lesson_list
+    from dmplay.output.lesson_report import report_lessons
 
     source, name = _split_words(words)
     if not name:
-        return format_lesson_list(source, as_json=terminal_options.json)
+        return report_lessons(source, as_json=terminal_options.json)
     if terminal_options.json:
         raise BadParameter("--json: prints the list of lessons; leave out the lesson")
     return LearnCommand(name, terminal_options, source, restart, trust)

@@ -2,7 +2,8 @@
 
 from collections.abc import Sequence
 
-from dmplay.core.text import align_columns, format_json_report
+from dmplay.core.text import align_columns, escape_newlines, format_json_report
+from dmplay.game.command_line_results import Printout
 from dmplay.tutor.lesson import TutorLesson
 from dmplay.tutor.lesson_list import load_lessons
 from dmplay.tutor.progress import (
@@ -13,13 +14,29 @@ from dmplay.tutor.progress import (
     load_all_progress,
 )
 
+INVALID_LESSON_EXIT_CODE = 2  # for a teacher; the other lessons are listed
 
-def format_lesson_list(source: str, *, as_json: bool) -> str:
-    """Return the lessons of a source with the progress in each, as a table or as JSON."""
-    lessons = load_lessons(source)
+
+def report_lessons(source: str, *, as_json: bool) -> Printout:
+    """Return the lessons of a source with the progress in each, as a table or as JSON.
+
+    The faults of files that are not valid lessons are the error text.
+    """
+    lessons, faults = load_lessons(source)
     progress = load_all_progress(lessons)
-    if as_json:
-        return format_json_report(_progress_data(lessons, progress))
+    text = (
+        format_json_report(_progress_data(lessons, progress))
+        if as_json
+        else _format_table(lessons, progress, source)
+    )
+    errors = "\n".join(f"error: {escape_newlines(str(error))}" for error in faults.values())
+    return Printout(text, stderr_text=errors, exit_code=INVALID_LESSON_EXIT_CODE * bool(faults))
+
+
+def _format_table(
+    lessons: Sequence[TutorLesson], progress: Sequence[LessonProgress], source: str
+) -> str:
+    """Return the lessons with the progress in each as a table, and the next one."""
     rows = [["", "lesson", "part", "steps", "minutes"]]
     for lesson, results in zip(lessons, progress, strict=True):
         steps = f"{results.finished_count}/{len(lesson.steps)}"

@@ -1,11 +1,11 @@
 """The built-in lessons, and those in a teacher's folder."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
 from dmplay.core.toml_files import read_toml
-from dmplay.errors import BadParameter, UnknownName
+from dmplay.errors import BadParameter, DmplayError, UnknownName
 from dmplay.tutor.lesson import TutorLesson, name_of_file
 from dmplay.tutor.progress import make_step_keys
 
@@ -21,6 +21,13 @@ class LessonOutline(NamedTuple):
     title: str
     step_keys: tuple[str, ...]
     old_key: str
+
+
+class LessonSet(NamedTuple):
+    """The lessons of a source, and the faults of those that cannot be read."""
+
+    lessons: Sequence[TutorLesson]
+    faults: Mapping[Path, DmplayError]
 
 
 def list_builtin_paths() -> list[Path]:
@@ -47,34 +54,44 @@ def load_builtin_lessons() -> list[TutorLesson]:
     ]
 
 
-def load_folder(folder: Path) -> list[TutorLesson]:
-    """Return the lessons in a folder, in the order of their file names.
+def load_lessons(source: str) -> LessonSet:
+    """Return the lessons of a source: '' for the built-in ones, else a folder or a file.
 
-    A number at the beginning of a file name is the number of the lesson.
+    Those of a folder are in the order of their file names. A number at the beginning of a file name
+    is the number of the lesson. Raise an error if there is no valid lesson.
     """
     from dmplay.tutor.lesson_reader import read_lesson  # imports the solvers
 
+    if not source:
+        return LessonSet(load_builtin_lessons(), {})
+    folder, lessons = Path(source), list[TutorLesson]()
     paths = sorted({*folder.glob(f"*{LESSON_SUFFIX}")} - {folder / SETTINGS_FILE})
+    paths = [folder] if folder.is_file() else paths
     if not paths:
         raise BadParameter(f"{folder}: expected lessons, files that end with {LESSON_SUFFIX}")
-    return [read_lesson(path, _number_of(path, order)) for order, path in enumerate(paths, 1)]
+    faults: dict[Path, DmplayError] = {}
+    for order, path in enumerate(paths, 1):
+        try:
+            lessons.append(read_lesson(path, _number_of(path, order)))
+        except DmplayError as error:
+            faults[path] = error
+    if not lessons:
+        raise next(iter(faults.values()))
+    return LessonSet(lessons, faults)
 
 
-def load_lessons(source: str) -> list[TutorLesson]:
-    """Return the lessons of a source: '' for the built-in ones, else a folder or a file."""
-    from dmplay.tutor.lesson_reader import read_lesson  # imports the solvers
+def find_lesson(lesson_set: LessonSet, word: str) -> TutorLesson:
+    """Return the lesson with this number or name.
 
-    if not source:
-        return load_builtin_lessons()
-    path = Path(source)
-    return [read_lesson(path, _number_of(path, 1))] if path.is_file() else load_folder(path)
-
-
-def find_lesson(lessons: Sequence[TutorLesson], word: str) -> TutorLesson:
-    """Return the lesson with this number or name; raise UnknownName if there is none."""
+    Raise the fault of its file if it is invalid, and UnknownName if there is no such file.
+    """
+    lessons, faults = lesson_set
     for lesson in lessons:
         if word in {str(lesson.number), lesson.name, lesson.path.stem}:
             return lesson
+    for path, error in faults.items():
+        if word in {str(_number_of(path, 0)), name_of_file(path), path.stem}:
+            raise error
     names = [str(lesson.number) if word.isdecimal() else lesson.name for lesson in lessons]
     raise UnknownName("lesson", word, names)
 

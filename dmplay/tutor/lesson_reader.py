@@ -1,6 +1,8 @@
 """The reader of lesson files: TOML, checked key by key."""
 
 import inspect
+import math
+import unicodedata
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from difflib import get_close_matches
@@ -22,7 +24,21 @@ from dmplay.tutor.quantity import check_arguments, find_quantity
 
 MAX_TEXT_LINES, MAX_COLUMNS, MAX_SENTENCE_CHARS = 4, 80, 160
 UNSET_CONDITIONS: tuple[object, ...] = ("", {})  # values of conditions that a task does not have
-MAX_STEPS, MAX_MINUTES, MAX_GOAL_COLUMNS = 8, 10, 76
+MAX_STEPS, MAX_MINUTES, MAX_GOAL_COLUMNS, MAX_TITLE_COLUMNS = 8, 10, 76, 60
+MAX_TURNS, MAX_TEXTS = 10_000, 1000  # of a position, so that it opens within seconds
+MULTI_LINE_KEYS = ("text", "hint", "learned")
+# What the value of a key may look like, for messages.
+EXAMPLES: Mapping[str, str] = {
+    "title": '"What a cry tells"', "problem": '"crying-baby"', "after": '["feed", "ignore"]',
+    "parameters": "{ noise = 0.5 }", "seats": '{ agent2 = "grim" }', "position": "[position]",
+    "choices": "{ examine = 1 }", "choices_at_most": "{ examine = 1 }", "quantity": '"belief"',
+    "belief": '"hungry 0.3 sated 0.7"', "history": '["feed crying"]', "state": '"hungry"',
+    "action": '"feed"', "agent": '"grim"', "rounds": '["cooperate defect"]',
+    "states": '["(1,1)", "(2,1)"]', "opponent": '"rock 0.5 paper 0.5"',
+    "actions": '["defect", "cooperate"]', "candidates": '["grim", "tit-for-tat"]',
+    "outcome": '"(2,0)"', "exit_state": '"(9,0)"', "observation": '"crying"', "below": '"ignore"',
+    "above": '"feed"', "watch": '"value-iteration"', "reaches": '"(9,0)"', "beats": '"optimal"',
+}  # fmt: skip
 POSITION_KEYS = ("problem", "parameters", "seed", "turns", "seats", "after")
 
 
@@ -40,7 +56,8 @@ class TableReader:
         value = self._table.pop(key, None)
         is_wrong_bool = isinstance(value, bool) and kind is not bool
         if value is not None and (is_wrong_bool or not isinstance(value, kind)):
-            raise self.error(key, f"got {value!r}, expected {expected}")
+            example = f", for example {key} = {EXAMPLES[key]}" if key in EXAMPLES else ""
+            raise self.error(key, f"got {value!r}, expected {expected}{example}")
         return value
 
     def error(self, key: str, message: str) -> BadParameter:
@@ -48,14 +65,19 @@ class TableReader:
         path, _, table_name = self.location.partition(": ")
         return BadParameter(f"{path}: {table_name + '.' if table_name else ''}{key}: {message}")
 
-    def text(self, key: str, default: str | None = None) -> str:
-        """Return a text; raise BadParameter if it is missing and has no default."""
+    def text(
+        self, key: str, default: str | None = None, max_columns: int = MAX_SENTENCE_CHARS
+    ) -> str:
+        """Return a text; raise BadParameter if it is too long, or missing and has no default."""
         value = self.take(key, str, "a text")
         if value is None and default is None:
             similar = get_close_matches(key, self._table, 1)
             misspelled = f"; got the key {similar[0]!r}" if similar else ""
             raise self.error(key, f"missing, expected a text{misspelled}")
-        return str(default if value is None else value).strip()
+        text = str(default if value is None else value).strip()
+        if key not in MULTI_LINE_KEYS and len(text) > max_columns:
+            raise self.error(key, f"got {len(text)} columns, expected at most {max_columns}")
+        return text
 
     def lines(self, key: str) -> tuple[str, ...]:
         """Return the lines of a text; raise BadParameter if they are too many or too long."""
@@ -79,13 +101,16 @@ class TableReader:
     def number(self, key: str) -> float | None:
         """Return a number, or None if it is missing."""
         value = self.take(key, (int, float), "a number")
+        if value is not None and not math.isfinite(float(str(value))):
+            raise self.error(key, f"got {value}, expected a finite number")
         return None if value is None else float(str(value))
 
-    def whole_number(self, key: str, low: int = 0) -> int | None:
-        """Return a whole number of at least `low`, or None if it is missing."""
+    def whole_number(self, key: str, low: int = 0, high: float = math.inf) -> int | None:
+        """Return a whole number from `low` to `high`, or None if it is missing."""
         value = self.take(key, int, f"a whole number, {low} or more")
-        if isinstance(value, int) and value < low:
-            raise self.error(key, f"got {value}, expected {low} or more")
+        if isinstance(value, int) and not low <= value <= high:
+            bounds = f"{low} or more" if high == math.inf else f"{low} to {high}"
+            raise self.error(key, f"got {value}, expected {bounds}")
         return value if isinstance(value, int) else None
 
     def switch(self, key: str, *, default: bool = False) -> bool:
@@ -106,6 +131,8 @@ class TableReader:
         assert isinstance(value, list)
         if not all(isinstance(entry, str) for entry in value):
             raise self.error(key, f"got {value!r}, expected a list of texts")
+        if len(value) > MAX_TEXTS:
+            raise self.error(key, f"got {len(value)} texts, expected at most {MAX_TEXTS}")
         return tuple(value)
 
     def text_table(self, key: str) -> dict[str, str]:
@@ -135,6 +162,7 @@ class TableReader:
 def read_lesson(path: Path, number: int, *, is_builtin: bool = False) -> TutorLesson:
     """Return the lesson in a file; raise BadFile or BadParameter if it is not a valid lesson."""
     content = read_toml(path)
+    _check_characters(content, str(path))
     table = TableReader(content, str(path))
     position = table.table("position")
     if position is None:
@@ -143,14 +171,12 @@ def read_lesson(path: Path, number: int, *, is_builtin: bool = False) -> TutorLe
     assert isinstance(step_tables, list)
     if not 1 <= len(step_tables) <= MAX_STEPS:
         raise table.error("steps", f"got {len(step_tables)}, expected 1 to {MAX_STEPS}")
-    minutes = table.whole_number("minutes", 1) or MAX_MINUTES
-    if minutes > MAX_MINUTES:
-        raise table.error("minutes", f"got {minutes}, expected at most {MAX_MINUTES}")
+    minutes = table.whole_number("minutes", 1, MAX_MINUTES) or MAX_MINUTES
     lesson = TutorLesson(
         path,
         number,
-        table.text("title"),
-        table.text("chapter", ""),
+        table.text("title", None, MAX_TITLE_COLUMNS),
+        table.text("chapter", "", MAX_TITLE_COLUMNS),
         minutes,
         tuple(
             _read_step(step, position, f"{path}: steps[{index}]")
@@ -160,6 +186,26 @@ def read_lesson(path: Path, number: int, *, is_builtin: bool = False) -> TutorLe
     )
     table.finish()
     return replace(lesson, step_keys=make_step_keys(content, path.parent))
+
+
+def _check_characters(value: object, location: str, *, can_have_lines: bool = False) -> None:
+    """Raise BadParameter if a text has a control character, which could forge a line on the screen.
+
+    Only the texts of MULTI_LINE_KEYS may have several lines.
+    """
+    if isinstance(value, dict):
+        for key, entry in value.items():
+            _check_characters(key, location)
+            _check_characters(entry, f"{location}: {key}", can_have_lines=key in MULTI_LINE_KEYS)
+    elif isinstance(value, list):
+        for entry in value:
+            _check_characters(entry, location)
+    elif isinstance(value, str):
+        lines = value.strip().split("\n") if can_have_lines else [value.strip()]
+        for line in lines:
+            control = next((c for c in line.strip() if unicodedata.category(c) == "Cc"), "")
+            if control:
+                raise BadParameter(f"{location}: got the character {control!r}, expected one line")
 
 
 def _read_step(data: object, lesson_position: Mapping[str, object], location: str) -> LessonStep:
@@ -192,7 +238,7 @@ def _read_position(data: Mapping[str, object], location: str) -> Position:
         table.text("problem"),
         table.table("parameters") or {},
         table.whole_number("seed") or 0,
-        table.whole_number("turns", 1),
+        table.whole_number("turns", 1, MAX_TURNS),
         table.text_table("seats"),
         table.texts("after"),
     )
@@ -265,10 +311,7 @@ def _read_argument(table: TableReader, name: str, annotation: object) -> object:
 def _read_game_task(data: Mapping[str, object], location: str) -> GameTask:
     """Return the game to play and its conditions."""
     table = TableReader(data, location)
-    goal = table.text("goal")
-    if len(goal) > MAX_GOAL_COLUMNS:
-        expected = f"expected at most {MAX_GOAL_COLUMNS}"
-        raise table.error("goal", f"got {len(goal)} columns, {expected}")
+    goal = table.text("goal", None, MAX_GOAL_COLUMNS)
     task = GameTask(
         goal,
         ends=table.switch("ends"),

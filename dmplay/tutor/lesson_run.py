@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from dmplay.core.session import Session
+from dmplay.core.text import escape_newlines
 from dmplay.core.uniforms import SeededUniforms
 from dmplay.errors import BadParameter, DmplayError
 from dmplay.tutor import answers, game_checks, progress
@@ -84,7 +85,8 @@ class LessonRun:
         try:
             yield
         except DmplayError as error:
-            raise BadParameter(f"{self.lesson.path}: steps[{self.index + 1}]: {error}") from None
+            path = escape_newlines(str(self.lesson.path))
+            raise BadParameter(f"{path}: steps[{self.index + 1}]: {error}") from None
 
     @property
     def truth(self) -> Truth | None:

@@ -1,5 +1,6 @@
 """Games that stand at the position of a lesson's step."""
 
+import os
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -65,10 +66,15 @@ def open_position(position: Position, folder: Path, *, trusted: bool = False) ->
 
 
 def check_agent_trusted(problem: Problem, seat: int, name: str, *, trusted: bool) -> None:
-    """Raise BadParameter if an agent is code or a program outside dmplay that is not trusted."""
-    is_outside = names_bot(name) or agents.names_user_code(problem, seat, name)
-    if is_outside and not trusted:
-        raise BadParameter(f"agent {name!r} is code outside dmplay; if you trust it, add --trust")
+    """Raise BadParameter if an agent is code outside dmplay, or reads a file, without trust."""
+    kind, _, argument = name.partition(":")
+    reads_file = kind == "replay" or (kind == "script" and os.path.isfile(argument))
+    if trusted or not (
+        reads_file or names_bot(name) or agents.names_user_code(problem, seat, name)
+    ):
+        return
+    reason = "reads a file" if reads_file else "is code outside dmplay"
+    raise BadParameter(f"agent {name!r} {reason}; if you trust it, add --trust")
 
 
 def load_agent(position: PositionInGame, seat: int, name: str) -> Policy:

@@ -6,11 +6,12 @@ import pytest
 
 from dmplay.errors import BadFile, BadParameter, DmplayError
 from dmplay.guide.topics import read_topic
-from dmplay.tutor.lesson_list import find_lesson, load_folder
+from dmplay.tutor.lesson_list import find_lesson, load_lessons
 from dmplay.tutor.lesson_reader import read_lesson
 from dmplay.tutor.lesson_run import LessonRun
 from dmplay.tutor.quantity import QUANTITIES
 from tests.support.document_examples import extract_file
+from tests.support.programs import run_dmplay
 
 LESSON = """\
 title = "Cries"
@@ -72,8 +73,8 @@ def test_every_quantity_has_a_description() -> None:
 def test_lessons_of_a_folder_are_numbered_by_their_file_names(tmp_path: Path) -> None:
     for name in ("03-cries.toml", "bayes.toml", "11-more-cries.toml"):
         write_lesson(tmp_path, LESSON, name)
-    lessons = load_folder(tmp_path)
-    assert [(lesson.number, lesson.name) for lesson in lessons] == [
+    lessons = load_lessons(str(tmp_path))
+    assert [(lesson.number, lesson.name) for lesson in lessons.lessons] == [
         (3, "cries"),
         (11, "more-cries"),
         (3, "bayes"),
@@ -99,7 +100,7 @@ def test_a_problem_file_is_found_beside_the_lesson(tmp_path: Path) -> None:
         ('title = "Cries"\n', "", "title: missing, expected a text"),
         ('title = "Cries"', 'titel = "Cries"', "title: missing, expected a text; got the key"),
         ('title =', 'titel = 1\ntitle =', "unknown key 'titel'; did you mean title"),
-        ("turns = 10", "turns = 0", "steps[1].position.turns: got 0, expected 1 or more"),
+        ("turns = 10", "turns = 0", "steps[1].position.turns: got 0, expected 1 to 10000"),
         ("turns = 10", "turns = true", "turns: got True, expected a whole number, 1 or more"),
         ('problem = "crying-baby"\n', "", "steps[1].position.problem: missing"),
         ('hint = "Use Bayes\' rule."\n', "", "steps[1].hint: missing, expected a text"),
@@ -193,7 +194,78 @@ def test_files_that_cannot_be_read_are_named(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match=r"binary.toml: not UTF-8"):
         read_lesson(tmp_path / "binary.toml", 1)
     with pytest.raises(ValueError, match=r"expected lessons, files that end with .toml"):
-        load_folder(tmp_path / "empty")
+        load_lessons(str(tmp_path / "empty"))
+
+
+def test_one_bad_file_does_not_hide_the_other_lessons(tmp_path: Path) -> None:
+    write_lesson(tmp_path, LESSON)
+    bad_path = write_lesson(tmp_path, 'title = "Cries\n', "02-bad\nlesson.toml")
+    lessons = load_lessons(str(tmp_path))
+    assert [lesson.number for lesson in lessons.lessons] == [1]
+    with pytest.raises(BadFile):
+        find_lesson(lessons, "2")
+    for arguments in ([], ["--json"]):
+        run = run_dmplay(tmp_path, "learn", "./", *arguments)
+        assert "Cries" in run.stdout
+        [error] = run.stderr.splitlines()
+        assert error.startswith("error: ")
+        assert "02-bad\\nlesson.toml:1:15: " in error
+        assert run.returncode == 2
+    bad_path.unlink()
+    assert run_dmplay(tmp_path, "learn", "./").returncode == 0
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ('"Cries"', '"Cries\\n  2  Forged  1/1"', r"title: got the character '\\n'"),
+        ('"Cries"', '"Cries\\u001b[2J"', r"title: got the character '\\x1b'"),
+        ('"Cries"', '"' + "C" * 30_000 + '"', "title: got 30000 columns, expected at most 60"),
+        ("[position]", 'chapter = "a\\nb"\n[position]', "chapter: got the character"),
+        ('state = "hungry"', 'state = "hun\\ngry"', "state: got the character"),
+        ('"ignore crying"', '"ignore crying\\r"', None),
+        ('"ignore crying"', '"ignore\\u0085crying"', "history: got the character"),
+        ("A cry is a clue.", "A cry\\u0007 is a clue.", "learned: got the character"),
+        ("A cry is a clue.", "A cry is\\na clue.", None),
+        ("tolerance = 0.01", '"tol\\nerance" = 0.01', "predict: got the character"),
+        ("tolerance = 0.01", "tolerance = inf", "tolerance: got inf, expected a finite number"),
+        ("tolerance = 0.01", f'result = "{"r" * 161}"', "result: got 161 columns"),
+        ("turns = 10", "turns = 1000000000", "turns: got 1000000000, expected 1 to 10000"),
+        ("turns = 10", f"after = {['feed'] * 1001}", "after: got 1001 texts"),
+        (
+            'history = ["ignore crying"]',
+            "history = 7",
+            r"history: got 7, expected a list of texts, for example history = \[.feed crying.\]",
+        ),
+        (
+            'quantity = "belief"\nstate = "hungry"\nhistory = ["ignore crying"]',
+            'quantity = "belief-value"\naction = "feed"\nturns_left = 2\nbelief = [0.5, 0.5]',
+            r"belief: got \[0.5, 0.5\], expected a text, for example belief = .hungry 0.3 sated",
+        ),
+    ],
+)
+def test_texts_are_short_lines_without_control_characters(
+    tmp_path: Path, old: str, new: str, message: str | None
+) -> None:
+    assert old in LESSON
+    path = write_lesson(tmp_path, LESSON.replace(old, new))
+    if message is None:
+        assert read_lesson(path, 1).steps
+        return
+    with pytest.raises(DmplayError, match=message) as error:
+        read_lesson(path, 1)
+    assert str(error.value).isprintable()
+
+
+@pytest.mark.parametrize("kind", ["script", "replay"])
+def test_an_agent_that_reads_a_file_needs_trust(tmp_path: Path, kind: str) -> None:
+    (tmp_path / "secret").write_text("word")
+    seated = LESSON.replace('"crying-baby"', '"multicaregiver-crying-baby"')
+    agent = f"{kind}:{tmp_path / 'secret'}"
+    seated = seated.replace("turns = 10", f'seats = {{ caregiver2 = "{agent}" }}')
+    with pytest.raises(ValueError, match="reads a file; if you trust it, add --trust") as error:
+        _ = LessonRun(read_lesson(write_lesson(tmp_path, seated), 1)).position
+    assert "word" not in str(error.value)
 
 
 @pytest.mark.parametrize("agent", ["./spy.py:Spy", "bot:touch spied"])

@@ -10,7 +10,7 @@ from dmplay.tutor import progress
 from dmplay.tutor.lesson_list import (
     list_builtin_outlines,
     load_builtin_lessons,
-    load_folder,
+    load_lessons,
 )
 from dmplay.tutor.progress import (
     PASSED,
@@ -119,7 +119,7 @@ def older_lesson(tmp_path: Path) -> Path:
 
 def list_finished(folder: Path) -> list[bool]:
     """Return whether each step of the first lesson of a folder is finished."""
-    [results] = progress.load_all_progress(load_folder(folder)[:1])
+    [results] = progress.load_all_progress(load_lessons(str(folder)).lessons[:1])
     return [step is not None for step in results.steps]
 
 
@@ -173,7 +173,7 @@ def test_progress_belongs_to_the_contents_of_a_problem_file(week: Path) -> None:
     text = path.read_text().replace('"crying-baby"', '"./baby.pomdp"')
     path.write_text(text)
     (week / "baby.pomdp").write_text("discount: 0.9")
-    progress.save_step(load_folder(week)[0], 1, StepRecord(PASSED, 1, 0))
+    progress.save_step(load_lessons(str(week)).lessons[0], 1, StepRecord(PASSED, 1, 0))
     (week / "baby.pomdp").rename(week / "cradle.pomdp")
     path.write_text(text.replace("./baby", "cradle"))
     assert list_finished(week) == [False, True]

@@ -4,7 +4,7 @@ import sys
 from shlex import quote
 from typing import TextIO
 
-from dmplay.core.text import format_count
+from dmplay.core.text import escape_newlines, format_count
 from dmplay.errors import BadParameter, DmplayError
 from dmplay.game.command_line_results import LearnCommand
 from dmplay.game.game import Game
@@ -92,7 +92,8 @@ class LessonPlayer(LineDialog):
         if run.is_passed:
             self._print(f"lesson {lesson.number} is finished: all {steps} done.")
             return 0
-        word = str(lesson.number) if lesson.is_builtin else quote(str(lesson.path))
+        path = escape_newlines(quote(str(lesson.path)))
+        word = str(lesson.number) if lesson.is_builtin else path
         done = f"{len(run.finished_steps)} of {steps} done"
         if load_progress(lesson).is_finished:  # in an earlier run
             done += " this time"
