@@ -2,8 +2,10 @@
 
 import os
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
+from numpy.random.bit_generator import ISeedSequence
 from numpy.typing import NDArray
 
 from dmplay.core.arrays import Ints, Reals
@@ -14,6 +16,16 @@ NATURE_STREAM = 0  # the stream of nature; seat i uses stream 1 + i
 DROPPED_BITS = np.uint64(11)  # low bits of a raw number that are dropped
 UNIFORM_STEPS = 1e9  # steps of a uniform in [0, 1)
 RAW_TO_STEPS = UNIFORM_STEPS * 2.0**-53
+MIN_NUMBERS_IN_PLACE = 1024
+TURNS_PER_BLOCK = 64  # consecutive turns whose seeds are computed together
+MAX_CACHED_BLOCKS = 64
+# SeedSequence's initial multiplier and factor of its hashes of the entropy, and of its output; and
+# the factors of two words that it mixes. NumPy promises that its streams never change.
+POOL_WORDS, WORD_LIMIT = 4, 2**32
+ENTROPY_HASH, OUTPUT_HASH = (0x43B0D7E5, 0x931E8875), (0x8B51F9DD, 0x58F38DED)
+MIX_FACTORS = np.uint32(0xCA01F9DD), np.uint32(0x4973F715)
+
+Words = NDArray[np.uint32]
 
 
 def generate_uniforms(  # noqa: PLR0913 - the address of a draw has this many parts
@@ -35,15 +47,73 @@ def generate_uniforms(  # noqa: PLR0913 - the address of a draw has this many pa
     """
     if rows * count == 0:
         return np.zeros((rows if selected_rows is None else len(selected_rows), count))
-    pcg64 = np.random.PCG64(np.random.SeedSequence(seed, spawn_key=(stream, turn, reroll)))
+    if reroll or turn >= WORD_LIMIT:
+        seed_sequence: ISeedSequence = np.random.SeedSequence(
+            seed, spawn_key=(stream, turn, reroll)
+        )
+    else:
+        block, offset = divmod(turn, TURNS_PER_BLOCK)
+        seed_sequence = _TurnSeed(_hash_turn_seeds(seed, stream, block)[offset])
+    pcg64 = np.random.PCG64(seed_sequence)  # type: ignore[arg-type] # any ISeedSequence works
     if first_episode:
         pcg64.advance(first_episode * count)
     raw = pcg64.random_raw(rows * count).reshape(rows, count)
     return _raw_to_uniforms(raw if selected_rows is None else raw.take(selected_rows, axis=0))
 
 
+class _TurnSeed(ISeedSequence):
+    """A seed sequence whose state was computed before."""
+
+    def __init__(self, state: NDArray[np.uint64]) -> None:
+        self._state = state
+
+    def generate_state(self, n_words: int, dtype: object = None) -> NDArray[np.uint64]:
+        """Return the state `[4]` that PCG64 asks for."""
+        return self._state
+
+
+@lru_cache(MAX_CACHED_BLOCKS)
+def _hash_turn_seeds(seed: int, stream: int, block: int) -> NDArray[np.uint64]:
+    """Return the states `[TURNS_PER_BLOCK, 4]` of the seed sequences of consecutive turns.
+
+    These are the states of SeedSequence(seed, spawn_key=(stream, turn, 0)). SeedSequence takes
+    8 us for one of them, and its hash of arrays takes 1 us for each of a block.
+    """
+    first_turn = block * TURNS_PER_BLOCK
+    turns = np.arange(first_turn, first_turn + TURNS_PER_BLOCK).astype(np.uint32)
+    pool = np.random.SeedSequence(seed, spawn_key=(stream,)).pool[:, None]
+    hash_count = POOL_WORDS * (max(POOL_WORDS, -(-seed.bit_length() // 32)) + 1)
+    for word in (turns, np.zeros(1, np.uint32)):  # the turn and the reroll
+        hashes = _hash_words(word, ENTROPY_HASH, hash_count, POOL_WORDS)
+        pool = _fold_words(MIX_FACTORS[0] * pool - MIX_FACTORS[1] * hashes)
+        hash_count += POOL_WORDS
+    words = _hash_words(np.tile(pool, (2, 1)), OUTPUT_HASH, 0, 2 * POOL_WORDS).astype(np.uint64)
+    return np.ascontiguousarray((words[::2] | words[1::2] << np.uint64(32)).T)
+
+
+def _hash_words(words: Words, constants: tuple[int, int], first: int, count: int) -> Words:
+    """Return `count` hashes `[count, T]` of words, from the hash number `first` on."""
+    initial, factor = constants
+    powers = [
+        initial * pow(factor, n, WORD_LIMIT) % WORD_LIMIT for n in range(first, first + count + 1)
+    ]
+    multipliers = np.array(powers, np.uint32)[:, None]
+    return _fold_words((words ^ multipliers[:-1]) * multipliers[1:])
+
+
+def _fold_words(words: Words) -> Words:
+    """Return each word xored with its own upper half."""
+    return words ^ words >> np.uint32(16)
+
+
 def _raw_to_uniforms(raw: NDArray[np.uint64]) -> Reals:
-    """Return uniforms from raw 64-bit numbers, which are overwritten."""
+    """Return uniforms from raw 64-bit numbers, which are overwritten if there are many.
+
+    For one number, operations in place take twice as long as those that make new arrays.
+    """
+    if raw.size < MIN_NUMBERS_IN_PLACE:
+        steps = np.floor((raw >> DROPPED_BITS).astype(np.float64) * RAW_TO_STEPS)
+        return np.asarray(steps / UNIFORM_STEPS)
     np.right_shift(raw, DROPPED_BITS, out=raw)
     values = raw.astype(np.float64)  # A product of two different types would be slower.
     values *= RAW_TO_STEPS

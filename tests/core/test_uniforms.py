@@ -16,7 +16,10 @@ def test_uniforms_are_those_of_numpys_pcg64_cut_to_nine_decimals(seed: int) -> N
     for stream, turn, reroll in [
         (0, 0, 0),
         (2, 16, 0),
+        (0, 63, 0),
+        (3, 64, 0),
         (1, LATE_TURN, 0),
+        (0, 2**32 + 1, 0),
         (1, 5, 2),
     ]:
         bit_generator = np.random.PCG64(
