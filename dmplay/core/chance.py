@@ -137,6 +137,8 @@ Chance = Categorical | DiscreteUniform | Uniform | Normal
 
 def sample_all(chances: tuple[Chance, ...], u: Reals) -> tuple[Array, ...]:
     """Return one event of each chance, from uniforms `[B, count]` consumed left to right."""
+    if not chances:
+        return ()
     ends = accumulate(chance.uniform_count for chance in chances)
     return tuple(
         chance.sample_events(u[:, end - chance.uniform_count : end])

@@ -12,7 +12,15 @@ from typing import NamedTuple, Self, dataclass_transform
 import numpy as np
 
 from dmplay.core import user_code_locations
-from dmplay.core.arrays import Array, Bools, Ints, Reals, readonly_copy, select_seat_observations
+from dmplay.core.arrays import (
+    Array,
+    Bools,
+    Ints,
+    Reals,
+    find_range,
+    readonly_copy,
+    select_seat_observations,
+)
 from dmplay.core.best_actions import compute_reward_scale
 from dmplay.core.chance import Chance, FiniteChance, sample_all
 from dmplay.core.parameters import INTEGER_TYPES, check_parameters, parameter
@@ -73,10 +81,8 @@ def validate_outcome(problem: "Problem", outcome: "Outcome") -> None:
     the index of one of its labels. The error names the line of user-defined code.
     """
     rewards = outcome.rewards
-    if not (
-        rewards.min(initial=0.0) >= -MAX_REWARD  # False for NaN
-        and rewards.max(initial=0.0) <= MAX_REWARD
-    ):
+    lowest, highest = find_range(rewards)
+    if not -MAX_REWARD <= lowest <= highest <= MAX_REWARD:  # False for NaN
         row, seat = (axis[0] for axis in (~(np.abs(rewards) <= MAX_REWARD)).nonzero())
         raise BadParameter(
             f"{_locate_resolve_events(problem)}: got the reward {rewards[row, seat]:g} "
@@ -84,12 +90,11 @@ def validate_outcome(problem: "Problem", outcome: "Outcome") -> None:
             f"from {-MAX_REWARD:g} to {MAX_REWARD:g}"
         )
     for seat, space in enumerate(problem.observations):
+        if not isinstance(space, Labels):
+            continue
         column = outcome.observations[:, seat]
-        if (
-            isinstance(space, Labels)
-            and len(column)
-            and not 0 <= column.min() <= column.max() < len(space)
-        ):
+        lowest, highest = find_range(column)
+        if not 0 <= lowest <= highest < len(space):
             wrong = column[(column < 0) | (column >= len(space))][0]
             raise BadParameter(
                 f"{_locate_resolve_events(problem)}: got the observation {wrong} "

@@ -14,6 +14,7 @@ import numpy as np
 
 from dmplay.core.arrays import Array, Bools
 from dmplay.core.chance import Chance, Uniform
+from dmplay.core.columns import keep_rows, split_columns, stack_columns, to_array, to_column
 from dmplay.core.parameters import parameter
 from dmplay.core.problem import ContinuousStates, Outcome
 from dmplay.core.spaces import Labels
@@ -49,14 +50,14 @@ class CartPole(RealStateProblem):
 
     def resolve_events(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
         """Return the outcome of one Euler step (F.1 to F.4), old values on the right-hand sides."""
-        x, v, theta, omega = np.ascontiguousarray(s.T)
-        push = self.force * (2.0 * a[:, 0] - 1.0)
+        x, v, theta, omega = split_columns(s)
+        push = self.force * (2.0 * to_column(a[:, 0]) - 1.0)
         acceleration, angular = self._compute_accelerations(push, theta, omega)
         dt = self.dt
         next_values = (x + dt * v, v + dt * acceleration, theta + dt * omega, omega + dt * angular)
         past_limit = self._is_past_limit(x, theta)
-        next_states = np.where((past_limit)[:, None], s, np.stack(next_values, axis=1))
-        return Outcome(next_states, np.stack([1.0 - past_limit], axis=1), next_states)
+        next_states = keep_rows(past_limit, s, stack_columns(next_values))
+        return Outcome(next_states, stack_columns([1.0 - past_limit]), next_states)
 
     def _compute_accelerations(
         self, push: Array, theta: Array, omega: Array
@@ -74,11 +75,11 @@ class CartPole(RealStateProblem):
     def _is_past_limit(self, x: Array, theta: Array) -> Array:
         """Return whether the cart or the pole is past its limit."""
         max_angle = self.theta_limit * 2 * math.pi / 360
-        return (np.abs(x) > self.x_limit) | (np.abs(theta) > max_angle)
+        return (abs(x) > self.x_limit) | (abs(theta) > max_angle)
 
     def terminal(self, s: Array) -> Bools:
         """Return whether the cart or the pole is past its limit."""
-        return self._is_past_limit(s[:, 0], s[:, 2])
+        return to_array(self._is_past_limit(to_column(s[:, 0]), to_column(s[:, 2])))
 
 
 VARIANTS = {"gym": CartPole(pole_mass_in_tau=True)}

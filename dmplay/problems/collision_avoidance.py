@@ -13,6 +13,14 @@ import numpy as np
 
 from dmplay.core.arrays import Array, Bools
 from dmplay.core.chance import Categorical, Chance, Uniform
+from dmplay.core.columns import (
+    clip,
+    keep_rows,
+    select,
+    split_columns,
+    stack_columns,
+    to_column,
+)
 from dmplay.core.parameters import parameter
 from dmplay.core.problem import ContinuousStates, Outcome
 from dmplay.core.spaces import Labels
@@ -59,29 +67,29 @@ class CollisionAvoidance(RealStateProblem):
         """Return the outcome of one second (F.5 to F.9); the costs are those of the state
         acted in.
         """
-        h, dh, a_prev, t_col = np.ascontiguousarray(s.T)
+        h, dh, a_prev, t_col = split_columns(s)
         advised, gust = (
-            ADVISED_RATES.take(a[:, 0]),
-            GUST_ACCELERATIONS.take(events[0]),
+            ADVISED_RATES[to_column(a[:, 0])],
+            GUST_ACCELERATIONS[to_column(events[0])],
         )
         next_rate = dh + (self._compute_acceleration(dh, advised) + gust)
-        collides = (np.abs(h) < COLLISION_DISTANCE) & (t_col == 0)
+        collides = (abs(h) < COLLISION_DISTANCE) & (t_col == 0)
         cost = COLLISION_COST * collides + ADVISORY_CHANGE_COST * (advised != a_prev)
-        next_states = np.where(
-            (t_col < 0)[:, None], s, np.stack((h + dh, next_rate, advised, t_col - 1.0), axis=1)
+        next_states = keep_rows(
+            t_col < 0, s, stack_columns((h + dh, next_rate, advised, t_col - 1.0))
         )
-        return Outcome(next_states, np.stack([0.0 - cost * (t_col >= 0)], axis=1), next_states)
+        return Outcome(next_states, stack_columns([0.0 - cost * (t_col >= 0)]), next_states)
 
     def _compute_acceleration(self, dh: Array, advised: Array) -> Array:
         """Return the acceleration by which the aircraft follows the advised rate (F.9)."""
         difference = advised - dh
         small_response = difference if self.repaired else advised
-        response = np.where(
-            np.abs(difference) < MAX_ACCELERATION,
+        response = select(
+            abs(difference) < MAX_ACCELERATION,
             small_response,
-            np.clip(difference, -MAX_ACCELERATION, MAX_ACCELERATION),
+            clip(difference, -MAX_ACCELERATION, MAX_ACCELERATION),
         )
-        return np.where(advised == 0, 0.0, response)
+        return select(advised == 0, 0.0, response)
 
     def terminal(self, s: Array) -> Bools:
         """Return whether the time is over, so that the aircraft have passed."""

@@ -13,6 +13,15 @@ import numpy as np
 
 from dmplay.core.arrays import Array, Bools
 from dmplay.core.chance import Chance, Uniform
+from dmplay.core.columns import (
+    clip,
+    keep_rows,
+    select,
+    split_columns,
+    stack_columns,
+    to_array,
+    to_column,
+)
 from dmplay.core.parameters import parameter
 from dmplay.core.problem import ContinuousStates, Outcome
 from dmplay.core.spaces import Labels
@@ -61,17 +70,18 @@ class MountainCar(RealStateProblem):
         The engine and the slope change the speed, the speed changes the position, and both are
         clamped.
         """
-        x, v = np.ascontiguousarray(s.T)
-        unclamped_speed = v + (THRUST * (a[:, 0] - 1) - GRAVITY * compute_cosine_of_triple(x))
-        next_speed = np.clip(unclamped_speed, -TOP_SPEED, TOP_SPEED)
-        next_position = np.clip(
+        x, v = split_columns(s)
+        push = THRUST * (to_column(a[:, 0]) - 1)
+        unclamped_speed = v + (push - GRAVITY * compute_cosine_of_triple(x))
+        next_speed = clip(unclamped_speed, -TOP_SPEED, TOP_SPEED)
+        next_position = clip(
             x + (next_speed if self.speed_first else unclamped_speed), LEFT_WALL, RIGHT_WALL
         )
         if self.wall_stops:
-            next_speed = np.where((next_position == LEFT_WALL) & (next_speed < 0), 0.0, next_speed)
+            next_speed = select((next_position == LEFT_WALL) & (next_speed < 0), 0.0, next_speed)
         at_goal = self._is_at_goal(x, v)
-        next_states = np.where((at_goal)[:, None], s, np.stack((next_position, next_speed), axis=1))
-        return Outcome(next_states, np.stack([at_goal - 1.0], axis=1), next_states)
+        next_states = keep_rows(at_goal, s, stack_columns((next_position, next_speed)))
+        return Outcome(next_states, stack_columns([at_goal - 1.0]), next_states)
 
     def _is_at_goal(self, x: Array, v: Array) -> Array:
         """Return whether the car is at its goal with the required speed."""
@@ -79,7 +89,7 @@ class MountainCar(RealStateProblem):
 
     def terminal(self, s: Array) -> Bools:
         """Return whether the car has reached its goal."""
-        return self._is_at_goal(s[:, 0], s[:, 1])
+        return to_array(self._is_at_goal(to_column(s[:, 0]), to_column(s[:, 1])))
 
 
 VARIANTS = {

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from gymnasium import spaces
 
-from dmplay.core.arrays import Array, Bools
+from dmplay.core.arrays import Array, Bools, find_range
 from dmplay.core.problem import MAX_REWARD, Problem
 from dmplay.core.spaces import Interval, Labels, RealVector, TextLine
 from dmplay.errors import BadParameter, IllegalAction, UnknownName
@@ -109,7 +109,9 @@ class SeatSpaces:
         if values.dtype.kind not in "iu" or values.ndim != 1:
             for value in values.tolist():
                 self._action_set.validate_action(value, "step")
-        elif values.min() < 0 or values.max() >= len(self._action_set):
+            return values.astype(np.int64)
+        lowest, highest = find_range(values)
+        if lowest < 0 or highest >= len(self._action_set):
             self._action_set.validate_action(
                 values[(values < 0) | (values >= len(self._action_set))][0], "step"
             )

@@ -8,6 +8,7 @@ on another.
 import numpy as np
 
 from dmplay.core.arrays import Array
+from dmplay.core.columns import select
 
 # Half of pi in two parts, the first of 33 bits: small multiples of it are exact.
 HALF_PI, HALF_PI_LOW = 1.57079632673412561417, 6.07710050650619224932e-11
@@ -25,16 +26,16 @@ COSINE_COEFFICIENTS = (
 def compute_sine_and_cosine(x: Array) -> tuple[Array, Array]:
     """Return the sine and cosine of angles `[B]` in radians, exact to the last bit or two."""
     quarter_turns = np.rint(x * (2.0 / np.pi))
-    if not quarter_turns.any():
+    if not (quarter_turns.any() if x.ndim else quarter_turns):
         return _sine_and_cosine_kernel(x)
     sine, cosine = _sine_and_cosine_kernel(
         (x - quarter_turns * HALF_PI) - quarter_turns * HALF_PI_LOW
     )
     swapped = quarter_turns % 2 == 1
-    final_sine, final_cosine = np.where(swapped, cosine, sine), np.where(swapped, sine, cosine)
+    final_sine, final_cosine = select(swapped, cosine, sine), select(swapped, sine, cosine)
     return (
-        np.where(quarter_turns % 4 >= 2, -final_sine, final_sine),
-        np.where((quarter_turns + 1) % 4 >= 2, -final_cosine, final_cosine),
+        select(quarter_turns % 4 >= 2, -final_sine, final_sine),
+        select((quarter_turns + 1) % 4 >= 2, -final_cosine, final_cosine),
     )
 
 
