@@ -172,6 +172,9 @@ def _choose_transcript_path(
     request: GameRequest, player_names: Sequence[str], problem_name: str
 ) -> tuple[Path | None, saves.SaveRemoval]:
     """Return the path of a new game's transcript, or None, and the saves deleted for it."""
+    if request.record_path and request.numbered_file_name:
+        path = saves.create_game_file(request.record_path, request.numbered_file_name)
+        return path, saves.SaveRemoval()
     if request.record_path:
         return resolve_dash(request.record_path, STDOUT_PATH), saves.SaveRemoval()
     if not request.keep_save and HUMAN not in player_names:

@@ -28,6 +28,8 @@ class GameRequest:
     seats: Sequence[str] = ()  # NAME=AGENT
     turns: int | None = None
     record_path: Path | None = None
+    # problem in the name of a new numbered file in the folder `record_path`; "": it is a file
+    numbered_file_name: str = field(default="", kw_only=True)
     kept_megabytes: float = DEFAULT_KEPT_MEGABYTES  # total size of the saved games to keep
     record_frames: bool = False
     has_rate_option: bool = field(

@@ -61,6 +61,27 @@ README_TEXT = (PROJECT_ROOT / "README.md").read_text(encoding="utf-8")
 TIGER_SOURCE = extract_file(read_topic("problems"), "tiger.py")
 
 
+# what user code may do with its output, while it is loaded and while it plays
+NOISE_SOURCE = """import ctypes, os, subprocess, sys
+def make_noise():
+    os.write(1, b"noise of os.write\\n")
+    subprocess.run([sys.executable, "-c", "print('noise of a child')"], check=True)
+    ctypes.CDLL(None).puts(b"noise of a library")
+    ctypes.CDLL(None).printf(b"noise without a line end")
+    with open("/dev/stdout", "w") as file:
+        file.write("noise of the device\\n")
+make_noise()
+"""
+NOISY_PROBLEM = f"""{NOISE_SOURCE}
+print("noise of print")
+{TIGER_SOURCE}
+class Noisy(Tiger):
+    def resolve_events(self, s, a, events):
+        make_noise()
+        return super().resolve_events(s, a, events)
+"""
+
+
 class DocumentRunner:
     """A runner that executes the code blocks of a document in an empty folder."""
 

@@ -10,32 +10,13 @@ from pathlib import Path
 
 import pytest
 
-from tests.support.document_examples import TIGER_SOURCE
+from tests.support.document_examples import NOISY_PROBLEM
 from tests.support.programs import NO_VARIABLES
 from tests.support.terminals import DMPLAY_COMMAND, clean_environment
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="descriptors of POSIX")
 TIMEOUT_SECONDS = 60.0
 LONG_GAME = ("crying-baby", "--agent", "random", "--turns", "1500", "--seed", "1")
-# what user code may do with its output, while it is loaded and while it plays
-NOISE_SOURCE = """import ctypes, os, subprocess, sys
-def make_noise():
-    os.write(1, b"noise of os.write\\n")
-    subprocess.run([sys.executable, "-c", "print('noise of a child')"], check=True)
-    ctypes.CDLL(None).puts(b"noise of a library")
-    ctypes.CDLL(None).printf(b"noise without a line end")
-    with open("/dev/stdout", "w") as file:
-        file.write("noise of the device\\n")
-make_noise()
-"""
-NOISY_PROBLEM = f"""{NOISE_SOURCE}
-print("noise of print")
-{TIGER_SOURCE}
-class Noisy(Tiger):
-    def resolve_events(self, s, a, events):
-        make_noise()
-        return super().resolve_events(s, a, events)
-"""
 
 
 def run_in_pipe(

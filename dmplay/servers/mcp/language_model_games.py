@@ -101,7 +101,7 @@ class ModelGames:
         game_problem = problems.load_problem(name)
         model_seat = find_seat(game_problem, seat) if seat else 0
         players = _assign_players(game_problem, model_seat, others)
-        self._discard_finished_game()
+        discarded_game = self._find_game_to_discard()
         config, episode = self.config, self._started_count
         never_ends = config.turn_limit is None and game_problem.horizon is None
         request = GameRequest(
@@ -113,20 +113,33 @@ class ModelGames:
             seed=config.seed,
             episode=0 if config.seed is None else episode,
             turns=DEFAULT_TURN_LIMIT if never_ends else config.turn_limit,
-            record_path=config.transcript_folder
-            and saves.create_game_file(config.transcript_folder, problem),
+            record_path=config.transcript_folder,
+            numbered_file_name=problem,
             kept_megabytes=config.kept_megabytes,
             strict=config.strict,
             person_label=MODEL_PLAYER,
             is_seed_visible=False,
         )
+        game = start_new_game(request)
+        try:
+            game.play_until_choice()
+        except BaseException:
+            _remove_transcript(game.recorder)  # as if the game had not been started
+            raise
+        self._seats.pop(discarded_game, None)
         self._started_count += 1
-        seat_of_game = self._seats[f"g{self._started_count}"] = ModelSeat(
-            start_new_game(request), model_seat
-        )
-        self.save_removal = self.save_removal.followed_by(seat_of_game.game.save_removal)
-        seat_of_game.game.play_until_choice()
+        self._seats[f"g{self._started_count}"] = ModelSeat(game, model_seat)
+        self.save_removal = self.save_removal.followed_by(game.save_removal)
         return self._report_status(f"g{self._started_count}")
+
+    def find_package(self, problem: str, others: str) -> str:
+        """Return the package that an agent named `others` imports; '' if there is none."""
+        name = self._problem_names.get(problem)
+        if not (name and others):
+            return ""
+        roster = agents.load_roster(problems.load_problem(name), 0)
+        agent_class = roster.agents.get(others.partition(":")[0])
+        return getattr(agent_class, "required_package", "")
 
     def game_status(self, game: str, *, history: bool = False) -> GameStatus:
         """Return the status of a game, with all turns again if `history` is True."""
@@ -167,7 +180,7 @@ class ModelGames:
         """Undo the model's last choices and the turns since, and return the status."""
         seat = self._seat_of_game(game)
         if seat.game.session.over:
-            raise BadParameter("undo: the game is over")
+            raise BadParameter("dmplay_undo: the game is over")
         seat.game.undo(turns)
         seat.last_reported_turn = len(seat.game.session.turns)
         return self._report_status(game)
@@ -208,17 +221,17 @@ class ModelGames:
             raise UnknownName("game", game, self._seats)
         return self._seats[game]
 
-    def _discard_finished_game(self) -> None:
-        """Discard the oldest finished game if there are MAX_GAMES.
+    def _find_game_to_discard(self) -> str:
+        """Return the oldest finished game if there are MAX_GAMES; '' if there are fewer.
 
         Raises BadParameter if all of them are still being played.
         """
         if len(self._seats) < MAX_GAMES:
-            return
+            return ""
         finished = [name for name, seat in self._seats.items() if seat.game.session.over]
         if not finished:
-            raise BadParameter(f"new: {MAX_GAMES} games are running; end one of them with over")
-        del self._seats[finished[0]]
+            raise BadParameter(f"{MAX_GAMES} games are running; end one of them with dmplay_over")
+        return finished[0]
 
     def _report_status(self, game_id: str) -> GameStatus:
         """Return a game's status with the turns not reported yet; finish the game if it is over."""
@@ -267,6 +280,13 @@ def _builtin_problem_names() -> list[str]:
         for name in problem_names()
         for variant in problems.load_variants(name)
     ]
+
+
+def _remove_transcript(recorder: Recorder | None) -> None:
+    """Remove the transcript of a game, if it has one."""
+    if recorder:
+        recorder.close()
+        recorder.path.unlink(missing_ok=True)
 
 
 def _make_folder(folder: Path) -> None:

@@ -3,13 +3,17 @@
 import os
 import sys
 from collections.abc import Callable, Sequence
-from typing import Any, cast
+from contextlib import suppress
+from importlib import import_module
+from typing import Annotated, Any, cast
 
+from anyio import to_thread
 from mcp.server import MCPServer
 from mcp.server.mcpserver import Context
 from mcp.server.mcpserver.exceptions import ToolError
 from mcp.server.stdio import stdio_server
-from pydantic import ValidationError
+from mcp.types import ToolAnnotations
+from pydantic import BeforeValidator, Field, ValidationError
 
 from dmplay import __version__
 from dmplay.core.text import escape_newlines, escape_unprintable
@@ -21,10 +25,12 @@ from dmplay.servers.mcp.stdio_streams import StdioStreams
 from dmplay.terminal.signals import exit_on_signals
 from dmplay.ui.game_launcher import report_removed_saves, report_write_errors
 
+TOOL_PREFIX = "dmplay_"  # so that the tools of other servers have other names
 INSTRUCTIONS = """\
-Play decision problems. list returns the problems, and info the rules of one. new starts a game and
-returns its id. look returns the status of the game, act plays a turn, and over ends the game. Base
-your actions on the status. Only over returns hidden information."""
+Play decision problems. dmplay_list returns the problems, and dmplay_info the rules of one.
+dmplay_new starts a game and returns its id. dmplay_look returns the status of the game, dmplay_act
+plays a turn, and dmplay_over ends the game. Base your actions on the status. Only dmplay_over
+returns hidden information."""
 MAX_ERROR_CHARACTERS = 1000
 TERMINAL_NOTICE = "dmplay mcp: waiting for an MCP client on standard input; see dmplay guide mcp"
 
@@ -94,8 +100,40 @@ def make_server(games: ModelGames) -> McpServer:
     for tool in _make_tools(games):
         name = tool.__name__.rstrip("_")
         if is_allowed.get(name, True):
-            game_server.add_tool(tool, name=name)
+            annotations = ToolAnnotations(
+                read_only_hint=name in ("list", "info", "look"),
+                destructive_hint=name in ("undo", "over"),
+                idempotent_hint=name in ("list", "info", "look", "over"),
+                open_world_hint=False,
+            )
+            game_server.add_tool(tool, name=TOOL_PREFIX + name, annotations=annotations)
     return game_server
+
+
+def _format_number(value: object) -> object:
+    """Return a number as text, and any other value unchanged."""
+    return str(value) if isinstance(value, int | float) else value
+
+
+ProblemId = Annotated[str, Field(description="id of a problem, from dmplay_list")]
+GameId = Annotated[str, Field(description="id of a game, from dmplay_new")]
+SeatName = Annotated[
+    str, Field(description="your seat, from dmplay_info; empty for the first seat")
+]
+OtherAgent = Annotated[
+    str,
+    Field(description="agent in all other seats, from dmplay_info; empty for the default agents"),
+]
+WithHistory = Annotated[bool, Field(description="whether to return all turns again")]
+Action = Annotated[
+    str,
+    BeforeValidator(_format_number),  # Models send a number as it is.
+    Field(description="one of the legal actions: a name, or a number as text"),
+]
+TurnNumber = Annotated[
+    int, Field(description="number of the turn, so that it is played once; 0 for the next turn")
+]
+TurnCount = Annotated[int, Field(description="number of your turns to take back")]
 
 
 def _make_tools(games: ModelGames) -> Sequence[Callable[..., object]]:
@@ -105,37 +143,41 @@ def _make_tools(games: ModelGames) -> Sequence[Callable[..., object]]:
         """List the problems that can be played."""
         return games.list_problems()
 
-    async def info(problem: str) -> JsonObject:
+    async def info(problem: ProblemId) -> JsonObject:
         """Return the rules of a problem: its description, seats, actions, observations, parameters
         and the agents that can play the other seats.
         """
         return games.problem_info(problem)
 
-    async def new(problem: str, seat: str = "", others: str = "") -> GameStatus:
+    async def new(problem: ProblemId, seat: SeatName = "", others: OtherAgent = "") -> GameStatus:
         """Start a game. You play the first seat unless you name another. Agents play the other
         seats: the default ones unless you name one.
         """
+        package = games.find_package(problem, others)
+        if package:  # A large library takes seconds, in which the server answers other requests.
+            with suppress(ImportError):  # `start_game` reports it.
+                await to_thread.run_sync(import_module, package, abandon_on_cancel=True)
         return games.start_game(problem, seat, others)
 
-    async def look(game: str, history: bool = False) -> GameStatus:
+    async def look(game: GameId, history: WithHistory = False) -> GameStatus:
         """Return the current situation of a game; with `history`, also all turns played."""
         return games.game_status(game, history=history)
 
-    async def act(game: str, action: str | int | float, turn: int = 0) -> GameStatus:
+    async def act(game: GameId, action: Action, turn: TurnNumber = 0) -> GameStatus:
         """Play a turn with one of the legal actions. If you give the number of the turn, it is
         played at most once.
         """
-        return games.play_action(game, str(action), turn)
+        return games.play_action(game, action, turn)
 
-    async def hint(game: str) -> JsonObject:
+    async def hint(game: GameId) -> JsonObject:
         """Return the action that a good player would choose. The transcript records each hint."""
         return games.get_hint(game)
 
-    async def undo(game: str, turns: int = 1) -> GameStatus:
+    async def undo(game: GameId, turns: TurnCount = 1) -> GameStatus:
         """Take back your last turns. The same actions then lead to the same random events."""
         return games.undo_turns(game, turns)
 
-    async def over(game: str) -> JsonObject:
+    async def over(game: GameId) -> JsonObject:
         """End a game. Return its result, its rewards and the hidden information of every turn."""
         return games.end_game(game)
 

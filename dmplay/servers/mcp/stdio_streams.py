@@ -8,7 +8,7 @@ import os
 from contextlib import suppress
 
 from anyio import Lock, wait_readable, wait_writable
-from mcp.types import jsonrpc_message_adapter
+from mcp.types import JSONRPCNotification, jsonrpc_message_adapter
 
 MAX_LINE_BYTES = 1_000_000  # a longer line is split, and its parts are invalid messages
 READ_BYTES = 65_536  # maximum bytes of one read
@@ -33,7 +33,8 @@ class StdioStreams:
             if _is_message(line):
                 return line
             message = (
-                f"got {line.rstrip()[:MAX_QUOTED_CHARACTERS]!r}, expected a JSON-RPC 2.0 message"
+                f"got {line.rstrip()[:MAX_QUOTED_CHARACTERS]!r}, expected a JSON-RPC 2.0 message "
+                "with a text or a whole number as the id of a request"
             )
             error = {"code": INVALID_REQUEST_CODE, "message": message}
             await self.write(json.dumps({"jsonrpc": "2.0", "id": None, "error": error}) + "\n")
@@ -67,9 +68,13 @@ class StdioStreams:
 
 
 def _is_message(line: str) -> bool:
-    """Return whether a line is a valid message of a client or server."""
+    """Return whether a line is a valid message of a client or server.
+
+    A request with an id that is null or not whole must be answered. It is not a notification, as
+    which the library would read it.
+    """
     try:
-        jsonrpc_message_adapter.validate_json(line, by_name=False)
+        message = jsonrpc_message_adapter.validate_json(line, by_name=False)
     except ValueError:
         return False
-    return True
+    return not isinstance(message, JSONRPCNotification) or "id" not in json.loads(line)

@@ -8,6 +8,7 @@ from subprocess import CompletedProcess
 
 import pytest
 
+from tests.support.document_examples import NOISY_PROBLEM
 from tests.support.games import assert_verified
 from tests.support.programs import run_dmplay
 
@@ -110,3 +111,11 @@ def test_a_batch_with_a_program_is_the_same_with_one_worker_and_with_two(folder:
     failing_options = ("--agent", "bot:sh -c 'exit 3'", "--workers", "2", "--episodes", "40")
     error_output = run_dmplay(folder, "run", "hexworld", *failing_options).stderr
     assert error_output == "error: agent forfeits, dead: the bot ended with exit code 3\n"
+
+
+def test_output_of_a_problem_does_not_reach_the_program_that_runs_the_game(folder: Path) -> None:
+    (folder / "noisy.py").write_text(NOISY_PROBLEM)
+    bot = f"bot:{shlex.quote(sys.executable)} -m dmplay bot random --problem ./noisy.py:Noisy"
+    result = run_dmplay(folder, "./noisy.py:Noisy", "--agent", bot, "--turns", "3", "-o", "its.dmt")
+    assert result.returncode == 0
+    assert "turn: 3" in (folder / "its.dmt").read_text()

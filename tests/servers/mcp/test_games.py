@@ -12,6 +12,7 @@ from dmplay.errors import BadParameter, DmplayError
 from dmplay.game import saves
 from dmplay.game.command_line_results import McpServerConfig
 from dmplay.game.completion import name_lists
+from dmplay.game.game import Game
 from dmplay.game.game_setup import start_game
 from dmplay.game.launch_requests import ResumeRequest
 from dmplay.game.transcript_files import verify
@@ -100,11 +101,44 @@ def test_invalid_calls_raise_one_line_errors_and_change_nothing(folder: Path) ->
     games.end_game("g1")
     with pytest.raises(DmplayError, match=r"the game is over \(quit\)"):
         games.play_action("g1", "left")
-    with pytest.raises(DmplayError, match="undo: the game is over"):
+    with pytest.raises(DmplayError, match="dmplay_undo: the game is over"):
         games.undo_turns("g1")
     with pytest.raises(DmplayError, match="no hint: the game is over"):
         games.get_hint("g1")
     assert_verified(find_transcript(folder))
+
+
+@pytest.mark.parametrize("is_saved", [False, True])
+def test_a_refused_game_changes_no_file_and_no_later_game(
+    folder: Path, is_saved: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    saves_folder = saves.saves_folder({"XDG_STATE_HOME": str(folder.parent / "state")})
+    transcripts = saves_folder if is_saved else folder
+    games = ModelGames(McpServerConfig(seed=SEED, transcript_folder=None if is_saved else folder))
+    for _ in range(MAX_GAMES):
+        games.start_game("hexworld")
+    games.end_game("g1")
+    files = {path.name: path.read_bytes() for path in transcripts.glob("*")}
+    for others in (
+        "nobody", "human", "search:depth=100000000", "search:depth=0", "search:depth=x",
+        "search:no=1", "level-k:level=-1", "random:1", "grim:2", "axelrod:Nobody",
+        "search:simulations=0", ":", "bot:sh", "script:", "optimal:=",
+    ):  # fmt: skip
+        for seat in ("", "agent2"):
+            with pytest.raises(DmplayError):
+                games.start_game("prisoners-dilemma", seat, others)
+    for arguments in (("nothing",), ("catch", "agent9"), ("catch", "", "random")):
+        with pytest.raises(DmplayError):
+            games.start_game(*arguments)
+    with monkeypatch.context() as patched:
+        patched.setattr(Game, "play_until_choice", lambda game: 1 / 0)
+        with pytest.raises(ZeroDivisionError):
+            games.start_game("catch")
+    assert {path.name: path.read_bytes() for path in transcripts.glob("*")} == files
+    assert games.game_status("g1")["ending"]  # still there, until a game takes its place
+    assert games.start_game("catch")["game"] == f"g{MAX_GAMES + 1}"
+    newest = max(transcripts.glob("*catch.dmt"))
+    assert read_transcript(newest).header.episode == MAX_GAMES
 
 
 def test_the_number_of_games_is_limited_and_the_first_finished_game_is_removed(
@@ -114,9 +148,7 @@ def test_the_number_of_games_is_limited_and_the_first_finished_game_is_removed(
     for _ in range(MAX_GAMES):
         games.start_game("hexworld")
     for _ in range(3):
-        with pytest.raises(
-            BadParameter, match=f"new: {MAX_GAMES} games are running; end one of them"
-        ):
+        with pytest.raises(BadParameter, match=f"^{MAX_GAMES} games are running; end one of them"):
             games.start_game("hexworld")
     games.end_game("g3")
     assert games.start_game("hexworld")["game"] == f"g{MAX_GAMES + 1}"

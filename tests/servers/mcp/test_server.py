@@ -13,7 +13,7 @@ import pytest
 
 from dmplay.game.command_line_results import McpServerConfig
 from dmplay.servers.mcp.language_model_games import MAX_GAMES, ModelGames
-from tests.support.document_examples import TIGER_SOURCE
+from tests.support.document_examples import NOISY_PROBLEM, TIGER_SOURCE
 from tests.support.games import assert_verified, read_values
 from tests.support.terminals import DMPLAY_COMMAND, clean_environment
 
@@ -34,9 +34,11 @@ class Loud(Tiger):
         1 / (not Path("bad").exists())
         return super().resolve_events(s, a, events)
 """
+INVALID_REQUEST = '{"jsonrpc": "2.0", "id": %s, "method": "ping"}'
 INVALID_LINES = {  # invalid lines, and the number of errors that each line causes
     "{": 1, "[]": 1, '"x"': 1, '{"jsonrpc": "2.0"}': 1, "\udcff": 1, "": 1, "[" * 10_000: 1,
     "x" * LONG_LINE_CHARS: 4,
+    **{INVALID_REQUEST % number: 1 for number in ("null", "1.5", "1.0", "true", "[1]", "{}")},
 }  # fmt: skip
 
 
@@ -139,8 +141,15 @@ def test_every_tool_returns_typed_content_and_disabled_tools_do_not_exist(
         async with Inside(make_server(games)) as session:
             tools = (await session.list_tools()).tools
             names = [tool.name for tool in tools]
-            assert names == ["list", "info", "new", "look", "act", "hint", "over"]
             assert all(tool.description and tool.output_schema for tool in tools)
+            for tool in tools:
+                for argument in tool.input_schema["properties"].values():
+                    assert argument["description"]
+                    assert isinstance(argument["type"], str)
+            read_only = [
+                tool.name for tool in tools if getattr(tool.annotations, "read_only_hint", False)
+            ]
+            assert read_only == ["dmplay_list", "dmplay_info", "dmplay_look"]
             arguments_by_tool: dict[str, dict[str, Any]] = {
                 "list": {},
                 "info": {"problem": "catch"},
@@ -150,11 +159,12 @@ def test_every_tool_returns_typed_content_and_disabled_tools_do_not_exist(
                 "hint": {"game": "g1"},
                 "over": {"game": "g1"},
             }
+            assert names == [f"dmplay_{name}" for name in arguments_by_tool]
             for name, arguments in arguments_by_tool.items():
-                result = await session.call_tool(name, arguments)
+                result = await session.call_tool(f"dmplay_{name}", arguments)
                 assert not result.is_error
                 assert result.structured_content
-            assert (await session.call_tool("undo", {"game": "g1"})).is_error
+            assert (await session.call_tool("dmplay_undo", {"game": "g1"})).is_error
 
     asyncio.run(play())
     assert_verified(next(tmp_path.glob("*.dmt")))
@@ -162,34 +172,39 @@ def test_every_tool_returns_typed_content_and_disabled_tools_do_not_exist(
 
 def test_invalid_calls_return_one_line_errors_and_the_game_continues(tmp_path: Path) -> None:
     with open_client(tmp_path) as session:
-        assert not session.call("new", problem="2048")["isError"]
-        assert session.fault("act", game="g7", action="left").startswith("unknown game 'g7'")
-        assert "down is not legal now" in session.fault("act", game="g1", action="down")
-        assert session.fault("act", game="g1", action="left", turn=3) == "turn: got 3, expected 1"
+        assert not session.call("dmplay_new", problem="2048")["isError"]
+        assert session.fault("dmplay_act", game="g7", action="left").startswith("unknown game 'g7'")
+        assert "down is not legal now" in session.fault("dmplay_act", game="g1", action="down")
+        assert (
+            session.fault("dmplay_act", game="g1", action="left", turn=3)
+            == "turn: got 3, expected 1"
+        )
         for name in ("/etc/passwd", "2048; touch x", "$(touch x)", "./evil.py:X", "bot:touch x"):
-            assert session.fault("new", problem=name).startswith("unknown problem ")
-        assert session.fault("new", problem="2048", path="x").startswith("new: unknown argument")
-        type_errors = session.fault("act", game=["g1"], action=None)
+            assert session.fault("dmplay_new", problem=name).startswith("unknown problem ")
+        assert session.fault("dmplay_new", problem="2048", path="x").startswith(
+            "dmplay_new: unknown argument"
+        )
+        type_errors = session.fault("dmplay_act", game=["g1"], action=None)
         assert type_errors.startswith(
             "game: Input should be a valid string; action: Input should be"
         )
-        assert session.fault("act") == "game: Field required; action: Field required"
-        for forbidden in ("hint", "undo", "nothing"):
+        assert session.fault("dmplay_act") == "game: Field required; action: Field required"
+        for forbidden in ("dmplay_hint", "dmplay_undo", "act", "nothing"):
             assert session.fault(forbidden, game="g1") == f"Unknown tool: {forbidden}"
         for line, error_count in INVALID_LINES.items():
             session.say(line)
             for _ in range(error_count):
                 error = session.heard()["error"]
                 assert isinstance(error, dict)
-                assert error["message"].endswith("expected a JSON-RPC 2.0 message")
+                assert error["message"].endswith("as the id of a request")
         for _ in range(MAX_GAMES - 1):
-            session.call("new", problem="catch")
+            session.call("dmplay_new", problem="catch")
         for _ in range(300):
-            message = session.fault("new", problem="catch")
-            assert message == f"new: {MAX_GAMES} games are running; end one of them with over"
-        assert not session.call("act", game="g1", action="left")["isError"]
-        session.call("over", game="g1")
-        assert session.fault("act", game="g1", action="left") == "the game is over (quit)"
+            message = session.fault("dmplay_new", problem="catch")
+            assert message == f"{MAX_GAMES} games are running; end one of them with dmplay_over"
+        assert not session.call("dmplay_act", game="g1", action="left")["isError"]
+        session.call("dmplay_over", game="g1")
+        assert session.fault("dmplay_act", game="g1", action="left") == "the game is over (quit)"
         assert session.gone() == (0, "")
         reasons = [
             json.loads(read_values(path, "end")[0])["reason"] for path in session.transcript_paths()
@@ -203,8 +218,8 @@ def test_a_lost_client_leaves_no_process_and_a_complete_transcript(
 ) -> None:
     for name, code in {"deaf": 143, "interrupted": 130, "gone": 0}.items():
         with open_client(tmp_path / name, "hexworld") as session:
-            session.call("new", problem="hexworld")
-            session.call("act", game="g1", action="e")
+            session.call("dmplay_new", problem="hexworld")
+            session.call("dmplay_act", game="g1", action="e")
             if name == "gone":
                 assert session.program.stdout
                 session.program.stdout.close()
@@ -223,12 +238,34 @@ def test_a_lost_client_leaves_no_process_and_a_complete_transcript(
 def test_output_and_errors_of_a_problem_are_not_sent_to_the_client(tmp_path: Path) -> None:
     (tmp_path / "loud.py").write_text(PRINTING_PROBLEM_SOURCE)
     with open_client(tmp_path, "./loud.py:Loud") as session:
-        assert not session.call("new", problem="loud:Loud")["isError"]
+        assert not session.call("dmplay_new", problem="loud:Loud")["isError"]
         (tmp_path / "bad").touch()
-        message = session.fault("act", game="g1", action="listen")
+        message = session.fault("dmplay_act", game="g1", action="listen")
         assert message == "unexpected ZeroDivisionError; dmplay mcp printed its location to stderr"
         code, errors = session.gone()
         assert code == 0
         assert "loud" in errors
         assert "loud.py:24: ZeroDivisionError" in errors
         assert "Traceback" not in errors
+
+
+def test_a_problem_that_writes_to_the_output_does_not_reach_the_client(tmp_path: Path) -> None:
+    (tmp_path / "noisy.py").write_text(NOISY_PROBLEM)
+    with open_client(tmp_path, "./noisy.py:Noisy") as session:
+        assert session.call("dmplay_list")["structuredContent"]
+        assert not session.call("dmplay_new", problem="noisy:Noisy")["isError"]
+        assert not session.call("dmplay_act", game="g1", action="listen")["isError"]
+        code, errors = session.gone()
+        assert code == 0
+        for source in ("os.write", "a child", "a library", "print", "the device"):
+            assert f"noise of {source}" in errors
+
+
+@pytest.mark.extra("axelrod")
+def test_other_requests_are_answered_while_a_library_of_agents_is_loaded(tmp_path: Path) -> None:
+    with open_client(tmp_path) as session:
+        arguments = {"problem": "prisoners-dilemma", "others": "axelrod:Alternator"}
+        session.request("tools/call", name="dmplay_new", arguments=arguments)
+        assert "result" in session.ask("ping")
+        assert '"game": "g1"' in json.dumps(session.call("dmplay_new", problem="catch"))
+        assert '"game": "g2"' in json.dumps(session.heard())
