@@ -14,7 +14,8 @@ TUNED_SAMPLE_SIZE = 200  # games at which the asymptotic confidence sequence is 
 MAX_LOSS_OF_BET = 0.75  # largest share of the capital that one bet may lose
 BISECTION_STEPS = 50
 RULE_OF_THREE = 3.0
-GAMES_PER_SQUARED_SKEWNESS = 25
+MAX_NARROW_SHARE = 0.05  # largest share of the possible values that a narrow sample spreads over
+GAMES_PER_SQUARED_SKEWNESS = 15  # the coverage of the t interval is then at least 93.5 %
 
 
 class Estimate(NamedTuple):
@@ -40,15 +41,18 @@ def describe_doubt(sample: Reals, bounds: tuple[float, float] | None) -> str:
 
     An event of probability 3/E is missing in 5 % of samples of E games (the rule of three). With
     `bounds` of the values, such an event can move the mean by 3/E of their distance. If that is
-    more than the interval's half width, or if the sample is small for its skewness (Cochran,
-    1977, section 2.15: E > 25 skewness^2), the interval is in doubt.
+    more than the interval's half width, the interval is in doubt, unless the sample spreads over
+    a good part of the possible values: an event that is far from all of them is then unlikely to
+    be missing. It is in doubt too if the sample is small for its skewness: the coverage of the t
+    interval then lacks about skewness^2 / (4 E) (Hall, 1988).
     """
     size, estimate = len(sample), estimate_mean(sample)
     half_width = (estimate.high - estimate.low) / 2
     if bounds is not None:
         farthest = max(estimate.mean - bounds[0], bounds[1] - estimate.mean)
         shift = RULE_OF_THREE / size * farthest
-        if shift > half_width:
+        is_narrow = float(np.ptp(sample)) <= MAX_NARROW_SHARE * (bounds[1] - bounds[0])
+        if is_narrow and shift > half_width:
             return (
                 f"an event rarer than 1 in {size / RULE_OF_THREE:,.0f} games may be missing; "
                 f"it could move the mean by up to {shift:.2g}"

@@ -87,6 +87,15 @@ class HexWorld(Problem):
         """The smallest and the largest reward: of a special hex, or for a bump."""
         return float(self._reward_table.min()), float(self._reward_table.max())
 
+    @property
+    def return_bounds(self) -> tuple[float, float] | None:
+        """The returns of an exit at once or of endless bumps; a game in between has a mean."""
+        if self.discount >= 1.0:
+            return None
+        returns = [0.0, -self.bump_cost / (1.0 - self.discount), *dict(self.rewards).values()]
+        rounding = 1.0 + 1e-9  # returns are sums of rounded numbers
+        return rounding * min(returns), rounding * max(returns)
+
     @cached_property
     def _reward_table(self) -> Reals:
         """The reward by (state, action, slip event), flat, of shape `[S * 18, 1]`.

@@ -17,6 +17,8 @@ from dmplay.cli.parsed_command_runner import interpret_command
 from dmplay.errors import BadParameter
 from dmplay.evaluation.comparison import compare
 from dmplay.evaluation.many_games import run
+from dmplay.evaluation.return_bounds import compute_return_bounds
+from dmplay.evaluation.statistics import describe_doubt, estimate_mean
 from dmplay.game.command_line_results import Printout
 from dmplay.game.transcript_files import verify
 from dmplay.guide.topics import read_topic
@@ -81,6 +83,33 @@ def test_a_run_says_when_its_interval_may_not_hold_the_mean() -> None:
     assert f"the interval of agent is in doubt: {reason}" in rare
     frequent = run_command("run", "crying-baby", "--agent", "optimal", "--episodes", "2000")
     assert "in doubt" not in frequent
+
+
+@pytest.mark.parametrize(
+    ("name", "agent"),
+    [("hexworld", "optimal"), ("hexworld", "random"), ("machine-replacement", "optimal"),
+     ("machine-replacement", "random"), ("cart-pole", "random"), ("crying-baby", "optimal")],
+)  # fmt: skip
+@pytest.mark.parametrize("size", [100, 1000])
+def test_an_interval_that_holds_the_mean_as_often_as_it_says_is_rarely_in_doubt(
+    name: str, agent: str, size: int
+) -> None:
+    problem, runs = dmplay.load_problem(name), 200
+    returns = dmplay.rollout(
+        problem, [dmplay.load_agent(problem, 0, agent)], episodes=runs * size, turn_limit=120
+    ).returns[:, 0]
+    bounds = compute_return_bounds(problem, 120)
+    samples = returns.reshape(runs, size)
+    covered = [e.low <= returns.mean() <= e.high for e in map(estimate_mean, samples)]
+    assert np.mean(covered) > 0.95 - 4 * (0.95 * 0.05 / runs) ** 0.5
+    assert np.mean([bool(describe_doubt(sample, bounds)) for sample in samples]) <= 0.2
+
+
+def test_the_bounds_of_the_returns_of_hexworld_are_those_of_its_worst_and_best_games() -> None:
+    low, high = compute_return_bounds(dmplay.load_problem("hexworld"), None) or (0.0, 0.0)
+    assert (low, high) == pytest.approx((-10.0, 10.0))
+    costly = dmplay.load_problem("hexworld", bump_cost=3.0)
+    assert costly.return_bounds == pytest.approx((-30.0, 10.0))
 
 
 def test_a_sweep_has_a_row_for_each_setting() -> None:
