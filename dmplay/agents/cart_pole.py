@@ -1,16 +1,15 @@
 """Policies for cart-pole; 0 pushes left, 1 right."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
-from typing import Self
 
 import numpy as np
 
+from dmplay.agents._turns_left import TurnsLeftPolicy
 from dmplay.agents.available_agents import Roster
 from dmplay.agents.base import (
     ESTIMATED_VALUES,
     WITHOUT_END,
-    AdviceQuestion,
     ConstantPolicy,
     ReactivePolicy,
 )
@@ -48,11 +47,12 @@ class Balance(ReactivePolicy):
 
 
 @dataclass(frozen=True)
-class LinearQuadraticPolicy(ReactivePolicy):
+class LinearQuadraticPolicy(TurnsLeftPolicy, ReactivePolicy):
     """Pushes left or right by the sign of a weighted sum of position, speed, angle and swing.
 
     It is the linear quadratic regulator of this cart and pole: the weights follow from the
-    problem's parameters by the Riccati equation.
+    problem's parameters by the Riccati equation. The values look 50 turns ahead, or to the last
+    turn of a game of `horizon` turns.
     """
 
     values_name = ESTIMATED_VALUES
@@ -61,7 +61,6 @@ class LinearQuadraticPolicy(ReactivePolicy):
     push: float = parameter(
         1.0, "cost of a push; a state at its limit costs 1", 0.0, exclusive_low=True
     )
-    horizon: int = parameter(LOOKAHEAD_TURNS, "turns simulated for the values", 1, LOOKAHEAD_TURNS)
 
     @cached_property
     def regulator(self) -> riccati.LinearQuadraticRegulator:
@@ -73,27 +72,33 @@ class LinearQuadraticPolicy(ReactivePolicy):
         (x, v, theta, omega), k = memory[0].T, self.regulator.gain
         return np.where(k[0] * x + k[1] * v + k[2] * theta + k[3] * omega < 0, RIGHT, LEFT)
 
-    def adapt_to_game(self, question: AdviceQuestion) -> Self:
-        """Return a policy that does not look beyond the last turn of a short game."""
-        return replace(self, horizon=min(question.turn_limit or LOOKAHEAD_TURNS, self.horizon))
+    def can_plan_turns(self, turns: int) -> bool:
+        """Return whether the turns of a game can be counted."""
+        return True
 
     def describe_scope(self, turns: int | None) -> str:
-        """Return the number of turns it looks ahead, and that it does not count those left."""
-        note = "" if self.problem.discount == 1.0 else ", discount ignored"
-        note = note if turns is None else f", {WITHOUT_END}{note}"
-        is_last_turn = turns == self.horizon == 1
-        return "" if is_last_turn else f"{format_count(self.horizon, 'turn')} ahead{note}"
+        """Return the number of turns it looks ahead, '' if it always looks to the last turn."""
+        note = "" if self.problem.discount == 1.0 or turns == 1 else "discount ignored"
+        ahead = f"{format_count(LOOKAHEAD_TURNS, 'turn')} ahead"
+        if turns is None or turns != self.horizon:
+            ahead += f", {WITHOUT_END}" * (turns is not None)
+        else:
+            ahead = f"at most {ahead}" if turns > LOOKAHEAD_TURNS else ""
+        return ", ".join(filter(None, (ahead, note)))
 
     def action_values(self, memory: Memory) -> Reals:
         """Return the number of turns that the pole stands after each push, then regulated.
 
-        At most `horizon` turns are simulated.
+        At most 50 turns are simulated, and none after the last turn of the game.
         """
         s, row_count = memory[0].repeat(2, axis=0), len(memory[0])
         a, turns_standing = np.tile([LEFT, RIGHT], row_count), np.zeros(2 * row_count)
-        for _ in range(self.horizon):
+        turns_left = np.full(row_count, LOOKAHEAD_TURNS)
+        if self.horizon:
+            turns_left = np.minimum(turns_left, self.turns_left(memory))
+        for turn in range(int(turns_left.max(initial=0))):
             outcome = self.problem.resolve_events(s, a[:, None], ())
-            turns_standing += outcome.rewards[:, 0]
+            turns_standing += outcome.rewards[:, 0] * (turn < turns_left).repeat(2)
             s = outcome.state
             a = self.choose((s,), None, s)
         return turns_standing.reshape(row_count, 2)
