@@ -110,8 +110,10 @@ class BackwardInductionPolicy(_StateAndTurnPolicy):
 
     def describe_assumed_players(self, opponents: Sequence[str]) -> str:
         """Return the assumed play of the other agents, '' if they play so."""
-        is_assumption = len(self.problem.agents) > 1 and not self._are_optimal(opponents)
-        return "if the other agents take their best actions" if is_assumption else ""
+        if len(self.problem.agents) == 1 or self._are_optimal(opponents):
+            return ""
+        has_ties = self._solution.indifferent_seats - {self.seat}
+        return f"if the other agents take their {'first ' * bool(has_ties)}best actions"
 
     @cached_property
     def _solution(self) -> BackwardInductionResult:

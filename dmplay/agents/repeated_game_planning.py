@@ -28,6 +28,7 @@ from dmplay.solvers.games import bimatrix_game
 MAX_PLANNED_ROUNDS = 100
 MIN_POSTERIOR = 1e-9  # rules that are less probable are left out of the values
 MAX_SHOWN_RULES = 3
+UNNAMED_PLAYERS = ("human", "bot", "replay")  # players whose rule has no name
 SHOWN_PROBABILITY = 0.005  # rules that are less probable are not shown
 ROUND_WORK = 2e4  # operations for one action in one memory of a rule
 MAX_WORK = 1e9
@@ -94,10 +95,16 @@ class RepeatedGamePlan(GreedyPolicy, SeatPolicy):
         return "" if turns == self.horizon else describe_plan_length(self.horizon)
 
     def describe_assumed_players(self, opponents: Sequence[str]) -> str:
-        """Return the number of rules that the opponent may play; '' if its rule is known."""
+        """Return the number of rules that the opponent may play; '' if its rule is known.
+
+        The name of an agent that plays none of these rules is added.
+        """
         if self.to:
             return "" if (self.to,) == tuple(opponents) else f"against {self.to}"
-        return f"if {self.problem.agents[1 - self.seat]} plays one of {len(self._rules)} rules"
+        name = opponents[0].partition(":")[0] if opponents else ""
+        player = self.problem.agents[1 - self.seat]
+        other = "" if name in {"", *UNNAMED_PLAYERS} else f" and not {name}"
+        return f"if {player} plays one of {len(self._rules)} rules{other}"
 
     def describe_model(self, memory: Memory) -> str:
         """Return the most probable rules of an unknown opponent with their probabilities."""

@@ -7,6 +7,7 @@ from decimal import ROUND_CEILING, Context
 
 JSON_SCHEMA = 1  # version of the keys of JSON reports
 MAX_EXTRA_DECIMALS = 2  # decimals added to probabilities so that they sum to 1 as printed
+VALUE_DECIMALS = 9  # of a value, at a scale of 1
 MAX_WHOLE_NUMBER = 1e15  # Larger numbers are printed with an exponent.
 MIN_WHOLE_SCORE = 1000  # score from which on no decimals are printed
 
@@ -25,6 +26,11 @@ def format_number(value: float, digits: int = 6) -> str:
     """Return a number in significant digits; without an exponent if it is large but exact."""
     is_long = 10.0**digits <= abs(value) < MAX_WHOLE_NUMBER
     return f"{value:.0f}" if is_long else f"{value:.{digits}g}"
+
+
+def format_value(value: float, scale: float) -> str:
+    """Return a value in significant digits, without the rounding errors of its scale."""
+    return format_number((round(value / scale, VALUE_DECIMALS) + 0.0) * scale)
 
 
 def format_upper_bound(bound: float, digits: int = 1) -> str:

@@ -8,13 +8,16 @@ from pathlib import Path
 import pytest
 
 import dmplay
+from dmplay.agents.base import AdviceQuestion
 from dmplay.cli.parsed_command_runner import interpret_command
+from dmplay.core.text import format_value
 from dmplay.core.work_budget import report_progress_to
 from dmplay.errors import BadParameter
 from dmplay.evaluation.solutions import simulated_returns, teams
 from dmplay.evaluation.solutions.options import SolveOptions, use_solve_options
 from dmplay.evaluation.solutions.solution import Solution
 from dmplay.evaluation.solutions.solve import solve_problem
+from dmplay.registry.agents import find_hint_provider
 from tests.support.document_examples import TIGER_SOURCE
 from tests.support.problem_cases import every_problem, load_small_problem
 from tests.support.programs import run_dmplay
@@ -199,6 +202,37 @@ def test_the_hunt_solution_compares_teams_with_a_central_planner() -> None:
     }  # fmt: skip
     accuracies = {row["team"]: str(row["evidence"]) for row in hunt_solution.rows}
     assert accuracies["qmdp"].startswith("10 games of up to 20 turns, standard error ")
+
+
+TIE = """EFG 2 R "Tie" {{ "one" "two" }}
+p "" 1 1 "" {{ "keep" "give" }} 0
+t "" 1 "keep" {{ 1 1 }}
+p "" 2 1 "" {{ "kind" "mean" }} 0
+t "" 2 "kind" {{ 2 {kind} }}
+t "" 3 "mean" {{ 0 1 }}
+"""
+
+
+@pytest.mark.parametrize(("kind", "is_tie"), [(1, True), (3, False)])
+def test_a_value_that_rests_on_an_indifferent_player_says_so(
+    tmp_path: Path, kind: int, is_tie: bool
+) -> None:
+    file = tmp_path / "tie.efg"
+    file.write_text(TIE.format(kind=kind))
+    problem = dmplay.load_problem(str(file))
+    note = " if player-1 at a tie chooses the first best action, on which others depend"
+    assert solve_problem(problem).result.endswith(", exact" + note * is_tie)
+    agent = find_hint_provider(problem, AdviceQuestion(0, None, ("human", "human")))
+    assert agent is not None
+    first = "first " * is_tie
+    assert agent.players == f"if the other agents take their {first}best actions"
+
+
+def test_a_value_is_printed_without_the_rounding_error_of_its_scale() -> None:
+    assert format_value(5.55112e-17, 1.0) == "0"
+    assert format_value(-5.55112e-17, 1.0) == "0"
+    assert format_value(2.5e-9, 1e-9) == "2.5e-09"
+    assert format_value(1e-3, 1.0) == "0.001"
 
 
 @pytest.mark.usefixtures("few_games")

@@ -7,7 +7,7 @@ from dmplay.agents.belief_policy_bases import NEGLIGIBLE_WEIGHT
 from dmplay.core import belief
 from dmplay.core.problem import Problem
 from dmplay.core.tabular import tabulate
-from dmplay.core.text import format_count, format_number, format_upper_bound
+from dmplay.core.text import format_count, format_upper_bound, format_value
 from dmplay.core.work_budget import limit_total_work
 from dmplay.errors import BadParameter, BudgetExceeded
 from dmplay.evaluation.solutions.options import DEFAULT_TURNS, resolve_horizon
@@ -59,10 +59,11 @@ def _list_alpha_vectors(problem: Problem) -> Solution:
         for vector, mask in zip(stage.alpha_vectors, stage.first_action_mask, strict=True)
     ]
     value = float((stage.alpha_vectors @ start).max())
+    value_text = format_value(value, problem.reward_scale)
     gap_text = f", error at most {format_upper_bound(stage.gap)}" if stage.gap else ""
     return Solution(
         method,
-        f"{format_count(len(rows), 'vector')}; value {format_number(value)} at the start{gap_text}",
+        f"{format_count(len(rows), 'vector')}; value {value_text} at the start{gap_text}",
         rows,
     )
 

@@ -16,7 +16,7 @@ from dmplay.core import belief
 from dmplay.core.arrays import Bools, Ints
 from dmplay.core.best_actions import mark_best_actions
 from dmplay.core.problem import Problem
-from dmplay.core.text import format_count, format_number
+from dmplay.core.text import format_count, format_value
 from dmplay.errors import BadParameter, BadPolicy, BudgetExceeded
 from dmplay.evaluation.solutions.options import DEFAULT_TURNS, resolve_horizon, resolve_work
 from dmplay.evaluation.solutions.simulated_returns import solve_by_simulation
@@ -73,7 +73,8 @@ def solve_first_actions(problem: Problem) -> Solution:
         if isinstance(agent, FiniteHorizonPolicy)
         else ""
     )
-    summary = f"value {format_number(q[0, legal].max())} at the start{horizon_text}"
+    value = format_value(float(q[0, legal].max()), problem.reward_scale)
+    summary = f"value {value} at the start{horizon_text}"
     return Solution(f"agent {name}", summary, rows)
 
 

@@ -9,7 +9,7 @@ from dmplay.core.arrays import Ints, Reals
 from dmplay.core.best_actions import mark_best_actions
 from dmplay.core.problem import Problem, initial_state_distribution
 from dmplay.core.tabular import tabulate
-from dmplay.core.text import format_count, format_number, format_upper_bound
+from dmplay.core.text import format_count, format_upper_bound, format_value
 from dmplay.core.work_budget import ARRAY_CALL_WORK, Budget, scale_progress
 from dmplay.errors import BadParameter
 from dmplay.evaluation.solutions.options import resolve_horizon
@@ -25,7 +25,6 @@ from dmplay.solvers.mdp.transition_graph import TransitionGraph
 
 MAX_SWEEPS = 10_000
 CONVERGENCE_THRESHOLD = 1e-10  # change of the values below which sweeps stop, at a scale of 1
-VALUE_DECIMALS = 9  # of the value at the start, at a scale of 1
 MAX_STATE_TURNS = 10_000_000  # up to which the value of a finite game is reported too
 MAX_LISTED_STATES = 1000  # If there are more states, only the start states are listed.
 
@@ -166,6 +165,9 @@ def solve_finite_horizon(problem: Problem) -> Solution:
         if result.gap
         else "exact"
     )
+    names = " and ".join(problem.agents[seat] for seat in sorted(result.indifferent_seats))
+    if names:
+        precision += f" if {names} at a tie chooses the first best action, on which others depend"
     span = "infinite horizon" if horizon is None else format_count(horizon, "turn")
     method = f"backward induction over {format_count(len(next_values), 'state')}, {span}"
     return Solution(
@@ -178,9 +180,8 @@ def solve_finite_horizon(problem: Problem) -> Solution:
 def format_start_values(problem: Problem, state_graph: TransitionGraph, values: Reals) -> str:
     """Return a text with the value of the start to each agent, from values `[S, n]`."""
     probabilities, states = initial_state_distribution(problem)
-    scale = problem.reward_scale
-    means = probabilities @ values[state_graph.find_state_indices(problem, states)] / scale
-    texts = [format_number(mean * scale) for mean in np.round(means, VALUE_DECIMALS) + 0.0]
+    means = probabilities @ values[state_graph.find_state_indices(problem, states)]
+    texts = [format_value(mean, problem.reward_scale) for mean in means.tolist()]
     if len(texts) == 1:
         return f"value {texts[0]} at the start"
     value_list = ", ".join(map("{} for {}".format, texts, problem.agents))

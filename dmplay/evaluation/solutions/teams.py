@@ -17,7 +17,7 @@ from dmplay.core.best_actions import select_greedy_actions
 from dmplay.core.problem import Problem
 from dmplay.core.spaces import Labels
 from dmplay.core.tabular import Tables, tabulate
-from dmplay.core.text import format_count, format_number
+from dmplay.core.text import format_count, format_number, format_value
 from dmplay.core.work_budget import Budget, scale_progress, scale_progress_part
 from dmplay.evaluation.solutions.options import DEFAULT_TURNS, resolve_horizon
 from dmplay.evaluation.solutions.simulated_returns import simulate_games
@@ -106,7 +106,7 @@ def solve_joint_plans(problem: Problem) -> Solution:
     """Return the best joint plan found for the planned turns, and an upper bound."""
     turn_count = resolve_horizon(problem.horizon) or DEFAULT_TURNS
     solution = solve_joint_plan(problem, turn_count)
-    value = f"value {format_number(solution.value)} at the start"
+    value = f"value {format_value(solution.value, problem.reward_scale)} at the start"
     value += f" with {format_count(turn_count, 'turn')}"
     upper_bound = format_number(solution.upper_bound)
     bound = "optimal" if solution.is_optimal else f"optimum at most {upper_bound}"

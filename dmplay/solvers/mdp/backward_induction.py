@@ -40,6 +40,7 @@ class BackwardInductionResult(NamedTuple):
     lengths_by_turns_left: list[Reals]
     is_absorbing: Bools  # [S], whether no action leaves the state or pays
     scale: float  # of the rewards
+    indifferent_seats: set[int]  # that choose between equal values on which others depend
 
     def get_values(self, turns_left: int | None) -> Reals:
         """Return the values `[S, n]` with this number of turns left (None: infinite)."""
@@ -69,7 +70,7 @@ def run_backward_induction(
     deciding_seats, is_absorbing = _find_deciding_seats(problem, graph), _mark_absorbing(graph)
     scale = compute_reward_scale(graph.rewards)
     result = BackwardInductionResult(
-        graph, deciding_seats, values, 0.0, lengths, is_absorbing, scale
+        graph, deciding_seats, values, 0.0, lengths, is_absorbing, scale, set()
     )
     horizon_factor = problem.discount / (1.0 - problem.discount) if problem.discount < 1.0 else 1.0
     gaps, state_count = [np.inf], len(graph.states)
@@ -153,9 +154,13 @@ def _backup_one_turn(result: BackwardInductionResult, discount: float) -> tuple[
         is_best = _mark_best_actions(result, q, block, tolerance)
         first_best = _find_first_marked(is_best, starts)
         new_values[block] = q[first_best]
+        counts = np.diff(graph.action_starts)[block]
+        if q.shape[1] > 1 or result.lengths_by_turns_left:
+            is_equal = mark_equal_values(q, np.repeat(q[first_best], counts, axis=0), tolerance)
+            seats = np.repeat(result.deciding_seats[block], counts)
+            result.indifferent_seats.update(seats[is_best & ~is_equal].tolist())
+            is_best &= is_equal
         if result.lengths_by_turns_left:
-            counts = np.diff(graph.action_starts)[block]
-            is_best &= mark_equal_values(q, np.repeat(q[first_best], counts, axis=0), tolerance)
             lengths = compute_action_lengths(graph, rows, result.lengths_by_turns_left[-1])
             new_lengths[block] = np.minimum.reduceat(np.where(is_best, lengths, np.inf), starts)
             new_lengths[result.is_absorbing] = 0.0

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import dmplay
-from dmplay.agents.base import AdviceQuestion, SeatPolicy
+from dmplay.agents.base import EXACT_VALUES, AdviceQuestion, SeatPolicy
 from dmplay.agents.multicaregiver_crying_baby import BestResponse
 from dmplay.cli.parsed_command_runner import interpret_command
 from dmplay.core.session import Session
@@ -17,7 +17,7 @@ from dmplay.game.game_setup import start_new_game
 from dmplay.game.hints.hint_provider import HintProvider
 from dmplay.game.hints.review import format_summary, review_actions
 from dmplay.game.launch_requests import GameRequest
-from dmplay.registry.agents import find_hint_provider
+from dmplay.registry.agents import find_hint_provider, load_roster
 from dmplay.ui.shell.commands import run_line
 from tests.support.literature_dec_pomdps import format_dectiger, parse_team_file
 from tests.support.programs import run_dmplay
@@ -84,8 +84,8 @@ def test_the_values_of_the_first_turn_are_those_of_all_twenty() -> None:
         ("mountain-car", 3, "hint by optimal (turn limit ignored): "),
         ("collision-avoidance", None, "hint by optimal: "),
         ("collision-avoidance", 3, "hint by optimal (turn limit ignored): "),
-        ("cart-pole", None, "hint by regulate (50 turns ahead, turn limit ignored): "),
-        ("cart-pole", 5, "hint by regulate (5 turns ahead, turn limit ignored): "),
+        ("cart-pole", None, "hint by regulate (at most 50 turns ahead): "),
+        ("cart-pole", 5, "hint by regulate (5 turns left): "),
         ("cart-pole", 1, "hint by regulate (1 turn left): "),
         ("catch", None, "hint by optimal (10 turns left): "),
         ("catch", 11, "hint by optimal (11 turns left): "),
@@ -274,7 +274,8 @@ def test_no_move_has_a_regret_against_an_unknown_rule(opponent: str) -> None:
         review_actions(session, [AdviceQuestion.about(session, 0, ["human", opponent])])
     )
     assert {move.regret for move in reviewed} == {None}
-    assert "best action (if agent2 plays one of 11 rules)" in format_summary(reviewed)
+    unknown = " and not gradient-ascent" * (opponent != "human")
+    assert f"(if agent2 plays one of 11 rules{unknown})" in format_summary(reviewed)
     assert format_summary(reviewed).endswith(
         "no regret, because the values are not exactly about this game"
     )
@@ -335,6 +336,47 @@ def test_hint_values_and_review_name_the_other_players(
         f"1 turn left, {players}",
     ]
     assert {move.scope for move in reviewed} == {players * (not is_real)}
+
+
+@pytest.mark.parametrize(
+    ("name", "turns", "unknown"),
+    [
+        ("prisoners-dilemma", 10, {"gradient-ascent", "search"}),
+        ("rock-paper-scissors", 10, {"gradient-ascent", "search"}),
+        ("travelers-dilemma", 2, {"gradient-ascent", "search"}),
+        (
+            "travelers-dilemma",
+            3,
+            {"gradient-ascent", "search", "best-response", "plan-rounds"},
+        ),
+    ],
+)
+def test_values_against_an_agent_without_a_known_rule_say_that_it_plays_none_of_the_rules(
+    name: str, turns: int, unknown: set[str]
+) -> None:
+    problem = dmplay.load_problem(name)
+    for opponent in {*load_roster(problem, 1).agents} - {"axelrod"}:
+        agent = find_hint_provider(problem, AdviceQuestion(0, turns, ("human", opponent)))
+        assert agent is not None
+        assert (agent.values_name == EXACT_VALUES) == (opponent not in unknown), opponent
+        note = f" rules and not {opponent}" if opponent in unknown else f"against {opponent}"
+        assert agent.players.endswith(note)
+    for player in ("human", "bot:./player"):
+        agent = find_hint_provider(problem, AdviceQuestion(0, turns, ("human", player)))
+        assert agent is not None
+        assert agent.players.endswith(" rules")
+
+
+def test_the_turns_ahead_of_a_cart_are_those_that_are_left() -> None:
+    game = make_game("cart-pole", turns=30)
+    for turns_left in (30, 29, 28):
+        hint = game.hint_provider.create_hint()
+        assert hint.startswith(f"hint by regulate ({turns_left} turns left): ")
+        assert game.hint_provider.current_hint is not None
+        values = game.hint_provider.current_hint.values
+        assert values is not None
+        assert values.max() == turns_left
+        game.choose(1)
 
 
 def test_a_review_leaves_out_the_turns_of_earlier_players(tmp_path: Path) -> None:
