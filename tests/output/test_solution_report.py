@@ -3,6 +3,7 @@
 import json
 import re
 from functools import cache
+from hashlib import sha256
 from pathlib import Path
 
 import pytest
@@ -265,11 +266,12 @@ def test_a_solution_is_printed_cached_and_exported_as_json(tmp_path: Path) -> No
     first = run_dmplay(tmp_path, *arguments, XDG_CACHE_HOME=cache_folder)
     assert first.stdout.startswith("hexworld slip=0.1: value iteration\n")
     (cache_file,) = (tmp_path / "cache" / "dmplay" / "solve").iterdir()
-    cache_file.write_text(cache_file.read_text().replace("value iteration", "from the cache"))
+    _, text = cache_file.read_text().replace("value iteration", "from the cache").split("\n")
+    cache_file.write_text(f"{sha256(text.encode()).hexdigest()}\n{text}")
     assert run_dmplay(tmp_path, *arguments, XDG_CACHE_HOME=cache_folder).stdout.startswith(
         "hexworld slip=0.1: from the cache"
     )
-    cache_file.write_text("torn")
+    cache_file.write_text(cache_file.read_text().replace("from the cache", "changed"))
     data = run_dmplay(tmp_path, *arguments, "--json", XDG_CACHE_HOME=cache_folder).stdout
     assert json.loads(data)["method"] == "value iteration"
     assert json.loads(data)["parameters"] == {"slip": 0.1}
