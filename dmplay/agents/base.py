@@ -4,7 +4,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import ClassVar, Self
+from typing import ClassVar, NamedTuple, Self
 
 import numpy as np
 
@@ -32,6 +32,7 @@ ENDS_SOONEST, PAYS_SOONEST = (
     "tie broken by earliest end",
     "tie broken by earliest reward",
 )
+MIN_LEAD_ERRORS = 2.0  # standard errors by which an estimate must lead to be the best
 MAX_TABULAR_STATES = 1000  # maximum number of states for which a table of all states is computed
 
 
@@ -73,6 +74,22 @@ class AdviceQuestion:
         if limit is None or limit == DEFAULT_TURN_LIMIT or turns_done >= limit:
             return ""
         return f"{format_count(limit - turns_done, 'turn')} left"
+
+
+class ReturnEstimates(NamedTuple):
+    """The mean returns of the K first actions that a search tried, with standard errors."""
+
+    actions: Array  # [K]
+    means: Reals  # [K]
+    errors: Reals  # [K], infinite if unknown
+
+    def find_clear_best(self) -> float | None:
+        """Return the action of greatest mean; None if it leads by at most two standard errors."""
+        best = int(self.means.argmax())
+        leads = self.means[best] - self.means
+        margins = MIN_LEAD_ERRORS * np.hypot(self.errors, self.errors[best])
+        is_clear = np.delete(leads > margins, best).all()
+        return float(self.actions[best]) if is_clear else None
 
 
 @dataclass(frozen=True)
@@ -167,6 +184,15 @@ class SeatPolicy(Policy):
         """Return the probability `[B, A]` of each action of another seat in its model.
 
         None if it has no model of that seat.
+        """
+        return None
+
+    def estimate_returns(
+        self, memory: Memory, legal: Bools | None, u: Reals
+    ) -> ReturnEstimates | None:
+        """Return estimates of the value of each action; None if it makes none.
+
+        `memory`, `legal` and the uniforms of a choice have one row.
         """
         return None
 

@@ -11,14 +11,14 @@ import numpy as np
 from dmplay.agents._belief_policy import BeliefPolicy
 from dmplay.agents._particle_filter import N_PARTICLES, ParticleFilter, sample_states
 from dmplay.agents.available_agents import HINT_PROVIDER_ROLE, PARTNER_ROLE
-from dmplay.agents.base import AdviceQuestion, PolicyLookup
+from dmplay.agents.base import AdviceQuestion, PolicyLookup, ReturnEstimates
 from dmplay.core import belief
 from dmplay.core.arrays import Array, Bools, Ints, Reals
 from dmplay.core.best_actions import mark_best_actions
 from dmplay.core.chance import sample_masked_index
 from dmplay.core.parameters import parameter
 from dmplay.core.policy import Memory, Percept, Policy
-from dmplay.core.problem import enumerate_outcomes, make_initial_observation
+from dmplay.core.problem import build_percept, enumerate_outcomes, make_initial_observation
 from dmplay.core.uniforms import expand_uniforms
 from dmplay.errors import BadParameter, BadPolicy, BudgetExceeded
 from dmplay.solvers.search import leaf_values, uct
@@ -31,6 +31,9 @@ MAX_ROLLOUT_STATES = (
     30  # hidden states up to which random playouts are better than values of fully observed states
 )
 MAX_GAME_TURNS = 10**6  # maximum number of turns of a game
+# outcomes that are sampled to estimate first actions: of all actions, and of one
+MAX_SAMPLED_OUTCOMES, MIN_SAMPLES, MAX_SAMPLES = 128, 16, 64
+OUTCOME_SIMULATIONS = 16  # simulations of each search after one of these outcomes
 USUAL_AGENT = "usual"
 UNLIMITED_TURNS = 10**9  # turns left in a game without an end
 
@@ -338,6 +341,68 @@ class TreeSearch(BeliefPolicy):
             )
             is_best = result.keep_usual_unless_better(is_best, usual_actions)
         return np.asarray(result.actions[np.arange(len(u)), sample_masked_index(is_best, u)])
+
+    def estimate_returns(
+        self, memory: Memory, legal: Bools | None, u: Reals
+    ) -> ReturnEstimates | None:
+        """Return the mean return of each legal action over sampled outcomes; None for real actions.
+
+        One search tries actions that begin badly too seldom, stores only some of the random
+        outcomes, and counts its own trials of bad actions. Here each sample is an outcome of its
+        own: one search chooses the action after it, and another one values that choice.
+        """
+        action_count = self.problem.action_counts[self.seat]
+        if not action_count:
+            return None
+        actions = np.arange(action_count) if legal is None else np.flatnonzero(legal[0])
+        count = min(max(MAX_SAMPLED_OUTCOMES // len(actions), MIN_SAMPLES), MAX_SAMPLES)
+        first_actions = np.repeat(actions, count)
+        # The n-th sample of each action has the same uniforms.
+        uniforms = np.tile(expand_uniforms(u[:, 0], 3 * count).reshape(count, 3), (len(actions), 1))
+        blocks = self._outcome_search._config.split_rows(len(first_actions))
+        returns = np.concatenate(
+            [
+                self._outcome_search._sample_returns(memory, first_actions[rows], uniforms[rows])
+                for rows in blocks
+            ]
+        ).reshape(len(actions), count)
+        # Rare outcomes may be missing: the extreme ones count once more.
+        extremes = np.stack([returns.min(axis=1), returns.max(axis=1)], axis=1)
+        deviations = np.hstack([returns, extremes]).std(axis=1, ddof=1)
+        return ReturnEstimates(actions, returns.mean(axis=1), deviations / np.sqrt(count))
+
+    @cached_property
+    def _outcome_search(self) -> "TreeSearch":
+        """The search after one sampled outcome of a first action."""
+        return replace(self, simulations=min(self.simulations, OUTCOME_SIMULATIONS))
+
+    def _sample_returns(self, memory: Memory, first_actions: Ints, u: Reals) -> Reals:
+        """Return a sampled return `[B]` of each first action, by uniforms `[B, 3]`."""
+        model, seat, turns = self._opponent_model, self.seat, self.game_turns
+        memory = tuple(array.repeat(len(u), axis=0) for array in memory)
+        first_uniforms = expand_uniforms(u[:, 0], 1 + model.uniforms_per_turn)
+        roots, memories = self._prepare_roots(memory, first_uniforms[:, :1])
+        memories = tuple(tuple(part[:, 0] for part in parts) for parts in memories)
+        turn_uniforms = first_uniforms[:, 1:]
+        joint = model.choose_joint_actions(roots[:, 0], memories, first_actions, turn_uniforms)
+        outcome = model.step_states(roots[:, 0], joint, turn_uniforms)
+        percept = build_percept(self.problem, seat, joint, outcome)
+        goes_on = ~self.problem.terminal(outcome.state)
+        if turns is not None:
+            goes_on &= turns - memory[1] % turns > 1
+        returns = outcome.rewards[:, seat].copy()
+        rows = np.flatnonzero(goes_on)
+        if len(rows):
+            after = tuple(part[rows] for part in self.update_memory(memory, percept))
+            mask = self.problem.legal_actions_mask(outcome.state[rows])
+            legal = None if mask is None else mask[:, seat]
+            choice, _ = self._run_search(after, legal, u[rows, 1])
+            value, _ = self._run_search(after, legal, u[rows, 2])
+            best = choice.mean_returns.argmax(axis=1)
+            values = value.mean_returns[np.arange(len(rows)), best]
+            values = np.where(np.isfinite(values), values, choice.mean_returns.max(axis=1))
+            returns[rows] += self.problem.discount * values
+        return returns
 
     def _run_search(self, memory: Memory, legal: Bools | None, u: Reals) -> tuple[UctResult, Reals]:
         """Return the result of a search, and the uniforms `[B, K]` expanded from `u`."""

@@ -72,7 +72,9 @@ def explain_action(provider: HintProvider, action: float | None = None) -> Expla
     provider.create_hint()
     hint = provider.current_hint
     assert hint is not None
-    assert hint.action is not None
+    if hint.action is None:  # A search cannot tell the best action.
+        name = "" if action is None else f"{format_real_action(provider, action)} "
+        return Explanation(f"{name}({hint.basis})", (f"{hint.recommended_action}.",), hint.data)
     explained = hint.action if action is None else action
     label = f"{format_real_action(provider, explained)}{_format_place(provider)} ({hint.basis})"
     if hint.values is None:

@@ -10,7 +10,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from dmplay.agents.base import RATINGS, AdviceQuestion
+from dmplay.agents.base import RATINGS, AdviceQuestion, ReturnEstimates, SeatPolicy
 from dmplay.core.arrays import Reals
 from dmplay.core.best_actions import VALUE_TOLERANCE
 from dmplay.core.session import SeatedPolicy, Session, Turn
@@ -35,6 +35,7 @@ from dmplay.views.protocol import Forecast, Overlay
 T = TypeVar("T")
 MAX_LISTED_VALUES = 10  # maximum number of listed action values
 HINT_WORK_LIMIT = 1.5e9  # operations per hint, about one second
+TOO_CLOSE = "too close to call"
 HINT_OVERLAYS = ("values", "policy")  # overlays that count as hints
 SEARCH_AGENT = "search"  # this agent limits its own work
 MIN_DECIMALS, MAX_DECIMALS = 2, 6  # decimals of printed values
@@ -154,7 +155,8 @@ class Hint:
         }
         return {
             "by": self.basis,
-            "action": self.action_name,
+            "action": self.action_name or None,
+            **({} if self.action_name else {"reason": self.recommended_action}),
             "values": finite_values,
             **({"about": self.game} if self.game else {}),
             **accuracy_data(self.values_name),
@@ -296,15 +298,15 @@ class HintProvider:
         reason = self.explain_unavailable()
         if reason:
             return f"no hint: {reason}"
-        action = self._choose_action()
+        action, recommendation = self._choose_action()
         labels, action_name = (
             self.session.action_labels(self.seat),
-            self.session.format_action(self.seat, action),
+            "" if action is None else self.session.format_action(self.seat, action),
         )
         assert self._hint_agent
         hint = Hint(
             self._describe_basis(),
-            self._format_recommended_action(action),
+            recommendation,
             labels,
             self._legal_values(),
             action,
@@ -423,12 +425,49 @@ class HintProvider:
 
     def describe_choice(self) -> str:
         """Return the name of the hint agent and its recommended action."""
-        action_text = self._format_recommended_action(self._choose_action())
-        return Hint(self._describe_basis(), action_text, (), None).recommendation
+        _, recommendation = self._choose_action()
+        return Hint(self._describe_basis(), recommendation, (), None).recommendation
 
-    def _choose_action(self) -> float:
-        """Return the action that the hint agent chooses."""
-        return self._query_agent(SeatedPolicy.choose)
+    def _choose_action(self) -> tuple[float | None, str]:
+        """Return the action that the hint agent chooses, and its name.
+
+        If estimates are too close to call, there is no action, and the text lists them.
+        """
+        estimates = self._query_agent(self._estimate_returns)
+        if estimates is None or len(estimates.means) < 2:
+            action = self._query_agent(SeatedPolicy.choose)
+        else:
+            best = estimates.find_clear_best()
+            if best is None:
+                return None, self._format_estimates(estimates)
+            action = best
+        return action, self._format_recommended_action(action)
+
+    def _estimate_returns(self, seated: SeatedPolicy) -> ReturnEstimates | None:
+        """Return the estimates of the hint agent for each action; None if it makes none."""
+        policy, session = seated.policy, self.session
+        if not isinstance(policy, SeatPolicy):
+            return None
+        u = session.uniform_source.generate_uniforms(
+            1 + self.seat, len(session.turns) + 1, 0, policy.uniform_count
+        )
+        legal = session.legal_actions_mask(self.seat)
+        memory = seated.current_memory()
+        return policy.estimate_returns(memory, None if legal is None else legal[None], u)
+
+    def _format_estimates(self, estimates: ReturnEstimates) -> str:
+        """Return the greatest mean returns with their standard errors, best first."""
+        order = np.argsort(-estimates.means, kind="stable")[:MAX_LISTED_VALUES]
+        means, errors = estimates.means[order].tolist(), estimates.errors[order].tolist()
+        decimals = count_decimals([*means, *errors], self.session.problem.reward_scale)
+        texts = [
+            f"{self.session.format_action(self.seat, action)} {format_fixed(mean, decimals)} "
+            f"({format_fixed(error, decimals) if isfinite(error) else 'unknown'})"
+            for action, mean, error in zip(
+                estimates.actions[order].tolist(), means, errors, strict=True
+            )
+        ]
+        return f"{TOO_CLOSE}; mean return (standard error): {', '.join(texts)}"
 
     def _format_recommended_action(self, action: float) -> str:
         """Return an action as text; a real action is rounded by less than 1e-4 of its interval."""

@@ -1,0 +1,74 @@
+"""Tests of the hints of a search, which says when its estimates are too close to call."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from dmplay.agents.base import AdviceQuestion, ReturnEstimates
+from dmplay.core.session import Session
+from dmplay.core.uniforms import SeededUniforms
+from dmplay.game.hints.explanation import explain_action
+from dmplay.game.hints.hint_provider import HintProvider
+from dmplay.registry.problems import load_problem
+
+LOTTERY = """EFG 2 R "one player with chance" { "Solo" }
+p "buy?" 1 1 "" { "buy" "pass" } 0
+c "" 1 "" { "win" 1/10 "lose" 9/10 } 1 "price" { -2 }
+t "" 2 "prize" { 25 }
+t "" 3 "nothing" { 0 }
+t "" 4 "none" { 0 }
+"""
+TWO_STAGES = """EFG 2 R "two stages" { "Solo" }
+p "" 1 1 "" { "drill" "sell" } 0
+c "" 1 "" { "oil" 0.1 "dry" 0.9 } 1 "cost" { -3 }
+p "" 1 2 "" { "pump" "stop" } 0
+t "" 2 "" { 40 }
+t "" 3 "" { 10 }
+t "" 4 "" { 0 }
+t "" 5 "" { 0.5 }
+"""
+SURE_GAIN = LOTTERY.replace('1/10 "lose" 9/10', '9/10 "lose" 1/10')
+
+
+def make_provider(folder: Path, text: str, seed: int) -> HintProvider:
+    pytest.importorskip("pyspiel")
+    path = folder / "game.efg"
+    path.write_text(text)
+    session = Session(load_problem(str(path)), SeededUniforms(seed), [None])
+    return HintProvider(session, AdviceQuestion(0, None))
+
+
+@pytest.mark.parametrize(("text", "wrong"), [(LOTTERY, "pass"), (TWO_STAGES, "sell")])
+def test_a_search_recommends_no_action_that_chance_made_look_good(
+    tmp_path: Path, text: str, wrong: str
+) -> None:
+    providers = [make_provider(tmp_path, text, seed) for seed in range(8)]
+    hints = [provider.create_hint() for provider in providers]
+    assert not any(hint.endswith(f": {wrong}") for hint in hints)
+    assert sum("too close to call; mean return (standard error): " in hint for hint in hints) >= 6
+
+
+def test_a_search_recommends_an_action_that_leads_clearly(tmp_path: Path) -> None:
+    hints = [make_provider(tmp_path, SURE_GAIN, seed).create_hint() for seed in range(4)]
+    assert hints == ["hint by search: buy"] * 4
+
+
+def test_every_question_says_that_estimates_are_too_close(tmp_path: Path) -> None:
+    provider = make_provider(tmp_path, LOTTERY, 1)
+    provider.create_hint()
+    hint = provider.current_hint
+    assert hint is not None
+    assert hint.action is None
+    assert hint.data["action"] is None
+    assert str(hint.data["reason"]).startswith("too close to call; mean return")
+    assert "too close to call" in provider.describe_choice()
+    assert "too close to call" in str(explain_action(provider))
+    assert "too close to call" in str(explain_action(provider, 0))
+
+
+def test_an_estimate_must_lead_by_two_standard_errors() -> None:
+    actions, means = np.array([3, 5]), np.array([1.0, 2.0])
+    assert ReturnEstimates(actions, means, np.array([0.3, 0.3])).find_clear_best() == 5
+    assert ReturnEstimates(actions, means, np.array([0.4, 0.4])).find_clear_best() is None
+    assert ReturnEstimates(actions, means[[0, 0]], np.zeros(2)).find_clear_best() is None
