@@ -111,7 +111,6 @@ class RegretMatchingEquilibrium(_MixedStrategyPolicy):
 @dataclass(frozen=True)
 class HierarchicalSoftmax(_MixedStrategyPolicy):
     """Plays well, with errors, against an agent one level lower; level 0 is random (section 24.7).
-
     Its own level is `level`. A level above 0 plays an action with a
     probability proportional to exp(`precision` u); u is the expected reward of that action against
     the level below.

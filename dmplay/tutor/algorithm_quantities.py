@@ -56,7 +56,22 @@ def sweep_value(position: PositionInGame, state: str, sweep: int) -> Truth:
         values = f"with V = {listed} before sweep {sweep}"
         return f"the best action has {count}, {values}; each of these steps also has a reward"
 
-    return Truth(float(values[index]), explain)
+    q = compute_action_values(tables, problem.discount, previous)[index]
+    best = np.array([[int(np.argmax(q))]])
+    _, p, outcome = enumerate_possible_outcomes(problem, find_state(position, state)[None], best)
+    later = previous[problem.state_indices(outcome.state)]
+    terms: dict[str, float] = {}
+    for probability, reward, value in zip(p, outcome.rewards[:, 0], later, strict=True):
+        old = f"{format_number(problem.discount)} x {format_number(float(value))}"
+        term = f"({format_number(float(reward))} + {old})"
+        terms[term] = terms.get(term, 0.0) + float(probability)
+    calculation = " + ".join(f"{format_number(share)} x {term}" for term, share in terms.items())
+    label, value = problem.format_action(0, int(best[0, 0])), format_number(float(values[index]))
+    return Truth(
+        float(values[index]),
+        explain,
+        comparison=f"the best action, {label}, is worth {calculation} = {value}",
+    )
 
 
 def last_policy_change(position: PositionInGame, state: str = "") -> Truth:
@@ -97,7 +112,9 @@ def last_policy_change(position: PositionInGame, state: str = "") -> Truth:
         states = format_count(wrong_counts[int(typed) - 1], "state")
         return f"in sweep {int(typed)}, a wrong action is best or ties with the best in {states}"
 
-    return Truth(float(last_wrong + 1), explain)
+    sweeps = (number for number in (last_wrong, last_wrong + 1) if number)
+    parts = [f"in sweep {n}, {_describe_best_two(action_values[n - 1])}" for n in sweeps]
+    return Truth(float(last_wrong + 1), explain, comparison="; ".join(parts) * bool(state))
 
 
 def largest_later_change(position: PositionInGame, sweep: int) -> Truth:
@@ -121,7 +138,10 @@ def largest_later_change(position: PositionInGame, sweep: int) -> Truth:
         times = format_number(parse_number(answer) / residual)
         return f"that is {times} times the residual of sweep {sweep}; {sweeps}"
 
-    return Truth(residual * discount / (1.0 - discount), explain)
+    bound = residual * discount / (1.0 - discount)
+    factor = format_number(discount)
+    calculation = f"{format_number(residual)} x {factor} / (1 - {factor}) = {format_number(bound)}"
+    return Truth(bound, explain, comparison=calculation)
 
 
 def exit_probability(position: PositionInGame, exit_state: str, discount: float) -> Truth:

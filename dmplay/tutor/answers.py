@@ -80,7 +80,8 @@ def check_answer(
             return AnswerCheck(is_right, truth.comparison if is_right else truth.explain(label))
         case tuple():
             return _check_order(truth, text)
-    number = abs(parse_number(text)) if truth.is_cost else parse_number(text)
+    typed = parse_number(text)
+    number = abs(typed) if truth.is_cost else typed
     if abs(number - truth.value) <= max(prediction.tolerance, DEFAULT_TOLERANCE):
         exact = format_number(truth.value)
         return AnswerCheck(
@@ -88,7 +89,9 @@ def check_answer(
         )
     direction = "high" if number > truth.value else "low"
     explanation = truth.explain(str(number))
-    return AnswerCheck(False, f"{format_number(number)} is too {direction}" + _append(explanation))
+    cost = f", a cost of {format_number(number)}," * (number != typed)
+    reason = f"{format_number(typed)}{cost} is too {direction}"
+    return AnswerCheck(False, reason + _append(explanation))
 
 
 def describe_right_answer(

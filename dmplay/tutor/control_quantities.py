@@ -20,6 +20,7 @@ from dmplay.tutor.truth import Truth, format_number
 from dmplay.tutor.typed_text import parse_number
 
 MIDDLE_SHARE = (0.05, 0.95)  # of the heights between which 9 of 10 cases are
+MAX_LISTED_TURNS = 12  # of a sum that is written out
 ROUND_DECIMALS = 9  # of states that differ by rounding errors only
 
 
@@ -70,7 +71,15 @@ def noise_cost(position: PositionInGame, turns_left: int) -> Truth:
         ends = f"turn 1 costs 0 (you start at 0) and turn {turns_left} costs {last}"
         return f"yours is {mean} in each turn on average, but {ends}"
 
-    return Truth(cost, explain if problem.noise else lambda _: "", is_cost=True)
+    factors = " + ".join(format_number(problem.discount**turn) for turn in range(1, turns_left))
+    calculation = f"{format_number(problem.noise**2)} x ({factors}) = {format_number(cost)}"
+    comparison = calculation if 2 <= turns_left <= MAX_LISTED_TURNS else ""
+    return Truth(
+        cost,
+        explain if problem.noise else lambda _: "",
+        comparison=comparison,
+        is_cost=True,
+    )
 
 
 def collision_probability(

@@ -180,7 +180,9 @@ class LessonRun:
             else answers.describe_right_answer(self.position, task, self.truth)
         )
         sentence = f"answer: {text}." if text else "answer: many are right; see the hint."
-        return self._finish(REVEALED, (sentence, self._describe_learned()))
+        reason = _to_sentence(self.truth.comparison) if self.truth else ""
+        lines = filter(None, (sentence, reason, self._describe_learned()))
+        return self._finish(REVEALED, tuple(lines))
 
     def skip(self) -> TutorReply:
         """Go on to the next step; the current one stays open."""

@@ -144,7 +144,9 @@ def missed_outcome_probability(
         """Return the probability for one try."""
         return f"with 1 try it is {format_number(1.0 - p)}" if tries > 1 else ""
 
-    return Truth((1.0 - p) ** tries, explain)
+    value = (1.0 - p) ** tries
+    calculation = f"{format_number(1.0 - p)}^{tries} = {format_number(value)}"
+    return Truth(value, explain, comparison=calculation)
 
 
 def find_state(position: PositionInGame, text: str) -> Array:

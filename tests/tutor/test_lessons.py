@@ -15,10 +15,11 @@ from dmplay.errors import DmplayError
 from dmplay.registry.problems import load_problem
 from dmplay.tutor.game_checks import check_game
 from dmplay.tutor.lesson import GameTask, Position, Prediction, QuantityCall, TutorLesson
-from dmplay.tutor.lesson_list import load_builtin_lessons
+from dmplay.tutor.lesson_list import find_lesson, load_builtin_lessons, load_lessons
 from dmplay.tutor.lesson_run import LessonRun, TutorReply
 from dmplay.tutor.positions import PositionInGame, open_position, play_ghost
 from dmplay.tutor.progress import PASSED, load_progress
+from dmplay.tutor.puzzles import find_puzzle, make_exercise
 from dmplay.tutor.quantity import compute_truth
 from tests.tutor.lesson_scripts import RIGHT_ANSWERS, WRONG_ANSWERS, WrongAnswer, list_lines
 
@@ -946,3 +947,67 @@ def test_singing_never_pays_with_the_usual_costs() -> None:
             loss = compute_truth(position, QuantityCall("belief-loss", arguments)).value
             assert isinstance(loss, float)
             assert loss > 0.03
+
+
+def show_answers(number: int) -> list[str]:
+    """Return the lines that `show` prints at each prediction of a built-in lesson."""
+    lesson = find_lesson(load_lessons(""), str(number))
+    lines = list[str]()
+    for index, step in enumerate(lesson.steps):
+        if isinstance(step.task, Prediction):
+            run = LessonRun(lesson, index)
+            run.give_hint()
+            for _ in range(3):
+                run.check_answer("99")
+            lines += run.show_answer().lines
+    return lines
+
+
+def test_show_prints_the_calculation_of_the_answer() -> None:
+    lines = show_answers(3)
+    east = "The best action, e, is worth 0.7 x (0 + 0.9 x 10) + 0.3 x (-1 + 0.9 x -0.3) = 5.919."
+    assert lines[lines.index("answer: 5.919.") + 1] == east
+    assert lines[lines.index("answer: 4.256.") + 1] == "0.473 x 0.9 / (1 - 0.9) = 4.256."
+    assert "in sweep 6, the best two actions are" in lines[lines.index("answer: 6.") + 1]
+
+
+def test_a_wrong_cost_keeps_the_sign_that_was_typed() -> None:
+    run = LessonRun(find_lesson(load_lessons(""), "7"), 2)
+    assert run.check_answer("-1").lines[0].startswith("not yet. -1, a cost of 1, is too high. ")
+    assert run.check_answer("1").lines[0].startswith("not yet. 1 is too high. ")
+    assert run.check_answer("-0.01").lines[0].startswith("not yet. -0.01, a cost of 0.01, is too ")
+    run.give_hint()
+    answer, calculation, _ = run.show_answer().lines
+    assert calculation.startswith("0.01 x (0.9 + 0.81 + 0.729 + ")
+    assert calculation.endswith(f"= {answer.removeprefix('answer: ')}")
+
+
+def test_a_meal_at_one_half_pays_from_three_turns_on() -> None:
+    """Lesson 10 says so in a hint."""
+    position = open_position(Position("crying-baby", turns=10), Path())
+    is_better = []
+    for turns_left in range(1, 11):
+        values = [
+            compute_truth(
+                position,
+                QuantityCall(
+                    "belief-value",
+                    {
+                        "action": action,
+                        "belief": "hungry 0.5 sated 0.5",
+                        "turns_left": turns_left,
+                    },
+                ),
+            ).value
+            for action in ("feed", "ignore")
+        ]
+        is_better.append(values[0] > values[1])  # type: ignore[operator]  # numbers
+    assert is_better == [False] * 2 + [True] * 8
+    hint = find_lesson(load_lessons(""), "10").steps[3].hint
+    assert "at P(hungry) = 0.5, but not in the last two turns" in hint
+
+
+def test_a_puzzle_names_the_formula_of_the_opponent() -> None:
+    question = make_exercise(find_puzzle("travelers-dilemma:1")).question
+    text = " ".join(question.describe_game())
+    assert "proportional to exp(0.5 u); u is the expected reward of that action" in text

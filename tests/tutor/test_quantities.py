@@ -537,7 +537,7 @@ def test_a_cost_may_be_typed_as_a_negative_reward(typed: str, is_right: bool) ->
     assert check.is_right == is_right
     if not is_right:
         assert check.reason == (
-            "20 is too low. The same actions cost 7.5 in all if the state is sated"
+            "-20, a cost of 20, is too low. The same actions cost 7.5 in all if the state is sated"
         )
 
 
