@@ -8,8 +8,12 @@ import pytest
 
 import dmplay
 from dmplay.game.export_formats import EXPORT_FORMATS
+from dmplay.game.game import Game
+from dmplay.game.game_series import GameController
+from dmplay.game.game_setup import start_new_game
+from dmplay.game.launch_requests import GameRequest
 from dmplay.registry import problems
-from dmplay.ui.shell.commands import COMMANDS
+from dmplay.ui.shell.commands import COMMANDS, run_line
 from dmplay.ui.shell.plain_mode import JsonReporter, SentenceReporter
 from tests.privacy.command_arguments import (
     CHANGING_COMMANDS,
@@ -240,3 +244,43 @@ def test_the_end_reveals_what_was_hidden(name: str, front: str, game_folder: Pat
     assert first[:SHARED_TURNS] == second[:SHARED_TURNS]
     if twins.problem.partially_observable:
         assert first != second
+
+
+def ask_for_advice(game: Game) -> list[str]:
+    """Return the advice on the current turn, without the answers that show the seed."""
+    controller = GameController(game)
+    actions = [f"{command} {label}" for command in ("whatif", "why") for label in "fi"]
+    return [run_line(controller, line) for line in ("hint", "why", "values", "belief", *actions)]
+
+
+@pytest.mark.parametrize(
+    "pair_count", [pytest.param(4, id="few"), pytest.param(350, id="many", marks=pytest.mark.slow)]
+)
+@pytest.mark.parametrize("partner", ["feed-when-crying", "joint-plan", "best-response"])
+def test_advice_for_a_known_partner_uses_only_what_the_seat_observes(
+    partner: str, pair_count: int
+) -> None:
+    games_by_observations: dict[tuple[object, ...], Game] = {}
+    pairs = 0
+    for seed in range(100 * pair_count):
+        seat, turns_done = seed % 2, 1 + seed % 3
+        seats = [partner, partner]
+        seats[seat] = "human"
+        names = [f"caregiver{number}={name}" for number, name in enumerate(seats, 1)]
+        request = GameRequest("multicaregiver-crying-baby", seed=seed, seats=names, turns=6)
+        game = start_new_game(request)
+        for turn in range(turns_done):
+            game.choose((seed // 6 + turn) % 3)
+        session = game.session
+        observed = [
+            (int(turn.actions[seat]), int(turn.observations[seat])) for turn in session.turns
+        ]
+        twin = games_by_observations.setdefault((seat, *observed), game)
+        if int(twin.session.state) == int(session.state):
+            continue
+        assert ask_for_advice(twin) == ask_for_advice(game)
+        games_by_observations.pop((seat, *observed))
+        pairs += 1
+        if pairs == pair_count:
+            return
+    raise AssertionError(f"only {pairs} pairs of games look the same")
