@@ -8,7 +8,7 @@ from dmplay.agents.multicaregiver_crying_baby import BestResponse
 from dmplay.core import belief
 from dmplay.core.policy import Percept
 from dmplay.core.session import Session
-from dmplay.errors import BadParameter, BadPolicy
+from dmplay.errors import BadParameter, BadPolicy, UnknownName
 from dmplay.problems.multicaregiver_crying_baby import MulticaregiverCryingBaby
 from dmplay.problems.shared.baby_care import FEED, IGNORE, SING
 from dmplay.registry.agents import load_roster
@@ -141,7 +141,9 @@ def test_with_a_partner_who_never_feeds_the_costly_feeder_feeds_every_other_turn
 
 
 def test_an_unknown_partner_raises_an_error_that_lists_the_partners() -> None:
-    with pytest.raises(BadParameter, match="got 'sleep', expected one of feed-when-crying, random"):
+    with pytest.raises(
+        UnknownName, match=r"unknown agent 'sleep'; expected one of .*best-response"
+    ):
         dmplay.load_agent(PROBLEM, 0, "best-response:to=sleep")
 
 
