@@ -14,6 +14,10 @@ from dmplay.cli.commands import COMMANDS, build_command
 from dmplay.errors import BadParameter, DmplayError, UnknownName
 from dmplay.registry.builtin_names import problem_names
 
+SINGLE_OPTIONS = {  # that name one agent, with the option or command that takes several
+    "--agent": "--seat NAME=AGENT sets another seat, and dmplay compare compares agents",
+    "--vs": "--seat NAME=AGENT sets one of the other seats",
+}
 DEFAULT_RATE = "50"  # turns per second of --rate without a value
 
 
@@ -39,6 +43,8 @@ class CommandGroup(TyperGroup):
         # Completion works with an invalid settings file, and `config path` helps to repair it.
         is_lenient = ctx.resilient_parsing or args[:2] == ["config", "path"]
         ignored_errors = (DmplayError,) if is_lenient else ()
+        with suppress(*ignored_errors):
+            _check_repeated_options(args)
         with suppress(*ignored_errors):
             args = _expand_alias(args)
         if args[:1] == ["help"]:  # as in the shell
@@ -89,6 +95,14 @@ def _check_misspelling(name: str) -> None:
     )
     if close_commands and not close_problems and not _is_problem(name):
         raise UnknownName("command", word, COMMANDS)
+
+
+def _check_repeated_options(args: list[str]) -> None:
+    """Raise BadParameter if an option for one seat is typed twice; only the last would count."""
+    options = [word.partition("=")[0] for word in args]
+    for option, remedy in SINGLE_OPTIONS.items():
+        if options.count(option) > 1:
+            raise BadParameter(f"{option}: got {options.count(option)}, expected one; {remedy}")
 
 
 def _expand_strict(word: str) -> str:

@@ -72,6 +72,12 @@ def _add_file_hash(name: str) -> str:
     return f"{PIP_EXTRA}:efg_game(filename={match[1]}, sha256={digest})"
 
 
+def _get_file_or_name(name: str) -> str:
+    """Return the file that a game is read from, else the game's name."""
+    match = EFG_FILE_PATTERN.fullmatch(name.partition(":")[2])
+    return match[1] if match else name
+
+
 def list_problem_names() -> list[str]:
     """Return the sorted names of all registered games."""
     return sorted(import_library("pyspiel", PIP_EXTRA, PIP_EXTRA).registered_names())
@@ -96,7 +102,7 @@ def _load_game(name: str) -> Any:
         with _silence_stderr():
             return pyspiel.load_efg_game(form.text) if form else pyspiel.load_game(text)
     except LIBRARY_ERRORS as error:
-        raise BadParameter(f"{name}: {summarize_error(error)}") from None
+        raise BadParameter(f"{_get_file_or_name(name)}: {summarize_error(error)}") from None
 
 
 @cache
@@ -120,7 +126,7 @@ def _schedule_turns(name: str) -> dict[str, int]:
         player = error.args[1][0][0] - 1
         reason = f"the number of turns would reveal hidden information to player-{player}"
         raise BadParameter(
-            f"{name}: its information sets cannot be ordered in time: {reason}"
+            f"{_get_file_or_name(name)}: its information sets cannot be ordered in time: {reason}"
         ) from None
     return {
         f"{player - 1}-{player - 1}-{number}-": count for (player, number), count in turns.items()
@@ -461,4 +467,4 @@ class OpenSpielProblem(ExternalProblem):
         }
         reason = next((reason for reason, applies in reasons.items() if applies), "")
         if reason:
-            raise BadParameter(f"{self.name}: {reason}")
+            raise BadParameter(f"{_get_file_or_name(self.name)}: {reason}")

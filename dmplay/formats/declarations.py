@@ -11,7 +11,7 @@ import numpy as np
 from dmplay.core.arrays import Bools, Ints
 from dmplay.core.work_budget import Budget
 from dmplay.errors import UnknownName
-from dmplay.formats.lexer import TokenSpan, parse_integer
+from dmplay.formats.lexer import NAME_LIST_PATTERN, TokenSpan, parse_integer
 
 WILDCARD = "*"
 BYTES_PER_NAME = 200  # bytes of a name in memory
@@ -89,6 +89,8 @@ class Declaration:
             return cls(kind, [*map(str, range(count))])
         unique_names: set[str] = set()
         for position, word in enumerate(words):
+            if word.endswith(",") or (len(words) == 1 and NAME_LIST_PATTERN.fullmatch(word)):
+                raise span.error_at(position, f"got {word!r}, expected {kind} names")
             if word in unique_names or word in (WILDCARD, ":"):
                 raise span.error_at(position, f"got {word!r}, expected distinct {kind} names")
             unique_names.add(word)

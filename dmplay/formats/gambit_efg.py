@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from dmplay.formats.declarations import make_reading_budget
 from dmplay.formats.gambit_nfg import GambitLexer
-from dmplay.formats.lexer import SourceText
+from dmplay.formats.lexer import SourceText, decode_text
 from dmplay.formats.preamble import SUM_TOLERANCE
 
 BYTES_PER_NODE = 2000  # memory of one node while it is read and written
@@ -192,7 +192,7 @@ def read_efg(path: str, raw: bytes) -> ExtensiveForm:
     Information sets are numbered from 1 on, every node lists its actions, and only terminal nodes
     have payoffs: the sums on their paths. If chance alone ends the game, the first player sees how.
     """
-    lexer = GambitLexer(SourceText(path, raw.decode("utf-8-sig", "replace")))
+    lexer = GambitLexer(SourceText(path, decode_text(path, raw)))
     for expected in (("EFG",), ("2",), ("R", "D")):
         lexer.expect(*expected)
     title = lexer.read_string("the title of the game, in quotation marks")

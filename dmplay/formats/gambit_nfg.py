@@ -11,7 +11,14 @@ from dmplay.core.playability_checks import RESERVED_WORDS
 from dmplay.core.spaces import Labels
 from dmplay.errors import BadFile
 from dmplay.formats.declarations import make_reading_budget, make_unique_labels
-from dmplay.formats.lexer import EXPECTED_NUMBER, MAX_NUMBER, SourceText, is_number, parse_integer
+from dmplay.formats.lexer import (
+    EXPECTED_NUMBER,
+    MAX_NUMBER,
+    SourceText,
+    decode_text,
+    is_number,
+    parse_integer,
+)
 from dmplay.formats.problem_classes import NormalFormGame, PayoffTable
 
 TOKEN_PATTERN = re.compile(r'"(?:[^"\\]|\\.)*"?|[{}]|[^\s{}",]+')
@@ -21,7 +28,7 @@ EXPECTED_STRATEGIES = "strategies in braces, or their number"
 
 def read_nfg(path: str, raw: bytes) -> NormalFormGame:
     """Return the game in a file of this content."""
-    lexer = GambitLexer(SourceText(path, raw.decode("utf-8-sig", "replace")))
+    lexer = GambitLexer(SourceText(path, decode_text(path, raw)))
     for expected in (("NFG",), ("1",), ("R", "D")):
         lexer.expect(*expected)
     description = lexer.read_string("the title of the game, in quotation marks")

@@ -1,9 +1,11 @@
 """The tokens of a file, and errors that state a token's line and column."""
 
+import codecs
 import re
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from itertools import islice, pairwise, takewhile
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -19,6 +21,25 @@ PROBABILITY_TOLERANCE = 1e-9  # largest excess of a probability over 1
 # a sign with a blank between it and its number
 DETACHED_SIGN_PATTERN = re.compile(r"(?<!\S)[+-]\s+(?=[\d.])")
 TOKEN_PATTERN = re.compile(r"[^\s:]+|:")
+GLUED_COMMENT_PATTERN = re.compile(r"[^\s#]#")
+# a word before a comma, or numbers with a decimal point between commas
+COMMA_LIST_PATTERN = re.compile(r"[^,]+,|[\d.eE+-]*\.[\d.eE+-]*(,[\d.eE+-]+)+")
+NAME_LIST_PATTERN = re.compile(r"\w[\w.-]*(,\w[\w.-]*)*,|\w[\w.-]*(,\w[\w.-]*)+")
+
+
+def decode_text(path: str, raw: bytes) -> str:
+    """Return the text of a file, with `\\n` at the end of each line.
+
+    UTF-16 is read if the file begins with its mark. Raise BadFile for other text that is not UTF-8,
+    and for XML.
+    """
+    has_mark = raw.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
+    text = raw.decode("utf-16" if has_mark else "utf-8-sig", "replace")
+    if "\0" in text:
+        raise BadFile(path, 1, text.index("\0") + 1, "got a zero byte, expected text in UTF-8")
+    if text.lstrip().startswith("<"):
+        raise BadFile(path, 1, 1, f"got XML, expected text in the format of {Path(path).suffix}")
+    return text if "\n" in text else text.replace("\r", "\n")
 
 
 @dataclass(frozen=True)
@@ -28,25 +49,29 @@ class SourceText:
     path: str
     content: str
     leading_comment: str = ""
+    glued_comment_lines: frozenset[int] = frozenset()  # where # directly follows a word
 
     @classmethod
     def from_bytes(cls, path: str, raw: bytes) -> "SourceText":
         """Return a file's text, with comments blanked and signs moved to their numbers."""
-        content = raw.decode("utf-8-sig", "replace")
+        content = decode_text(path, raw)
         comment_lines = takewhile(lambda line: line.startswith("#"), content.splitlines())
         leading_comment = "\n".join(line.lstrip("#").strip() for line in comment_lines).strip()
+        glued_offsets = [match.start() for match in GLUED_COMMENT_PATTERN.finditer(content)]
         content = COMMENT_PATTERN.sub(lambda match: " " * len(match[0]), content)
         return cls(
             path,
             DETACHED_SIGN_PATTERN.sub(lambda match: match[0][1:] + match[0][0], content),
             leading_comment,
+            frozenset(content.count("\n", 0, n) + 1 for n in glued_offsets),
         )
 
     def error_at(self, offset: int, explanation: object) -> BadFile:
         """Return an error with the line and column of an offset in the content."""
         line = self.content.count("\n", 0, offset) + 1
         column = offset - (self.content.rfind("\n", 0, offset) + 1) + 1
-        return BadFile(self.path, line, column, str(explanation))
+        note = "; # begins a comment, also after a name" * (line in self.glued_comment_lines)
+        return BadFile(self.path, line, column, f"{explanation}{note}")
 
 
 class TokenSpan(NamedTuple):
@@ -75,7 +100,10 @@ class TokenSpan(NamedTuple):
         return [*islice(matches, self.skipped_tokens + len(self.tokens))]
 
     def error_at(self, index: int, explanation: object) -> BadFile:
-        """Return an error with the line and column of a token."""
+        """Return an error with the line and column of a token; a list with commas is named."""
+        token = self.tokens[index] if index < len(self.tokens) else ""
+        if COMMA_LIST_PATTERN.fullmatch(token):
+            explanation = f"got {token!r}, expected blanks instead of commas"
         return self.source.error_at(self.token_offset(index), explanation)
 
     def slice(self, first: int, last: int | None = None) -> "TokenSpan":

@@ -15,6 +15,7 @@ from dmplay.formats.statements import VALUE_KEYWORDS
 DECLARATION_KEYS = ("agents", "discount", "values", "states", "actions", "observations", "start")
 # key of zmdp's files for the states that end a game, which their T: lines imply too
 END_STATES_KEY = "E"
+HORIZON_KEYS = ("horizon", "turns")  # of other formats
 START_LIST_KEYS = ("include", "exclude")
 # words that are not names, because a line or a value begins with them
 KEYWORDS = {
@@ -118,6 +119,10 @@ def _iter_declarations(source: SourceText, end: int) -> Iterator[tuple[str, Toke
     for first, colon, last in zip(
         key_indices, colons, [*key_indices[1:], len(tokens)], strict=True
     ):
+        if tokens[first] in HORIZON_KEYS:
+            raise span.error_at(
+                first, f"got {tokens[first]}:, which the format lacks; set --turns instead"
+            )
         if tokens[first] not in (*DECLARATION_KEYS, END_STATES_KEY) or (
             colon - first > 1 and tokens[first] != "start"
         ):

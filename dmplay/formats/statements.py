@@ -5,6 +5,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from math import inf, prod
 from typing import NamedTuple
 
+from dmplay.core.text import format_count
 from dmplay.formats.declarations import AnyDeclaration, IndexSelection
 from dmplay.formats.lexer import SourceText, TokenSpan, is_number
 
@@ -90,7 +91,13 @@ def iter_statements(
 
     Raises BadFile also for O: statements in a file without observations.
     """
-    pattern = LINE_STATEMENT_PATTERN if grammars["T"].team else STATEMENT_PATTERN
+    grammar = grammars["T"]
+    # A name may also be T, O or R.
+    has_statement_names = any(
+        kind in field.index_by_name for field in grammars["R"].fields for kind in "TOR"
+    )
+    uses_lines = grammar.team or has_statement_names
+    pattern = LINE_STATEMENT_PATTERN if uses_lines else STATEMENT_PATTERN
     matches = [*pattern.finditer(source.content)]
     if not matches:
         raise source.error_at(
@@ -130,7 +137,10 @@ def _parse_statement(grammar: StatementGrammar, offset: int, span: TokenSpan) ->
     values = span.slice(first + name_count)
     if len(selections) < grammar.min_named_fields:
         raise values.error_at(
-            0, f"expected {grammar.min_named_fields} names, each followed by a colon, then numbers"
+            0,
+            f"expected {format_count(grammar.min_named_fields, 'name')}, "
+            f"{'each ' * (grammar.min_named_fields > 1)}followed by a colon, "
+            "then numbers",
         )
     if not values.tokens:
         raise values.error_at(0, f"expected {' or '.join(('numbers', *grammar.keywords))}")

@@ -488,3 +488,9 @@ def test_a_user_without_a_home_can_run_everything_and_is_warned_once(
     assert result.stderr.count(warning) == 1 or not warning
     assert result.returncode == (2 if error else 0), result.stderr
     assert error in result.stderr
+
+
+def test_an_agent_that_would_be_ignored_is_an_error(tmp_path: Path) -> None:
+    result = run_dmplay(tmp_path, "run", "hexworld", "--agent", "optimal", "--agent=random")
+    assert result.returncode == 2
+    assert result.stderr.startswith("error: --agent: got 2, expected one; --seat NAME=AGENT sets")

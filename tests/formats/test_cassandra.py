@@ -365,3 +365,35 @@ def test_rows_that_no_game_uses_may_be_empty(tmp_path: Path) -> None:
 def test_rows_that_a_game_uses_must_sum_to_1(row: str, fault: str) -> None:
     with pytest.raises(BadFile, match=fault):
         cassandra.read_markov_file("drive.pomdp", UNREACHED_TEXT.replace(row, "").encode())
+
+
+@pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-16"])
+def test_files_of_other_encodings_and_line_ends_are_read(encoding: str) -> None:
+    text = TIGER_TEXT.replace("\n", "\r")
+    problem = cassandra.read_markov_file("tiger.pomdp", text.encode(encoding))
+    assert problem.state_names == ("tiger-left", "tiger-right")
+    assert problem.description().startswith("Listen for the tiger")
+
+
+def test_actions_and_states_may_be_named_like_statements() -> None:
+    text = "discount: 0.9\nvalues: reward\nstates: T O\nactions: R T\nT: *\nidentity\n"
+    problem = cassandra.read_markov_file("r.mdp", f"{text}R: R : T : * 1\nR: T : O : * 2".encode())
+    assert tabulate(problem).rewards[:, :, 0].tolist() == [[1, 0], [0, 2]]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "fault"),
+    [
+        ("discount", "<?xml version='1.0'?>", "1:1: got XML, expected text in the format of .pom"),
+        ("discount", "\0d", "1:1: got a zero byte, expected text in UTF-8"),
+        ("tiger-left tiger-right", "tiger-left, tiger-right", "got 'tiger-left,', expected blanks"),
+        ("listen open-left open-right", "listen,open-left", "got 'listen,open-left', expected act"),
+        ("0.85 0.15", "0.85,0.15", "got '0.85,0.15', expected blanks instead of commas"),
+        ("values", "horizon: 3\nvalues", "got horizon:, which the format lacks; set --turns"),
+        ("R: open-left : tiger-left", "R: open-left : tiger#2", "# begins a comment, also after"),
+    ],
+)
+def test_messages_name_what_the_format_lacks(old: str, new: str, fault: str) -> None:
+    text = TIGER_TEXT.partition("\n")[2].replace(old, new, 1)
+    with pytest.raises(BadFile, match=fault):
+        cassandra.read_markov_file("tiger.pomdp", text.encode())
