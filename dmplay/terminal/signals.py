@@ -13,10 +13,20 @@ SIGNAL_EXIT_CODES = {
     for name in TERMINATION_SIGNAL_NAMES
     if hasattr(signal, name)
 }
+# the handlers that each running block of `exit_on_signals` replaced, by signal
+_replaced_handlers: list[object] = []
+# the signals received in each running block of `defer_signals` within a block of `exit_on_signals`
+_deferred_signals: list[list[int]] = []
 
 
 def _raise_for_signal(number: int, _: FrameType | None) -> None:
-    """Raise KeyboardInterrupt for SIGINT, else SystemExit with 128 plus the signal number."""
+    """Raise KeyboardInterrupt for SIGINT, else SystemExit with 128 plus the signal number.
+
+    In a block of `defer_signals`, keep the number instead.
+    """
+    if _deferred_signals:
+        _deferred_signals[-1].append(number)
+        return
     if number == signal.SIGINT:
         raise KeyboardInterrupt
     raise SystemExit(128 + number)
@@ -29,9 +39,11 @@ def exit_on_signals() -> Iterator[None]:
         number: signal.signal(number, _raise_for_signal)
         for number in [*SIGNAL_EXIT_CODES, signal.SIGINT]
     }
+    _replaced_handlers.append(previous)
     try:
         yield
     finally:
+        _replaced_handlers.pop()
         for number, handler in previous.items():
             signal.signal(number, handler)
 
@@ -41,9 +53,20 @@ def defer_signals() -> Iterator[list[int]]:
     """Run the block and handle its signals afterwards, so that the block always completes.
 
     The yielded list holds the numbers of the signals received so far; a caller that handles one
-    within the block may remove it.
+    within the block may remove it. Handlers are replaced outside of `exit_on_signals` only: that
+    takes 40 us, and a game defers signals in each turn.
     """
+    received: list[int] = []
     in_main_thread = threading.current_thread() is threading.main_thread()
+    if in_main_thread and _replaced_handlers:
+        _deferred_signals.append(received)
+        try:
+            yield received
+        finally:
+            _deferred_signals.pop()
+            if received:
+                _raise_for_signal(received[0], None)
+        return
     current_handlers = {
         number: signal.getsignal(number)
         for number in [signal.SIGINT, *SIGNAL_EXIT_CODES]
@@ -52,7 +75,6 @@ def defer_signals() -> Iterator[list[int]]:
     handlers = {
         number: handler for number, handler in current_handlers.items() if callable(handler)
     }
-    received: list[int] = []
     for number in handlers:
         signal.signal(number, lambda signal_number, _: received.append(signal_number))
     try:

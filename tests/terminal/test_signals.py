@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 
 from dmplay.game.transcript_files import verify
+from dmplay.terminal.signals import defer_signals, exit_on_signals
 from tests.crash_tests.kill_moments import Fuse
 from tests.support.fork_server import PROGRAM_TIMEOUT_SECONDS
 from tests.support.games import assert_verified, read_values
@@ -218,3 +219,42 @@ def test_a_game_in_plain_lines_can_be_suspended_and_continued(tmp_path: Path) ->
         assert terminal.ended() == 0
     assert (tmp_path / "before").read_text() == (tmp_path / "after").read_text()
     assert_verified(tmp_path / "g.dmt")
+
+
+def raise_in_two_blocks() -> tuple[list[int], list[int]]:
+    """Raise SIGTERM in an inner block; return the signals that it and the outer block received."""
+    with defer_signals() as outer:
+        with defer_signals() as inner:
+            signal.raise_signal(TERM)
+        received = list(inner), list(outer)
+        outer.clear()
+    return received
+
+
+def test_a_deferred_signal_is_raised_after_the_outermost_block() -> None:
+    with exit_on_signals():
+        assert raise_in_two_blocks() == ([TERM], [TERM])
+
+
+def test_signals_are_deferred_without_new_handlers_where_they_end_the_program() -> None:
+    with exit_on_signals():
+        handler = signal.getsignal(INT)
+        with defer_signals():
+            assert signal.getsignal(INT) is handler
+
+
+def raise_deferred(number: int) -> None:
+    """Raise a signal in a block that defers it."""
+    with defer_signals() as received:
+        signal.raise_signal(number)
+        assert received == [number]
+
+
+def test_a_deferred_signal_ends_the_program_as_if_it_came_after_the_block() -> None:
+    with pytest.raises(KeyboardInterrupt):  # without a game, by Python's own handler
+        raise_deferred(INT)
+    with exit_on_signals():
+        with pytest.raises(KeyboardInterrupt):
+            raise_deferred(INT)
+        with pytest.raises(SystemExit, match="143"):
+            raise_deferred(TERM)
