@@ -33,6 +33,7 @@ from dmplay.views.protocol import DrawOptions, expand_for_picture
 
 DEFAULT_COLUMNS = 80  # columns of a screen
 ROWS_AROUND_BOARD = 8  # rows of title, goal, log, message and keys
+MAX_CACHED_ROWS = 2**10  # drawn rows of screens that are kept
 SEED_KEYS = ("seed", "episode")
 # escape sequences that clear the screen, quoted as in JSON
 CLEAR_SCREEN_JSON = r"\u001b[H\u001b[2J"
@@ -51,9 +52,21 @@ def _render_screens(
     game: Playback, viewport: Viewport, draw_row: Callable[[ScreenLine], str], row_end: str
 ) -> Iterator[str]:
     """Yield each screen as a string: its rows, drawn by `draw_row`, with `row_end` between them."""
+    drawn_rows: dict[object, str] = {}  # Screens that follow each other share most rows.
+
+    def draw_or_look_up(row: ScreenLine) -> str:
+        """Return a row drawn by `draw_row`, from the rows drawn before if it is among them."""
+        key = (row.plain, *row.spans, row.style) if isinstance(row, Text) else row
+        drawn = drawn_rows.get(key)
+        if drawn is None:
+            if len(drawn_rows) >= MAX_CACHED_ROWS:
+                drawn_rows.clear()
+            drawn = drawn_rows[key] = draw_row(fit_line(row, viewport))
+        return drawn
+
     for snapshot, log in _iter_snapshots(game):
         parts = Frame(game, viewport, EMPTY_FRAME_STATE, log, snapshot).compose_parts()
-        yield row_end.join(draw_row(fit_line(row, viewport)) for part in parts for row in part)
+        yield row_end.join([draw_or_look_up(row) for part in parts for row in part])
 
 
 def iter_screens(game: Playback, viewport: Viewport) -> Iterator[Text]:
@@ -145,8 +158,9 @@ def render_cast(game: Playback, options: ExportOptions) -> Iterator[str]:
 
 def _iter_json_screens(game: Playback, viewport: Viewport) -> Iterator[str]:
     """Yield the screens as a terminal in raw mode receives them, quoted as in JSON."""
-    screens = _render_screens(game, viewport, lambda row: to_ansi(row, "default"), "\r\n")
-    return map(_quote_json, screens)
+    return _render_screens(
+        game, viewport, lambda row: _quote_json(to_ansi(row, "default")), _quote_json("\r\n")
+    )
 
 
 def _quote_json(text: str) -> str:

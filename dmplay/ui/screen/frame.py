@@ -1,6 +1,7 @@
 """The play screen as rows of text: title, goal, board and side panel, log, message and keys."""
 
 from collections.abc import Sequence
+from functools import lru_cache
 from itertools import chain
 from typing import NamedTuple
 
@@ -471,15 +472,39 @@ def _join_board_and_panel(
 
     A panel longer than the drawing has at most `max_rows` rows.
     """
-    rows, facts = split_styled_rows(plain, spans), format_panel(panel_facts, width)
+    rows, facts = [*_split_board(plain, spans)], format_panel(panel_facts, width)
     panel_column = max(map(len, rows)) + 2
     rows += [Text("") for _ in range(len(rows), min(len(facts), max_rows))]
     if len(facts) > len(rows) > 1:
         omitted_count = len(facts) - len(rows) + 1
         facts = (*facts[: len(rows) - 1], Text(f"({omitted_count} more)", "dim"))
-    for row, fact in zip(rows, facts, strict=False):
-        row.append(" " * (panel_column - len(row))).append(fact)
-    return tuple(rows)
+    joined_rows = [
+        _join_row(
+            f"{row.plain:<{panel_column}}", tuple(row.spans), fact.plain, _list_all_spans(fact)
+        )
+        for row, fact in zip(rows, facts, strict=False)
+    ]
+    return (*joined_rows, *rows[len(joined_rows) :])
+
+
+@lru_cache(256)
+def _split_board(plain: str, spans: tuple[Span, ...]) -> tuple[Text, ...]:
+    """Return the rows of a drawing; cached, because a recording shows it many times."""
+    return tuple(split_styled_rows(plain, spans))
+
+
+@lru_cache(1024)
+def _join_row(
+    row: str, row_spans: tuple[Span, ...], fact: str, fact_spans: tuple[Span, ...]
+) -> Text:
+    """Return a padded row of a drawing with a fact at its right; cached like the rows."""
+    return Text(row + fact, spans=[*row_spans, *(span.move(len(row)) for span in fact_spans)])
+
+
+def _list_all_spans(text: Text) -> tuple[Span, ...]:
+    """Return the spans of a text, with that of its own style."""
+    own_span = [Span(0, len(text), text.style)] if text.style else []
+    return (*own_span, *text.spans)
 
 
 def _ghost_facts(game: Game) -> list[tuple[str, str]]:

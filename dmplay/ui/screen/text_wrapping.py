@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Sequence
+from functools import lru_cache
 
 from rich.text import Text
 
@@ -47,17 +48,19 @@ def format_panel(facts: tuple[tuple[str, str], ...], width: int) -> tuple[Text, 
     label_width = max(
         (len(label) for label, _ in facts if len(label) <= MAX_LABEL_COLUMNS), default=0
     )
-    rows = []
-    for label, value in facts:
-        if not value:
-            rows += [Text(part, "dim") for part in _wrap_heading(label, width)]
-            continue
-        aligned_label = f"{label:<{label_width}} "
-        prefix = aligned_label if len(aligned_label) + len(value) <= width else f"{label} "
-        first_part, *other_parts = _fold_value(value, width - len(prefix), width - 2)
-        rows.append(Text().append(prefix, "dim").append(first_part, "bold"))
-        rows += [Text("  ").append(part, "bold") for part in other_parts]
-    return tuple(rows)
+    return tuple(row for fact in facts for row in _format_fact(*fact, label_width, width))
+
+
+@lru_cache(256)  # Most facts stay the same from turn to turn.
+def _format_fact(label: str, value: str, label_width: int, width: int) -> tuple[Text, ...]:
+    """Return the rows of one panel fact, whose label is padded to `label_width`."""
+    if not value:
+        return tuple(Text(part, "dim") for part in _wrap_heading(label, width))
+    aligned_label = f"{label:<{label_width}} "
+    prefix = aligned_label if len(aligned_label) + len(value) <= width else f"{label} "
+    first_part, *other_parts = _fold_value(value, width - len(prefix), width - 2)
+    first_row = Text().append(prefix, "dim").append(first_part, "bold")
+    return (first_row, *(Text("  ").append(part, "bold") for part in other_parts))
 
 
 def _wrap_heading(heading: str, width: int) -> list[str]:

@@ -1,5 +1,7 @@
 """Tests of hexagonal maps: results of moves, and the space that a map needs."""
 
+from rich.text import Text
+
 from dmplay.problems.hexworld import HexWorld
 from dmplay.views.protocol import DrawOptions
 from dmplay.views.toolkit.canvas import measure_text as measured
@@ -64,3 +66,13 @@ def test_a_distance_is_that_of_the_shortest_path_around_the_holes_of_the_map() -
     assert format_distance(hexes, (0, 2), (1, 2)) == "1 step"
     # The straight way of nine steps leads through two holes of the lower row.
     assert format_distance(hexes, (0, 0), (9, 0)) == "11 steps"
+
+
+def test_a_change_of_a_drawn_map_does_not_change_the_next_one() -> None:
+    def draw() -> Text:
+        return next(iter_maps(((0, 0), (1, 0)), lambda *_: HexCell("@"), DrawOptions(40, 9)))
+
+    first = draw()
+    plain = first.plain
+    first.append("changed", "red")
+    assert (draw().plain, draw().spans == first.spans) == (plain, False)
