@@ -156,10 +156,13 @@ class Game:
 
     @property
     def has_known_mistakes(self) -> bool:
-        """True if the game is over and recorded, and a person's choice lost a known amount."""
-        return self.transcript_path is not None and any(
-            choices.worst for choices in self.verdict.choices
-        )
+        """True if the game is over and recorded, and a person's choice lost a known amount.
+
+        A choice that counts as right is no mistake.
+        """
+        exact_seats = {choices.seat for choices in self.verdict.choices if choices.worst}
+        moves = self.verdict.moves if self.transcript_path is not None else ()
+        return any(move.is_mistake and move.seat in exact_seats for move in moves)
 
     @property
     def reveal(self) -> bool:

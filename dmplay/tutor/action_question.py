@@ -16,6 +16,7 @@ from dmplay.core.session import Turn
 from dmplay.core.spaces import normalize_label
 from dmplay.core.text import format_count
 from dmplay.errors import UnknownName
+from dmplay.game.hints.review import RIGHT_LOSS_PERCENT
 from dmplay.game.seats import HUMAN
 from dmplay.problems.hexworld import HexWorld
 from dmplay.problems.shared.hex_hunt import HexHunt
@@ -39,7 +40,6 @@ MAX_LISTED_ACTIONS = 10
 MAX_LISTED_PAYOFFS = 16
 MIN_LISTED_PROBABILITY = 0.0005  # of a state in a belief
 MAX_NAMED_ACTIONS = 4  # that are nearly as good as the best one
-RIGHT_LOSS_PERCENT = 1  # of the best value minus the worst one: the loss of a right action
 RIGHT_LOSS_LIMIT = (
     f"{RIGHT_LOSS_PERCENT}% of the difference between the values of the best and the worst action"
 )

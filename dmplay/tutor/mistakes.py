@@ -18,6 +18,7 @@ from dmplay.tutor.action_question import ActionQuestion, describe_history
 from dmplay.tutor.exercise import Exercise
 from dmplay.tutor.positions import PositionInGame
 from dmplay.tutor.progress import QuestionProgress
+from dmplay.tutor.puzzle_mining import describe_situation
 from dmplay.tutor.repetition import load_question_progress
 from dmplay.tutor.truth import format_number
 from dmplay.tutor.valued_position import find_exact_agent
@@ -30,6 +31,7 @@ MIN_REGRET = 1e-6
 def list_mistakes(path: Path, *, trusted: bool = False) -> list[Exercise]:
     """Return the choices of people in a recorded game that lost most, worst first.
 
+    No position occurs twice: those with the same state or belief and best action are one.
     Raise BadParameter if the file does not verify, no person plays in it, or the exact values of
     this game are not known.
     """
@@ -42,7 +44,12 @@ def list_mistakes(path: Path, *, trusted: bool = False) -> list[Exercise]:
     if not seats:
         raise BadParameter(f"{path}: no person plays in this game")
     exercises = [pair for seat in seats for pair in _list_seat_mistakes(game, path, seat)]
-    return [exercise for _, exercise in sorted(exercises, key=lambda pair: -pair[0])]
+    by_position: dict[object, Exercise] = {}
+    for _, exercise in sorted(exercises, key=lambda pair: -pair[0]):
+        question = exercise.question
+        situation = describe_situation(question.valued_position)
+        by_position.setdefault((question.seat, situation, question.best_action), exercise)
+    return [*by_position.values()]
 
 
 def _list_seat_mistakes(game: Playback, path: Path, seat: int) -> Iterator[tuple[float, Exercise]]:

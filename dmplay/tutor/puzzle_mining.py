@@ -185,7 +185,7 @@ def _examine_position(
             position.labels[action],
             position.labels[int(np.argmax(values))],
             float(values.max() - values[action]),
-            _describe_situation(position),
+            describe_situation(position),
             _describe_question(position),
         )
 
@@ -219,7 +219,7 @@ def _describe_question(position: ValuedPosition) -> object:
     return players, position.turns_left, state, history
 
 
-def _describe_situation(position: ValuedPosition) -> object:
+def describe_situation(position: ValuedPosition) -> object:
     """Return a key that is equal in positions that are nearly the same puzzle."""
     session, problem = position.session, position.problem
     if problem.partially_observable:

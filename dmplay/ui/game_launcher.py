@@ -53,12 +53,9 @@ def play_game(table: GameController, command: PlayCommand) -> int:
     with _end_game_on_exit(table, quiet=quiet):
         if terminal.full_screen and not quiet:
             screen = PlayScreen(table, terminal, command.speed, command.realtime_rate)
-            code = run_full_screen(screen)
+            code = _show_game(screen)
             table.end_game("interrupted" if code else "quit")
-            if screen.learns_from_game:
-                code = code or _learn_from_game(screen)
-            else:
-                print(table.game.narrator.describe_result())
+            print(table.game.narrator.describe_result())
         else:
             reporter = (
                 JsonReporter() if command.terminal_options.json else SentenceReporter(terminal)
@@ -141,26 +138,30 @@ def _run_gallery_choice(shell: Shell, gallery: Gallery, words: Sequence[str]) ->
     else:
         table.run_cli_words(words)
         screen = PlayScreen(table, shell.terminal, shell.speed)
-        code = run_full_screen(screen)
-        table.end_game("interrupted" if code else "quit")
-        if screen.learns_from_game:
-            code = _learn_from_game(screen)
-            read_line("Enter goes back to the list of problems> ", sys.stdin)
+        code = _show_game(screen)
     table.end_game("interrupted" if code else "quit")
     if table.has_game:
         gallery.return_from_game(table.game)
     return code
 
 
-def _learn_from_game(screen: PlayScreen) -> int:
-    """Ask for better actions than those that lost most in a game; return the exit code."""
-    path = screen.game.transcript_path
-    if path is None:
-        return 0
-    from dmplay.ui.lessons.question_player import play_mistakes
+def _show_game(screen: PlayScreen) -> int:
+    """Show a game on the full screen; return the exit code.
 
-    # This process has already run the code that the transcript names.
-    return play_mistakes(screen.terminal, MistakesCommand((path,), trusted=True))
+    After questions about its mistakes, the game is shown again.
+    """
+    code = run_full_screen(screen, lambda: screen.learns_from_game)
+    while screen.learns_from_game and not code:
+        screen.learns_from_game = False
+        path = screen.game.transcript_path
+        if path is not None:
+            from dmplay.ui.lessons.question_player import play_mistakes
+
+            # This process has already run the code that the transcript names.
+            play_mistakes(screen.terminal, MistakesCommand((path,), trusted=True))
+            read_line("Enter goes back to the game> ", sys.stdin)
+        code = run_full_screen(screen, lambda: screen.learns_from_game)
+    return code
 
 
 def _run_gallery_lesson(shell: Shell, gallery: Gallery, number: str) -> int:

@@ -10,6 +10,7 @@ from dmplay.errors import BadParameter
 from dmplay.game.playback import review
 from dmplay.tutor.exercise import Exercise, ExerciseRun
 from dmplay.tutor.mistakes import choose_mistakes, list_mistakes
+from dmplay.tutor.puzzle_mining import describe_situation
 from dmplay.tutor.repetition import save_answer
 from tests.support.programs import run_dmplay
 
@@ -50,6 +51,29 @@ def test_the_mistakes_are_those_of_the_review_worst_first(tmp_path: Path) -> Non
     for exercise, move in zip(exercises, expected, strict=True):
         assert right_answer(exercise) in move.best
         assert exercise.question.labels[exercise.question.obvious_action or 0] == move.chosen
+
+
+@pytest.mark.parametrize(
+    ("name", "lines", "words"),
+    [
+        ("hexworld", "e\nw\n" * 10, ("--seed", "3", "--turns", "20")),
+        ("crying-baby", "i\n" * 12, ("--seed", "5", "--turns", "12")),
+        ("prisoners-dilemma", "d\n" * 10, ("--seat", "agent2=grim")),
+    ],
+)
+def test_no_position_is_asked_twice(
+    tmp_path: Path, name: str, lines: str, words: tuple[str, ...]
+) -> None:
+    exercises = list_mistakes(play(tmp_path, name, lines, *words))
+    positions = [
+        (
+            describe_situation(exercise.question.valued_position),
+            exercise.question.best_action,
+        )
+        for exercise in exercises
+    ]
+    assert exercises
+    assert len({*positions}) == len(positions)
 
 
 def test_a_mistake_shows_what_was_lost_and_what_happened(tmp_path: Path) -> None:
@@ -125,7 +149,8 @@ def test_all_saved_games_are_searched_and_due_mistakes_come_first(tmp_path: Path
 
 
 def test_at_most_five_mistakes_are_asked(tmp_path: Path) -> None:
-    path = play(tmp_path, "crying-baby", "i\n" * 20, "--seed", "5")
+    walk = "sw\nsw\nse\nw\nw\nne\nnw\n" * 5
+    path = play(tmp_path, "hexworld", walk, "--seed", "3", "--turns", "35")
     assert len(list_mistakes(path)) > 5
     assert len(choose_mistakes([path], TODAY)) == 5
 

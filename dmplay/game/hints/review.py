@@ -8,7 +8,7 @@ import numpy as np
 
 from dmplay.agents.base import ESTIMATED_VALUES, RATINGS, AdviceQuestion
 from dmplay.core.arrays import Reals
-from dmplay.core.best_actions import mark_best_actions
+from dmplay.core.best_actions import VALUE_TOLERANCE, mark_best_actions
 from dmplay.core.session import SeatedPolicy, Session
 from dmplay.core.text import align_columns, format_count
 from dmplay.core.work_budget import Budget, scale_progress_part
@@ -21,6 +21,9 @@ REGRET_EXPLANATION = "regret = value of the best action minus value of yours"
 DISCOUNT_EXPLANATION = "discounted = the regret as it counts in the score"
 MAX_BAR_COLUMNS = 20  # maximum columns of a regret bar
 REVIEW_TASK = TaskInfo("reviewing your actions", is_after_game=True)
+
+
+RIGHT_LOSS_PERCENT = 1  # of the best value minus the worst one: the loss of a right action
 
 
 class ReviewedAction(NamedTuple):
@@ -45,6 +48,13 @@ class ReviewedAction(NamedTuple):
     def is_estimated(self) -> bool:
         """True if the regret comes from estimated values."""
         return self.values_name in {ESTIMATED_VALUES, RATINGS}
+
+    @property
+    def is_mistake(self) -> bool:
+        """True if the choice lost more than a choice that counts as right may lose."""
+        values = [*self.values.values()] or [0.0]
+        limit = (max(values) - min(values)) * RIGHT_LOSS_PERCENT / 100
+        return (self.regret or 0.0) > max(limit, VALUE_TOLERANCE)
 
     @property
     def discounted_regret(self) -> float:

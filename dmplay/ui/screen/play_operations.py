@@ -198,7 +198,11 @@ def leave_to_learn(screen: PlayScreen) -> None:
     """
     if not screen.game.has_known_mistakes:
         is_exact = any(choices.regret is not None for choices in screen.game.verdict.choices)
-        reason = "no choice of this game lost anything" if is_exact else "it needs exact values"
+        reason = (
+            "no choice of this game lost more than a right one"
+            if is_exact
+            else "it needs exact values"
+        )
         reason = reason if screen.game.session.over else "the game is not over"
         raise BadParameter(f"M: {reason}")
     screen.learns_from_game = True

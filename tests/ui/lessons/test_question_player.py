@@ -10,6 +10,7 @@ from dmplay.game.game_setup import start_new_game
 from dmplay.game.launch_requests import GameRequest
 from dmplay.game.playback import Playback
 from dmplay.terminal.capabilities import Terminal
+from dmplay.tutor.mistakes import list_mistakes
 from dmplay.ui.screen.key_handlers import handle_key
 from dmplay.ui.screen.play_screen import PlayScreen
 from dmplay.ui.shell.commands import PlayerQuit
@@ -140,6 +141,23 @@ def test_m_after_a_game_leaves_the_screen_to_learn(tmp_path: Path) -> None:
     assert screen.learns_from_game
 
 
+@pytest.mark.parametrize(("claim", "is_offered"), [("97", False), ("2", True)])
+def test_m_is_offered_exactly_if_it_finds_a_mistake(
+    tmp_path: Path, claim: str, is_offered: bool
+) -> None:
+    path = tmp_path / "claims.dmt"
+    request = GameRequest("travelers-dilemma", seed=7, turns=1, record_path=path)
+    game = start_new_game(request)
+    screen = PlayScreen(GameController(game), Terminal(True, "", True, color=False, ascii=False))
+    game.choose(game.problem.parse_action(0, claim))
+    screen.post_game_review.review_game(game)
+    assert game.has_known_mistakes == bool(list_mistakes(path)) == is_offered
+    if not is_offered:
+        handle_key(screen, "M")
+        assert screen.message == "M: no choice of this game lost more than a right one"
+        assert not screen.learns_from_game
+
+
 def test_m_during_a_game_only_says_that_there_is_nothing_yet(tmp_path: Path) -> None:
     screen = open_screen(tmp_path, "l")
     handle_key(screen, "M")
@@ -162,3 +180,4 @@ def test_m_on_the_terminal_asks_for_a_better_action(tmp_path: Path) -> None:
     with PseudoTerminal(*words, folder=tmp_path) as terminal:
         terminal.ready().press("llhh", "M learn").press("M", "It lost 0.359 ")
         terminal.press("e\r", "It lost 0.231.")
+        terminal.press("quit\r", "Enter goes back to the game>").press("\r", "M learn")
