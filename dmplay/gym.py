@@ -13,32 +13,41 @@ observation is
 - else the index of the observation, and one more than the last index before the first turn.
 """
 
-from typing import Any
+from collections.abc import Mapping, Sequence
+from typing import Any, TypeVar, cast
 
 import gymnasium
 import numpy as np
 from gymnasium.vector import AutoresetMode
 from gymnasium.vector.utils import batch_space
 
-from dmplay.core.arrays import Array, Bools, Reals
+from dmplay.core.arrays import Array, Bools, Ints, Reals
+from dmplay.core.parameters import INTEGER_TYPES
 from dmplay.core.policy import Policy
 from dmplay.core.problem import Problem, check_problem, find_seat
 from dmplay.core.session import DEFAULT_TURN_LIMIT, Session
 from dmplay.core.uniforms import SeededUniforms, new_seed
-from dmplay.errors import BadParameter, EpisodeOver, IllegalAction
+from dmplay.errors import BadParameter, EpisodeOver, IllegalAction, UnknownName
 from dmplay.registry import agents, problems
 from dmplay.registry.builtin_names import problem_names
 from dmplay.simulation.seat_spaces import (
     IllegalActionRule,
     Info,
     SeatSpaces,
+    read_actions,
 )
-from dmplay.simulation.uniform_sources import FastUniforms, ReplayableUniforms
+from dmplay.simulation.uniform_sources import (
+    EpisodeSequence,
+    FastUniforms,
+    ReplayableUniforms,
+    UniformSource,
+)
 from dmplay.simulation.vector_games import VectorGames
 from dmplay.views.protocol import DrawOptions, fit_board, load_view_module
 
 RENDER_COLUMNS, RENDER_ROWS = 80, 24  # size of a rendered board
-NOT_RESET_MESSAGE = "step: no game has started; call reset first"
+Games = TypeVar("Games")
+MAX_ENVIRONMENTS = 10_000_000  # games of a VectorEnv
 
 
 class Env(gymnasium.Env[Any, Any]):
@@ -62,38 +71,35 @@ class Env(gymnasium.Env[Any, Any]):
         **parameters: Any,
     ) -> None:
         self.problem = resolve_problem(problem, parameters)
-        seat_index = find_seat(self.problem, seat) if seat else 0
+        seat_index = find_seat(self.problem, str(seat)) if str(seat) else 0
         self.seat = SeatSpaces(self.problem, seat_index)
         self.action_space, self.observation_space = (
             self.seat.action_space,
             self.seat.observation_space,
         )
-        self.render_mode = render_mode
+        self.render_mode = check_render_mode(render_mode)
         self._turn_limit = resolve_turn_limit(self.problem, turns)
         self._illegal_rule = IllegalActionRule.from_option(illegal, illegal_reward)
         self._step_count, self._over = 0, False
         self._policies = load_other_policies(self.problem, seat_index, others)
-        self._seed, self._episode = -1, 0
+        self._uniforms: SeededUniforms | None = None
         self.session: Session | None = None
 
     def reset(self, *, seed: int | None = None, options: Info | None = None) -> tuple[Any, Info]:
         """Start an episode; `options={"episode": n}` selects the episode of the seed."""
-        super().reset(seed=seed)
-        if seed is not None or self._seed < 0:
-            self._seed, self._episode = new_seed() if seed is None else seed, -1
-        self._episode = (options or {}).get("episode", self._episode + 1)
-        uniform_source = SeededUniforms(self._seed, self._episode)
+        self._uniforms = choose_episode(self._uniforms, seed, read_options(options, "episode"))
+        super().reset(seed=None if seed is None else self._uniforms.seed)
         self.session = Session(
-            self.problem, uniform_source, self._policies, turn_limit=self._turn_limit
+            self.problem, self._uniforms, self._policies, turn_limit=self._turn_limit
         )
         self._step_count, self._over = 0, False
         return self._current_observation(self.session), self._current_info(self.session)
 
     def step(self, action: Any) -> tuple[Any, float, bool, bool, Info]:
         """Play a turn and return the observation, reward, terminated, truncated and info."""
-        game, seat = self._current_session(), self.seat.seat
+        game, seat = check_started(self.session, "step"), self.seat.seat
         chosen_action, legal = (
-            self.seat.decode_actions(np.asarray(action)[None])[0],
+            self.seat.decode_action(action),
             game.legal_actions_mask(seat),
         )
         if self._over and not game.over:
@@ -120,17 +126,13 @@ class Env(gymnasium.Env[Any, Any]):
 
     def action_masks(self) -> Bools:
         """Return the mask `[A]` of the legal actions, as sb3-contrib's MaskablePPO asks for it."""
-        return self.seat.action_masks(self._current_info(self._current_session()))
+        return self.seat.action_masks(
+            self._current_info(check_started(self.session, "action_masks"))
+        )
 
     def _current_info(self, game: Session) -> Info:
         """Return the current info of the seat, with the mask of its legal actions."""
         return self.seat.make_info(game.legal_actions_mask(self.seat.seat))
-
-    def _current_session(self) -> Session:
-        """Return the current session; raise BadParameter before the first reset."""
-        if self.session is None:
-            raise BadParameter(NOT_RESET_MESSAGE)
-        return self.session
 
     def _current_observation(self, game: Session) -> Any:
         """Return the current observation of the seat, in the observation space."""
@@ -142,18 +144,16 @@ class Env(gymnasium.Env[Any, Any]):
 
     def render(self) -> str | None:
         """Return the board as the seat sees it, with `render_mode="ansi"`; else None."""
-        return (
-            render_board(self._current_session(), self.seat.seat)
-            if self.render_mode == "ansi"
-            else None
-        )
+        session = check_started(self.session, "render")
+        return render_board(session, self.seat.seat) if self.render_mode == "ansi" else None
 
 
 class VectorEnv(gymnasium.vector.VectorEnv[Any, Any, Any]):
     """Many games at once; a finished row starts its next game with the next step.
 
-    With `uniforms="recorded"` game k of row r is episode r + k * num_envs of the seed; with
-    `uniforms="fast"` no seed plays the same game again, and a step takes a fraction of the time.
+    With `uniforms="recorded"` game k of row r is episode r + k * num_envs of the seed, or episode k
+    of seed r of a list. With `uniforms="fast"` no seed plays the same game again, and a step takes
+    a fraction of the time.
     """
 
     metadata = {"autoreset_mode": AutoresetMode.NEXT_STEP}  # noqa: RUF012 - as Gymnasium has it
@@ -171,16 +171,20 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Any, Any]):
         illegal_reward: float = -1.0,
         **parameters: Any,
     ) -> None:
-        if uniforms not in ("recorded", "fast"):
+        if not isinstance(uniforms, str) or uniforms not in ("recorded", "fast"):
             raise BadParameter(f"uniforms: got {uniforms!r}, expected recorded or fast")
+        if not isinstance(num_envs, INTEGER_TYPES) or not 1 <= num_envs <= MAX_ENVIRONMENTS:
+            raise BadParameter(
+                f"num_envs: got {num_envs!r}, expected a whole number from 1 to {MAX_ENVIRONMENTS}"
+            )
         self.problem = resolve_problem(problem, parameters)
-        seat_index = find_seat(self.problem, seat) if seat else 0
-        self.num_envs = num_envs
+        seat_index = find_seat(self.problem, str(seat)) if str(seat) else 0
+        self.num_envs = int(num_envs)
         self._seat = SeatSpaces(self.problem, seat_index)
         self.single_action_space = self._seat.action_space
         self.single_observation_space = self._seat.observation_space
-        self.action_space = batch_space(self._seat.action_space, num_envs)
-        self.observation_space = batch_space(self._seat.observation_space, num_envs)
+        self.action_space = batch_space(self._seat.action_space, self.num_envs)
+        self.observation_space = batch_space(self._seat.observation_space, self.num_envs)
         self._turn_limit = resolve_turn_limit(self.problem, turns)
         self._illegal_rule = IllegalActionRule.from_option(illegal, illegal_reward)
         self._policies = load_other_policies(self.problem, seat_index, others)
@@ -188,31 +192,85 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Any, Any]):
         self._rows: VectorGames | None = None
         self._info = {**self._seat.make_info(None)}
         if self._info:
-            self._info = {"action_mask": np.tile(self._info["action_mask"], (num_envs, 1))}
+            self._info = {"action_mask": np.tile(self._info["action_mask"], (self.num_envs, 1))}
 
-    def reset(self, *, seed: int | None = None, options: Info | None = None) -> tuple[Array, Info]:
-        """Start a game in each row; without a seed, the next games of the last seed."""
-        if self._rows is None or seed is not None:
-            seed = new_seed() if seed is None else seed
-            uniform_source = (
-                FastUniforms(seed) if self._fast else ReplayableUniforms(seed, self.num_envs)
+    def reset(
+        self, *, seed: int | Sequence[int | None] | None = None, options: Info | None = None
+    ) -> tuple[Array, Info]:
+        """Start a game in each row; without a seed, the next games of the last seed.
+
+        A list has a seed for each row, or None to continue with its last seed. With
+        `options={"reset_mask": mask}`, games start only in the rows that the mask `[B]` marks.
+        """
+        rows = self._read_reset_rows(options)
+        row_seeds = self._read_row_seeds(seed)
+        common_seed = None if seed is None or row_seeds else SeededUniforms(cast("int", seed)).seed
+        if self._fast and (row_seeds or (common_seed is not None and rows is not None)):
+            raise BadParameter(
+                f"seed: got {seed!r}, expected one seed for all rows, because fast uniforms come "
+                "from one generator"
             )
+        selected = range(self.num_envs) if rows is None else {*rows.tolist()}
+        sequences = {
+            row: EpisodeSequence(row_seed, 0, 1)
+            for row, row_seed in enumerate(row_seeds)
+            if row in selected and row_seed is not None
+        }
+        if self._rows is None or (common_seed is not None and rows is None):
+            first_seed = new_seed() if common_seed is None else common_seed
+            source: UniformSource = (
+                FastUniforms(first_seed)
+                if self._fast
+                else ReplayableUniforms(first_seed, self.num_envs)
+            )
+            source.seed_rows(sequences)
             self._rows = VectorGames(
                 self._seat,
                 self._policies,
-                uniform_source,
+                source,
                 self.num_envs,
                 self._turn_limit,
                 self._illegal_rule,
             )
-        else:
+            return self._rows.observations.copy(), self._reset_info(self._rows)
+        if common_seed is not None:
+            sequences = {row: EpisodeSequence(common_seed, row, self.num_envs) for row in selected}
+        self._rows.uniform_source.seed_rows(sequences)
+        if rows is None:
             self._rows.reset()
+        else:
+            self._rows.restart(rows)
         return self._rows.observations.copy(), self._reset_info(self._rows)
+
+    def _read_reset_rows(self, options: object) -> Ints | None:
+        """Return the rows that the option `reset_mask` marks; None for all rows."""
+        values = read_options(options, "reset_mask")
+        if not values:
+            return None
+        mask = values["reset_mask"]
+        is_mask = isinstance(mask, np.ndarray) and mask.dtype == np.bool_
+        if not is_mask or mask.shape != (self.num_envs,) or not mask.any():
+            raise BadParameter(
+                f"reset_mask: got {mask!r}, expected a NumPy array of {self.num_envs} booleans, "
+                "at least one of them True"
+            )
+        check_started(self._rows, "reset_mask")
+        return np.flatnonzero(mask)
+
+    def _read_row_seeds(self, seed: object) -> list[int | None]:
+        """Return the seed of each row in a list of seeds; empty if `seed` is no list."""
+        if not isinstance(seed, list | tuple) and not (
+            isinstance(seed, np.ndarray) and seed.ndim == 1
+        ):
+            return []
+        if len(seed) != self.num_envs:
+            raise BadParameter(f"seed: got {len(seed)} seeds, expected {self.num_envs}")
+        return [None if value is None else SeededUniforms(value).seed for value in seed]
 
     def step(self, actions: Array) -> tuple[Array, Reals, Bools, Bools, Info]:
         """Play a turn in each row; a finished row starts its next game and ignores its action."""
-        rows = self._current_rows()
-        action_array = np.asarray(actions)
+        rows = check_started(self._rows, "step")
+        action_array = read_actions(actions)
         if action_array.shape[:1] != (self.num_envs,):
             raise IllegalAction(
                 f"step: got shape {action_array.shape}, expected {self.num_envs} actions"
@@ -227,13 +285,11 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Any, Any]):
 
     def action_masks(self) -> Bools:
         """Return the mask `[B, A]` of the legal actions in each row."""
-        return self._seat.action_masks(self._reset_info(self._current_rows()))
+        return self._seat.action_masks(self._reset_info(check_started(self._rows, "action_masks")))
 
-    def _current_rows(self) -> VectorGames:
-        """Return the games of all rows; raise BadParameter before the first reset."""
-        if self._rows is None:
-            raise BadParameter(NOT_RESET_MESSAGE)
-        return self._rows
+    def render(self) -> None:
+        """Return None, because many games have no single board."""
+        check_started(self._rows, "render")
 
     def _reset_info(self, rows: VectorGames) -> Info:
         """Return the info with the mask `[B, A]` of the legal actions."""
@@ -257,6 +313,42 @@ def _register_environments() -> None:
 
 
 _register_environments()
+
+
+def check_render_mode(render_mode: object) -> str | None:
+    """Return a render mode; raise BadParameter unless it is "ansi" or None."""
+    if render_mode is None or (isinstance(render_mode, str) and render_mode == "ansi"):
+        return render_mode
+    raise BadParameter(f"render_mode: got {render_mode!r}, expected 'ansi' or None")
+
+
+def read_options(options: object, option: str, *, ignore_unknown: bool = False) -> Info:
+    """Return the options of a reset, at most this one; raise an error for any other."""
+    if options is None:
+        return {}
+    if not isinstance(options, Mapping):
+        raise BadParameter(f"options: got {options!r}, expected a dict with {option!r}")
+    for key in options:
+        if key != option and not ignore_unknown:
+            raise UnknownName("option of reset", str(key), [option])
+    return {option: options[option]} if option in options else {}
+
+
+def choose_episode(last: SeededUniforms | None, seed: int | None, values: Info) -> SeededUniforms:
+    """Return the uniforms of the next episode: that of `values`, or the one after the last.
+
+    Without a seed and a last episode, the seed is new.
+    """
+    if seed is None and last is not None:
+        return SeededUniforms(last.seed, values.get("episode", last.episode + 1))
+    return SeededUniforms(new_seed() if seed is None else seed, values.get("episode", 0))
+
+
+def check_started(games: Games | None, method: str) -> Games:
+    """Return the games of an environment; raise BadParameter before the first reset."""
+    if games is None:
+        raise BadParameter(f"{method}: no game has started; call reset first")
+    return games
 
 
 def resolve_problem(problem: str | Problem, parameters: Info) -> Problem:

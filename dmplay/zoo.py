@@ -6,6 +6,7 @@ turn passes, but the step counts towards the turn limit: `turns`, else the probl
 whose action is illegal.
 """
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -13,9 +14,17 @@ import pettingzoo
 
 from dmplay.core.problem import Problem, find_seat
 from dmplay.core.session import Session
-from dmplay.core.uniforms import SeededUniforms, new_seed
-from dmplay.errors import BadParameter, IllegalAction
-from dmplay.gym import render_board, resolve_problem, resolve_turn_limit
+from dmplay.core.uniforms import SeededUniforms
+from dmplay.errors import IllegalAction
+from dmplay.gym import (
+    check_render_mode,
+    check_started,
+    choose_episode,
+    read_options,
+    render_board,
+    resolve_problem,
+    resolve_turn_limit,
+)
 from dmplay.simulation.seat_spaces import IllegalActionRule, Info, SeatSpaces, Space
 
 AgentDict = dict[str, Any]
@@ -39,12 +48,12 @@ class ParallelEnv(pettingzoo.ParallelEnv):  # type: ignore[misc] # PettingZoo is
         self.problem = resolve_problem(problem, parameters)
         self.possible_agents = [*self.problem.agents]
         self.agents: list[str] = []
-        self.render_mode = render_mode
+        self.render_mode = check_render_mode(render_mode)
         self._seats = [SeatSpaces(self.problem, seat) for seat in range(len(self.possible_agents))]
         self._turn_limit = resolve_turn_limit(self.problem, turns)
         self._illegal_rule = IllegalActionRule.from_option(illegal, illegal_reward)
         self._step_count = 0
-        self._seed, self._episode = -1, 0
+        self._uniforms: SeededUniforms | None = None
         self.session: Session | None = None
 
     def observation_space(self, agent: str) -> Space:
@@ -60,14 +69,12 @@ class ParallelEnv(pettingzoo.ParallelEnv):  # type: ignore[misc] # PettingZoo is
     ) -> tuple[AgentDict, AgentDict]:
         """Begin an episode, and return the observations and infos by agent.
 
-        `options={"episode": n}` chooses the episode of the seed.
+        `options={"episode": n}` chooses the episode of the seed. Other options are ignored, as
+        PettingZoo's own tests require.
         """
-        if seed is not None or self._seed < 0:
-            self._seed, self._episode = new_seed() if seed is None else seed, -1
-        self._episode = (options or {}).get("episode", self._episode + 1)
-        session = self.session = Session(
-            self.problem, SeededUniforms(self._seed, self._episode), turn_limit=self._turn_limit
-        )
+        values = read_options(options, "episode", ignore_unknown=True)
+        self._uniforms = choose_episode(self._uniforms, seed, values)
+        session = self.session = Session(self.problem, self._uniforms, turn_limit=self._turn_limit)
         self.agents, self._step_count = [*self.possible_agents], 0
         return self._current_observations(session), self._infos(session)
 
@@ -78,18 +85,20 @@ class ParallelEnv(pettingzoo.ParallelEnv):  # type: ignore[misc] # PettingZoo is
 
         They are empty if the game is over. Raises IllegalAction if an agent's action is missing.
         """
+        session = check_started(self.session, "step")
         if not self.agents:
             return {}, {}, {}, {}, {}
-        session = self._current_session()
+        if not isinstance(actions, Mapping):
+            raise IllegalAction(
+                f"step: got {actions!r}, expected a dict with an action for each agent"
+            )
         missing = [agent for agent in self.agents if agent not in actions]
         if missing:
             raise IllegalAction(
                 f"step: got no action for {', '.join(missing)}, expected one for each agent"
             )
         pairs = zip(self._seats, self.agents, strict=True)
-        joint_actions = [
-            seat.decode_actions(np.asarray(actions[agent])[None])[0] for seat, agent in pairs
-        ]
+        joint_actions = [seat.decode_action(actions[agent]) for seat, agent in pairs]
         self._step_count += 1
         illegal_mask = np.array(
             [not _is_legal(session, seat, action) for seat, action in enumerate(joint_actions)]
@@ -114,17 +123,11 @@ class ParallelEnv(pettingzoo.ParallelEnv):  # type: ignore[misc] # PettingZoo is
 
     def action_masks(self) -> AgentDict:
         """Return the mask `[A]` of the legal actions of every agent, as booleans."""
-        infos = self._infos(self._current_session())
+        infos = self._infos(check_started(self.session, "action_masks"))
         return {
             agent: seat_spaces.action_masks(infos[agent])
             for agent, seat_spaces in zip(self.possible_agents, self._seats, strict=True)
         }
-
-    def _current_session(self) -> Session:
-        """Return the current session; raises BadParameter before the first `reset`."""
-        if self.session is None:
-            raise BadParameter("step: no game has started; call reset first")
-        return self.session
 
     def _current_observations(self, session: Session) -> AgentDict:
         """Return the current observation of every agent."""
@@ -147,7 +150,8 @@ class ParallelEnv(pettingzoo.ParallelEnv):  # type: ignore[misc] # PettingZoo is
 
     def render(self) -> str | None:
         """Return the board as the first seat sees it, with `render_mode="ansi"`, else None."""
-        return render_board(self._current_session(), 0) if self.render_mode == "ansi" else None
+        session = check_started(self.session, "render")
+        return render_board(session, 0) if self.render_mode == "ansi" else None
 
 
 def _is_legal(session: Session, seat: int, action: float) -> bool:

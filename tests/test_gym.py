@@ -2,13 +2,16 @@
 
 import re
 import warnings
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 pytest.importorskip("gymnasium", reason="needs the extra gymnasium")
+pytest.importorskip("pettingzoo", reason="needs the extra pettingzoo")
 
 import gymnasium
 from gymnasium.utils.env_checker import check_env
@@ -23,6 +26,7 @@ from dmplay.errors import BadParameter, EpisodeOver, IllegalAction, UnknownName
 from dmplay.gym import Env, VectorEnv, resolve_turn_limit
 from dmplay.registry import agents
 from dmplay.simulation.rollouts import Rollout, rollout
+from dmplay.zoo import ParallelEnv
 from tests.formats.sources import BALLET_TEXT, TEAM_TEXT, TIGER_TEXT, write_text_file
 from tests.support.problem_cases import (
     CASE_NAMES,
@@ -31,7 +35,7 @@ from tests.support.problem_cases import (
     load_small_problem,
 )
 
-pytestmark = pytest.mark.extra("gymnasium")
+pytestmark = pytest.mark.extra("gymnasium", "pettingzoo")
 
 ENV_COUNT, SEED = 3, 7
 
@@ -332,6 +336,168 @@ def test_invalid_options_and_a_missing_reset_raise_bad_parameter() -> None:
     for env in (Env("hexworld"), VectorEnv("hexworld")):
         with pytest.raises(BadParameter, match="call reset first"):
             env.step(np.array([0]))
+
+
+EVERY_ENVIRONMENT = [Env, VectorEnv, ParallelEnv]
+
+
+@pytest.mark.parametrize("environment", EVERY_ENVIRONMENT)
+@pytest.mark.parametrize("method", ["step", "render", "action_masks"])
+def test_a_call_before_reset_is_named_in_the_error(environment: type, method: str) -> None:
+    env = environment("hexworld")
+    arguments = [np.array([0])] if method == "step" else []
+    with pytest.raises(BadParameter, match=f"^{method}: no game has started; call reset first$"):
+        getattr(env, method)(*arguments)
+
+
+@pytest.mark.parametrize("environment", [Env, ParallelEnv])
+@pytest.mark.parametrize("mode", ["bogus", "human", 1, np.array([1, 2])])
+def test_an_unknown_render_mode_is_refused(environment: type, mode: object) -> None:
+    with pytest.raises(BadParameter, match=r"^render_mode: got .*, expected 'ansi' or None$"):
+        environment("hexworld", render_mode=mode)
+
+
+@pytest.mark.parametrize("count", [-1, 0, 1.5, "3", None, 10**20])
+def test_a_wrong_number_of_environments_is_refused(count: object) -> None:
+    expected = re.escape(f"num_envs: got {count!r}, expected a whole number from 1 to ")
+    with pytest.raises(BadParameter, match=expected):
+        VectorEnv("hexworld", count)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("environment", EVERY_ENVIRONMENT)
+def test_wrong_seeds_and_options_of_a_reset_are_refused(environment: type) -> None:
+    env = environment("hexworld")
+    for seed in (-1, "x", 1.5, [1.5], np.array(["x"]), {}, object()):
+        with pytest.raises(BadParameter, match=r"^seed: got "):
+            env.reset(seed=seed)
+    wrong_options: list[object] = [[], "episode", 5]
+    for options in wrong_options:
+        with pytest.raises(BadParameter, match=r"^options: got .*, expected a dict with '"):
+            env.reset(options=options)
+
+
+@pytest.mark.parametrize("environment", EVERY_ENVIRONMENT)
+def test_unknown_options_are_ignored_only_where_pettingzoo_sends_them(environment: type) -> None:
+    env = environment("hexworld")
+    if environment is ParallelEnv:
+        ignored, _ = env.reset(seed=0, options={"options": 1})
+        assert ignored == env.reset(seed=0)[0]
+        return
+    for key in ("episodes", "options", 1):
+        with pytest.raises(UnknownName, match=rf"^unknown option of reset '{key}'; "):
+            env.reset(seed=0, options={key: 1})
+
+
+@pytest.mark.parametrize("environment", [Env, ParallelEnv])
+def test_a_refused_reset_leaves_the_game_and_its_seed_as_they_are(environment: type) -> None:
+    env, expected = environment("hexworld"), environment("hexworld")
+    for game_env in (env, expected):
+        game_env.reset(seed=5)
+    session = env.session
+    for options in ({"episode": -1}, {"episode": "x"}):
+        with pytest.raises(BadParameter, match=r"^episode: got .*, expected a whole number"):
+            env.reset(seed=8, options=options)
+    assert env.session is session
+    assert env.reset()[0] == expected.reset()[0]
+
+
+@pytest.mark.parametrize("make_seeds", [list, tuple, np.array])
+def test_each_row_plays_the_episodes_of_its_own_seed(make_seeds: Callable[..., Any]) -> None:
+    for name in ("hexworld", "crying-baby", "cart-pole", "predator-prey"):
+        problem = load_small_problem(name)
+        envs, seeds = VectorEnv(problem, ENV_COUNT, turns=3), [4, 10**20, 4]
+        if make_seeds is np.array:
+            seeds = [4, 7, 4]
+        singles = [Env(problem, turns=3) for _ in seeds]
+        observations, info = envs.reset(seed=make_seeds(seeds))
+        expected = [single.reset(seed=seed) for single, seed in zip(singles, seeds, strict=True)]
+        assert np.array_equal(observations, np.stack([start for start, _ in expected]))
+        over: Bools = np.zeros(ENV_COUNT, bool)
+        for _ in range(12):  # some games after the first
+            actions = choose_first_action(problem, 0, info.get("action_mask"))
+            observations, rewards, terminated, truncated, info = envs.step(actions)
+            for row, single in enumerate(singles):
+                if over[row]:
+                    assert np.array_equal(observations[row], single.reset()[0])
+                else:
+                    step = single.step(actions[row])
+                    assert np.array_equal(observations[row], step[0])
+                    assert (rewards[row], terminated[row], truncated[row]) == step[1:4]
+            over = terminated | truncated
+
+
+def test_a_row_without_a_seed_continues_with_its_last_one() -> None:
+    envs, single = VectorEnv("hexworld", 2), Env("hexworld")
+    envs.reset(seed=[3, 4])
+    observations, _ = envs.reset(seed=[None, 9])
+    single.reset(seed=3)
+    assert observations.tolist() == [single.reset()[0], single.reset(seed=9)[0]]
+
+
+def test_a_reset_mask_restarts_only_the_rows_that_it_marks() -> None:
+    envs, single = VectorEnv("2048", 3, turns=2), Env("2048", turns=2)
+    initial, _ = envs.reset(seed=[1, 2, 3])
+    for _ in range(2):
+        last, *_, truncated, _ = envs.step(np.array([3, 3, 3]))
+    assert truncated.all()
+    options = {"reset_mask": np.array([True, False, True])}
+    observations, info = envs.reset(seed=[5, 6, None], options=options)
+    assert [*options] == ["reset_mask"]
+    assert np.array_equal(observations[0], single.reset(seed=5)[0])
+    assert np.array_equal(info["action_mask"][0], single.reset(seed=5)[1]["action_mask"])
+    assert np.array_equal(observations[1], last[1])
+    assert np.array_equal(observations[2], single.reset(seed=3, options={"episode": 1})[0])
+    observations, rewards, *_, truncated, _ = envs.step(np.array([3, 3, 3]))
+    single.reset(seed=5)
+    assert np.array_equal(observations[0], single.step(3)[0])
+    assert truncated.tolist() == [False, False, False]  # row 1 began its next game
+    assert rewards[1] == 0.0
+    assert np.array_equal(observations[1], single.reset(seed=2, options={"episode": 1})[0])
+    observations, _ = envs.reset(seed=8, options={"reset_mask": np.array([False, True, False])})
+    assert np.array_equal(observations[1], single.reset(seed=8, options={"episode": 1})[0])
+    assert not np.array_equal(observations[1], initial[1])
+
+
+@pytest.mark.parametrize(
+    "mask",
+    [[True, False], np.array([1, 0]), np.array([True]), np.zeros(2, bool), None, "x",
+     np.ones((2, 1), bool)],
+)  # fmt: skip
+def test_a_wrong_reset_mask_is_refused(mask: object) -> None:
+    envs = VectorEnv("hexworld", 2)
+    envs.reset(seed=1)
+    expected = r"^reset_mask: got .*, expected a NumPy array of 2 booleans, at least one of them"
+    with pytest.raises(BadParameter, match=re.compile(expected, re.DOTALL)):
+        envs.reset(options={"reset_mask": mask})
+
+
+def test_seeds_of_rows_and_masks_need_what_they_refer_to() -> None:
+    envs = VectorEnv("hexworld", 2)
+    with pytest.raises(BadParameter, match=r"^reset_mask: no game has started; call reset first"):
+        envs.reset(options={"reset_mask": np.array([True, False])})
+    with pytest.raises(BadParameter, match=r"^seed: got 3 seeds, expected 2$"):
+        envs.reset(seed=[1, 2, 3])
+    with pytest.raises(BadParameter, match=r"expected one seed for all rows"):
+        VectorEnv("hexworld", 2, uniforms="fast").reset(seed=[1, 2])
+
+
+@pytest.mark.parametrize("name", ["hexworld", "simple-regulator"])
+@pytest.mark.parametrize(
+    "action", [None, "e", [[0], [1, 2]], {}, 1j, float("nan"), [0.5, 1], 10**30]
+)
+def test_a_step_with_nonsense_is_one_kind_of_error(name: str, action: object) -> None:
+    env, zoo, envs = Env(name), ParallelEnv(name), VectorEnv(name, 2)
+    for game_env in (env, zoo, envs):
+        game_env.reset(seed=1)
+    for step in (
+        lambda: env.step(action),
+        lambda: zoo.step({"agent": action}),
+        lambda: envs.step([action, action]),  # type: ignore[arg-type]
+    ):
+        with pytest.raises(IllegalAction, match=r"^step: got "):
+            step()
+    with pytest.raises(IllegalAction, match=r"^step: got 5, expected a dict with an action"):
+        zoo.step(5)  # type: ignore[arg-type]
 
 
 def check_every_seat(problem: Problem) -> None:

@@ -1,6 +1,7 @@
 """Tests of the PettingZoo environments: PettingZoo's own checks, and equality with sessions."""
 
 import warnings
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -128,7 +129,7 @@ def test_every_problem_passes_pettingzoos_checks(tmp_path: Path) -> None:
     with warnings.catch_warnings():
         # about observations that are not images, and about its imports
         warnings.simplefilter("ignore")
-        from pettingzoo.test import api_test, parallel_api_test
+        from pettingzoo.test import api_test, parallel_api_test, parallel_seed_test
         from pettingzoo.utils.conversions import parallel_to_aec
 
         files = [
@@ -137,4 +138,5 @@ def test_every_problem_passes_pettingzoos_checks(tmp_path: Path) -> None:
         ]
         for name in [*CASE_NAMES, *files]:
             parallel_api_test(ParallelEnv(name), CYCLE_COUNT)
+            parallel_seed_test(partial(ParallelEnv, name), CYCLE_COUNT)
             api_test(parallel_to_aec(ParallelEnv(name)), CYCLE_COUNT)

@@ -96,15 +96,23 @@ class SeatSpaces:
             return spaces.Box(-np.inf, np.inf, observations.shape, np.float64)
         raise BadParameter(TEXT_OBSERVATION_MESSAGE)
 
+    def decode_action(self, value: object) -> Any:
+        """Return the action for one value of the action space."""
+        return self.decode_actions(read_actions(value)[None])[0]
+
     def decode_actions(self, values: Array) -> Array:
         """Return the actions `[B]` for values of the action space; numbers are clipped.
 
         Raises IllegalAction with the first value that is not an action.
         """
         if isinstance(self._action_set, Interval):
-            numbers = values.reshape(len(values), -1).astype(float)
+            numbers = values.reshape(len(values), -1)
             if numbers.shape[1] != 1:
                 raise IllegalAction(f"step: got {numbers.shape[1]} numbers, expected 1")
+            numbers = numbers.astype(float) if numbers.dtype.kind in "iufb" else values
+            if numbers.dtype.kind != "f" or np.isnan(numbers).any():
+                expected = self._action_set.describe_actions()
+                raise IllegalAction(f"step: got {values.tolist()}, expected {expected}")
             return self._action_set.clip_actions(numbers[:, 0])
         if values.dtype.kind not in "iu" or values.ndim != 1:
             for value in values.tolist():
@@ -148,6 +156,14 @@ class SeatSpaces:
         if "action_mask" not in info:
             raise BadParameter("action_masks: got real-valued actions, which have no mask")
         return np.asarray(info["action_mask"], bool)
+
+
+def read_actions(values: object) -> Array:
+    """Return actions as an array; raise IllegalAction if they make none."""
+    try:
+        return np.asarray(values)
+    except (TypeError, ValueError):
+        raise IllegalAction(f"step: got {values!r}, expected an action for each game") from None
 
 
 def _make_discrete_space(sizes: Any) -> Space:

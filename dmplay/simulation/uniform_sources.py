@@ -1,7 +1,8 @@
 """Sources of uniforms for vectorized games: by seed, or from a fast generator."""
 
+from collections.abc import Mapping
 from functools import lru_cache
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
@@ -15,8 +16,19 @@ EPISODES_PER_BLOCK, MAX_CACHED_BLOCKS = (
 BLOCK_NUMBER_BITS = 40  # bits of a block's number in a key
 
 
+class EpisodeSequence(NamedTuple):
+    """The episodes first, first + step, first + 2 step, ... of a seed."""
+
+    seed: int
+    first: int
+    step: int
+
+
 class UniformSource(Protocol):
     """A source of uniforms for rows of games, each at its own turn."""
+
+    def seed_rows(self, sequences: Mapping[int, EpisodeSequence]) -> None:
+        """Give these rows episodes of their own, which begin with the next one."""
 
     def start_next_episode(self, rows: Ints) -> None:
         """Advance each of these rows to its next episode."""
@@ -39,21 +51,52 @@ def _draw_block(seed: int, stream: int, turn: int, block: int, count: int) -> Re
 
 
 class ReplayableUniforms:
-    """Reproducible uniforms of a seed: game k of row r is episode r + k * rows."""
+    """Reproducible uniforms of a seed: game k of row r is episode r + k * rows.
+
+    Some rows may have other seeds and episodes.
+    """
 
     def __init__(self, seed: int, rows: int) -> None:
         self._seed = seed
         self._episodes = np.arange(rows) - rows  # before the first episode of each row
+        self._steps = np.full(rows, rows)  # from an episode of a row to its next one
+        self._row_seeds = dict[int, int]()  # of the rows with another seed
+
+    def seed_rows(self, sequences: Mapping[int, EpisodeSequence]) -> None:
+        """Give these rows episodes of their own, which begin with the next one."""
+        for row, (seed, first, step) in sequences.items():
+            self._row_seeds[row], self._steps[row], self._episodes[row] = seed, step, first - step
 
     def start_next_episode(self, rows: Ints) -> None:
-        """Advance each of these rows to its next episode of the seed."""
-        self._episodes[rows] += len(self._episodes)
+        """Advance each of these rows to its next episode of its seed."""
+        self._episodes[rows] += self._steps[rows]
 
     def generate_uniforms(self, stream: int, turns: Ints, count: int, rows: Ints) -> Reals:
         """Return the uniforms that a session of the same seed generates in these turns."""
         result = np.empty((len(rows), count))
         if not count:
             return result
+        if self._row_seeds:
+            has_own_seed = np.isin(rows, [*self._row_seeds])
+            for index in np.flatnonzero(has_own_seed).tolist():
+                row = int(rows[index])
+                result[index] = generate_uniforms(
+                    self._row_seeds[row],
+                    stream,
+                    int(turns[row]),
+                    first_episode=int(self._episodes[row]),
+                    rows=1,
+                    count=count,
+                )[0]
+            result[~has_own_seed] = self._draw_from_blocks(
+                stream, turns, count, rows[~has_own_seed]
+            )
+            return result
+        return self._draw_from_blocks(stream, turns, count, rows)
+
+    def _draw_from_blocks(self, stream: int, turns: Ints, count: int, rows: Ints) -> Reals:
+        """Return uniforms `[R, count]` of rows that play episodes of the common seed."""
+        result = np.empty((len(rows), count))
         block, offsets = np.divmod(self._episodes[rows], EPISODES_PER_BLOCK)
         block_keys = turns[rows] << BLOCK_NUMBER_BITS | block
         for key in np.unique(block_keys).tolist():
@@ -73,6 +116,9 @@ class FastUniforms:
 
     def __init__(self, seed: int) -> None:
         self._generator = make_generator(seed)
+
+    def seed_rows(self, sequences: Mapping[int, EpisodeSequence]) -> None:
+        """Do nothing, because all rows share one generator."""
 
     def start_next_episode(self, rows: Ints) -> None:
         """Do nothing, because the generator has no episodes."""

@@ -43,6 +43,13 @@ class VectorGames:
         self._state, self._memories, self.observations = self._start_games(self._all_rows)
         self.legal_actions_mask = self.problem.legal_actions_mask(self._state)
 
+    def restart(self, rows: Ints) -> None:
+        """Begin a new game in these rows only."""
+        self._restart_games(rows, np.zeros(len(self._all_rows)))
+        self.done_mask = self.done_mask.copy()
+        self.done_mask[rows] = False
+        self.legal_actions_mask = self.problem.legal_actions_mask(self._state)
+
     def _start_games(self, rows: Ints) -> tuple[Array, list[Memory], Array]:
         """Begin new games in these rows.
 

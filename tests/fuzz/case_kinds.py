@@ -7,6 +7,7 @@ from typing import NamedTuple
 from dmplay.game.export_formats import EXPORT_FORMATS
 from tests.fuzz import (
     changed_facts,
+    environments,
     game_trees,
     lesson_quantities,
     machine_files,
@@ -140,6 +141,7 @@ KINDS = (
     Kind("tree", 1, game_trees.draw_tree_case),
     Kind("quantity", 2, lesson_quantities.draw_quantity_case, lesson_quantities.run_quantity_case),
     Kind("state", 2, state_files.draw_state_case, state_files.run_state_case),
+    Kind("env", 1, environments.draw_environment_case, environments.run_environment_case),
 )
 
 
