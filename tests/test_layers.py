@@ -131,6 +131,16 @@ def test_every_module_has_a_layer() -> None:
     [
         ("--version", {"typer", "numpy", "rich", "prompt_toolkit"}),
         ("--help; play --help", {"numpy", "rich", "prompt_toolkit"}),
+        ("guide; guide play --raw", {"numpy", "rich", "prompt_toolkit"}),
+        ("learn; learn --json; config path", {"numpy", "rich", "dmplay.tutor.lesson_reader"}),
+        (
+            "list; list pomdp --json",
+            {"rich", "dmplay.agents", "dmplay.views", "dmplay.transcript.format", "dmplay.solvers"},
+        ),
+        (
+            "solve --help",
+            {f"dmplay.cli.{name}" for name in ("games", "learn", "evaluation", "grading", "plots")},
+        ),
         (
             "hexworld --agent optimal --quiet",
             {
@@ -240,7 +250,7 @@ def test_first_frames_load_neither_prompt_toolkit_nor_agents() -> None:
 # other streams no public name.
 DOCUMENTED_NAMES = {
     "_replace", "_asdict", "_fields", "_field_defaults", "_make", "_exit", "_run_exitfuncs",
-    "_lowlevel_server", "_in_bracketed_paste",
+    "_lowlevel_server",
 }  # fmt: skip
 
 

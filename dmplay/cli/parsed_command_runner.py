@@ -2,7 +2,7 @@
 
 import sys
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import typer
 
@@ -101,9 +101,20 @@ def _render_report(report: Printout, terminal: Terminal) -> str:
     """Return a report's text as it is printed on this terminal."""
     if isinstance(report.text, str):
         return escape_unprintable(report.text)
-    from dmplay.output.svg_export import render_for_terminal
-
     return render_for_terminal(report.text, terminal)
+
+
+def render_for_terminal(text: Any, terminal: Terminal) -> str:
+    """Return a text as a string for a terminal, in colour and in Unicode if the terminal can."""
+    if terminal.ascii:
+        from dmplay.views.toolkit.canvas import to_ascii
+
+        text = to_ascii(text)
+    if not terminal.color:
+        return str(text.plain)
+    from dmplay.terminal.styles import to_ansi
+
+    return to_ansi(text, terminal.theme)
 
 
 def _make_controller() -> "GameController":

@@ -28,16 +28,19 @@ def list_(
       dmplay list games
     """
     from dmplay.game.command_line_results import Printout
-    from dmplay.output import problem_and_agent_reports, saved_games
 
     if kind == "games":
+        from dmplay.output import saved_games
+
         return saved_games.report_saved_games(all_games=all_, json=terminal_options.json)
     if all_:
         raise BadParameter("--all: applies only to saved games; use dmplay list games --all")
+    from dmplay.output import problem_table
+
     return Printout(
-        problem_and_agent_reports.report_problem_table(kind, terminal_options),
+        problem_table.report_problem_table(kind, terminal_options),
         terminal_options,
-        stderr_text=problem_and_agent_reports.format_load_failures(),
+        stderr_text=problem_table.format_load_failures(),
     )
 
 
@@ -233,11 +236,12 @@ def guide(
     """
     from dmplay.game.command_line_results import Printout
     from dmplay.guide import topics
-    from dmplay.output import guide_pages
 
     if topic and raw:
         return topics.read_topic(topic).removesuffix("\n")
     if topic:
+        from dmplay.output import guide_pages
+
         return Printout(
             guide_pages.render_topic(topic, current_terminal(terminal_options)),
             terminal_options,
@@ -245,7 +249,7 @@ def guide(
         )
     if raw:
         raise BadParameter("guide: --raw needs a topic, such as agents; dmplay guide lists them")
-    return guide_pages.format_topic_list()
+    return topics.format_topic_list()
 
 
 config_app = typer.Typer(

@@ -3,7 +3,6 @@
 import json
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from decimal import ROUND_CEILING, Context
 
 JSON_SCHEMA = 1  # version of the keys of JSON reports
 MAX_EXTRA_DECIMALS = 2  # decimals added to probabilities so that they sum to 1 as printed
@@ -35,6 +34,8 @@ def format_value(value: float, scale: float) -> str:
 
 def format_upper_bound(bound: float, digits: int = 1) -> str:
     """Return an upper bound in few digits, rounded up so that the printed bound also holds."""
+    from decimal import ROUND_CEILING, Context  # takes several ms, and few reports have bounds
+
     rounded = Context(digits, ROUND_CEILING).create_decimal(repr(float(bound)))
     return f"{float(rounded):.{digits}g}"
 

@@ -5,8 +5,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from rich.text import Text
-
 from dmplay.errors import BadParameter
 from dmplay.game.launch_requests import (
     DEFAULT_KEPT_MEGABYTES,
@@ -16,7 +14,9 @@ from dmplay.game.launch_requests import (
 )
 from dmplay.terminal.capabilities import TerminalOptions
 
-if TYPE_CHECKING:  # A report does not need the algorithms.
+if TYPE_CHECKING:  # A report does not need the algorithms, and plain text no Rich.
+    from rich.text import Text
+
     from dmplay.game.watching import WatchedSteps
 
 DEFAULT_TERMINAL_OPTIONS = TerminalOptions()
@@ -57,7 +57,7 @@ class PlayCommand(NamedTuple):
 class Printout(NamedTuple):
     """A report with an exit code, an error text and options for printing."""
 
-    text: Text | str
+    text: "Text | str"
     terminal_options: TerminalOptions = DEFAULT_TERMINAL_OPTIONS
     stderr_text: str = ""  # printed to stderr
     exit_code: int = 0  # exit code of the process

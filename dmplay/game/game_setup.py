@@ -52,12 +52,8 @@ from dmplay.transcript.concealment import (
     mark_header_peeked,
     mark_peeked,
 )
-from dmplay.transcript.format import (
-    MODEL_PLAYER,
-    NATURAL_END_REASONS,
-    FrameRenderer,
-    resolve_turn_limit,
-)
+from dmplay.transcript.external_players import MODEL_PLAYER
+from dmplay.transcript.format import NATURAL_END_REASONS, FrameRenderer, resolve_turn_limit
 from dmplay.transcript.header import Header
 from dmplay.transcript.reader import Transcript, read_incomplete_transcript
 from dmplay.transcript.recorder import Recorder

@@ -5,11 +5,14 @@ import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from dmplay.errors import BadParameter
 from dmplay.game.key_preferences import DEFAULT_KEY_PREFERENCES, KeyPreferences
-from dmplay.transcript.format import HUMAN_PLAYER
-from dmplay.transcript.header import Header
+from dmplay.transcript.external_players import HUMAN_PLAYER
+
+if TYPE_CHECKING:  # A report does not need arrays.
+    from dmplay.transcript.header import Header
 
 DEFAULT_KEPT_MEGABYTES = 200  # total size of the saved games that are kept
 
@@ -163,7 +166,10 @@ def parse_settings(settings: Sequence[str], option: str) -> dict[str, object]:
 
 
 def request_from_header(
-    header: Header, player_names: Sequence[str], record_path: Path, key_preferences: KeyPreferences
+    header: "Header",
+    player_names: Sequence[str],
+    record_path: Path,
+    key_preferences: KeyPreferences,
 ) -> GameRequest:
     """Return a request for the game of a transcript's header, with these players."""
     seat_settings = [

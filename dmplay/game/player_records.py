@@ -22,7 +22,8 @@ from dmplay.errors import DmplayError
 from dmplay.game.game import REPEATED_UNIFORMS_PREFIX, Game
 from dmplay.game.hints.ghost_agent import GHOST_NOTE_PREFIX
 from dmplay.registry import agents, problems
-from dmplay.transcript.format import EVENT_KEYS, HUMAN_PLAYER, NATURAL_END_REASONS
+from dmplay.transcript.external_players import HUMAN_PLAYER
+from dmplay.transcript.format import EVENT_KEYS, NATURAL_END_REASONS
 from dmplay.transcript.reader import Transcript, read_transcript
 from dmplay.transcript.recorder import Recorder
 

@@ -20,7 +20,8 @@ from typing import NamedTuple
 from dmplay.core import safe_files
 from dmplay.core.text import format_count
 from dmplay.errors import BadParameter, DmplayError, clip_message
-from dmplay.transcript.format import MODEL_PLAYER, compute_checksum, format_end_block
+from dmplay.transcript.external_players import MODEL_PLAYER
+from dmplay.transcript.format import compute_checksum, format_end_block
 from dmplay.transcript.reader import (
     Transcript,
     TranscriptOutline,

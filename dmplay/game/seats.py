@@ -22,7 +22,7 @@ from dmplay.registry.problem_name_kinds import (
     transcript_folder,
 )
 from dmplay.transcript.concealment import disclose_transcript
-from dmplay.transcript.format import EXTERNAL_PLAYERS, HUMAN_PLAYER
+from dmplay.transcript.external_players import EXTERNAL_PLAYERS, HUMAN_PLAYER
 from dmplay.transcript.header import HEADER_LINES, Header
 from dmplay.transcript.replay import replay
 

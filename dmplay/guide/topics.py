@@ -23,3 +23,8 @@ def read_topic(name: str) -> str:
 def topic_title(name: str) -> str:
     """Return the title of a topic."""
     return read_topic(name).partition("\n")[0].removeprefix("# ")
+
+
+def format_topic_list() -> str:
+    """Return the name and title of every topic, one per line."""
+    return "\n".join(f"{name:<13}{topic_title(name)}" for name in list_topics())

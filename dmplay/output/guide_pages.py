@@ -12,7 +12,7 @@ from rich.syntax import ANSISyntaxTheme, Syntax
 from rich.text import Text
 from rich.theme import Theme
 
-from dmplay.guide.topics import list_topics, read_topic, topic_title
+from dmplay.guide.topics import read_topic
 from dmplay.terminal.capabilities import Terminal
 
 MAX_COLUMNS = 100  # columns, because longer lines are hard to read
@@ -74,11 +74,6 @@ class _GuideMarkdown(Markdown):
             for child in token.children or ():
                 if child.type == "code_inline":
                     child.content = f"`{child.content}`"
-
-
-def format_topic_list() -> str:
-    """Return the name and title of every topic, one per line."""
-    return "\n".join(f"{name:<13}{topic_title(name)}" for name in list_topics())
 
 
 def render_topic(name: str, terminal: Terminal) -> Text:

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from dmplay.core.text import align_columns, escape_newlines, format_json_report
 from dmplay.game.command_line_results import Printout
 from dmplay.tutor.lesson import TutorLesson
-from dmplay.tutor.lesson_list import load_lessons
+from dmplay.tutor.lesson_list import LessonOutline, list_builtin_outlines, load_lessons
 from dmplay.tutor.progress import (
     REVEALED,
     LessonProgress,
@@ -15,6 +15,7 @@ from dmplay.tutor.progress import (
 )
 
 INVALID_LESSON_EXIT_CODE = 2  # for a teacher; the other lessons are listed
+LessonList = Sequence[TutorLesson | LessonOutline]
 
 
 def report_lessons(source: str, *, as_json: bool) -> Printout:
@@ -22,7 +23,8 @@ def report_lessons(source: str, *, as_json: bool) -> Printout:
 
     The faults of files that are not valid lessons are the error text.
     """
-    lessons, faults = load_lessons(source)
+    lessons: LessonList
+    lessons, faults = load_lessons(source) if source else (list_builtin_outlines(), {})
     progress = load_all_progress(lessons)
     text = (
         format_json_report(_progress_data(lessons, progress))
@@ -33,13 +35,11 @@ def report_lessons(source: str, *, as_json: bool) -> Printout:
     return Printout(text, stderr_text=errors, exit_code=INVALID_LESSON_EXIT_CODE * bool(faults))
 
 
-def _format_table(
-    lessons: Sequence[TutorLesson], progress: Sequence[LessonProgress], source: str
-) -> str:
+def _format_table(lessons: LessonList, progress: Sequence[LessonProgress], source: str) -> str:
     """Return the lessons with the progress in each as a table, and the next one."""
     rows = [["", "lesson", "part", "steps", "minutes"]]
     for lesson, results in zip(lessons, progress, strict=True):
-        steps = f"{results.finished_count}/{len(lesson.steps)}"
+        steps = f"{results.finished_count}/{len(lesson.step_keys)}"
         mark = "done" if results.is_finished else ""
         row = [str(lesson.number), lesson.title, lesson.chapter, steps, str(lesson.minutes), mark]
         rows.append(row)
@@ -47,9 +47,7 @@ def _format_table(
     return "\n".join([*align_columns(rows), _describe_next(lessons, progress, source)])
 
 
-def _describe_next(
-    lessons: Sequence[TutorLesson], progress: Sequence[LessonProgress], source: str
-) -> str:
+def _describe_next(lessons: LessonList, progress: Sequence[LessonProgress], source: str) -> str:
     """Return the number of finished lessons, and the command that opens the next one."""
     text, next_lesson = count_finished(progress), find_next_lesson(lessons, progress)
     if next_lesson is None:
@@ -58,9 +56,7 @@ def _describe_next(
     return f"{text}. next: {words} ({next_lesson.title})"
 
 
-def _progress_data(
-    lessons: Sequence[TutorLesson], progress: Sequence[LessonProgress]
-) -> dict[str, object]:
+def _progress_data(lessons: LessonList, progress: Sequence[LessonProgress]) -> dict[str, object]:
     """Return the progress as data, for a course page."""
     rows = []
     for lesson, results in zip(lessons, progress, strict=True):

@@ -1,105 +1,23 @@
 """Reports on problems and agents: the table of problems, one problem, and its agents."""
 
-import shutil
-from textwrap import fill
 from typing import NamedTuple
-
-from rich.console import Console
-from rich.table import Table
-from rich.text import Text
 
 from dmplay.agents.base import SeatPolicy
 from dmplay.core.problem import Problem
 from dmplay.core.problem_summary import problem_summary
 from dmplay.core.spaces import Interval, Labels, TextLine
 from dmplay.core.text import format_count, format_json_report
-from dmplay.errors import UnknownName
 from dmplay.game.command_line_results import Printout
 from dmplay.game.key_bindings import resolve_key_maps
 from dmplay.game.key_preferences import DEFAULT_KEY_PREFERENCES, KeyPreferences
 from dmplay.registry import agents, problems
-from dmplay.registry.builtin_names import problem_names
-from dmplay.terminal.capabilities import TerminalOptions
 
-PIPE_COLUMNS = 100  # columns of a table written to a pipe
-COLUMN_GAP = 1  # columns between two columns of a table
 MAX_LISTED_NAMES = 12  # maximum names in a line
 SCRIPTED_AGENTS = {
     "script:a,b,c": "Plays the listed actions; script:FILE reads them from a file.",
     "replay:FILE": "Plays the seat's actions from a transcript.",
 }
 SpaceDescription = str | list[str] | dict[str, float]  # words, names, or the bounds of an interval
-
-
-def problem_table_rows() -> list[dict[str, str]]:
-    """Return the rows of table F.1: the built-in problems, then the installed ones."""
-    named_problems = [(name, problems.load_problem(name)) for name in problem_names()]
-    named_problems += [
-        (name, problem)
-        for name, problem in problems.iter_installed_problems()
-        if isinstance(problem, Problem)
-    ]
-    return [
-        {"problem": name, "kind": problem.kind} | problem_summary(problem)
-        for name, problem in named_problems
-    ]
-
-
-def format_load_failures() -> str:
-    """Return the installed problems that cannot be loaded with their errors, one per line."""
-    lines = [
-        f"{name}: {error}"
-        for name, error in problems.iter_installed_problems()
-        if isinstance(error, str)
-    ]
-    return "\n".join(lines)
-
-
-def rows_of_kind(kind: str) -> list[dict[str, str]]:
-    """Return the rows of table F.1 whose kind begins with `kind`, such as MDP or simple.
-
-    Raise UnknownName if there are none.
-    """
-    rows = problem_table_rows()
-    matching = [row for row in rows if row["kind"].lower().startswith(kind.lower())]
-    if not matching:
-        raise UnknownName("kind", kind, [*dict.fromkeys(row["kind"] for row in rows), "games"])
-    return matching
-
-
-def _render_table(rows: list[dict[str, str]], headings: list[str], width: int) -> Text:
-    """Return the given columns of table F.1, rendered for a terminal."""
-    grid = Table(box=None, header_style="bold", pad_edge=False, padding=(0, COLUMN_GAP, 0, 0))
-    for heading in headings:
-        grid.add_column(heading, no_wrap=heading != "kind" and len(headings) > 1, overflow="fold")
-    for row in rows:
-        grid.add_row(*(_shorten_cell(row[heading]) for heading in headings))
-    pieces = Console(width=width, highlight=False).render(grid)
-    table_text = Text.assemble(*((piece.text, piece.style or "") for piece in pieces))
-    table_text.right_crop(1)  # the line break at the end
-    return table_text
-
-
-def fitting_headings(rows: list[dict[str, str]], width: int) -> list[str]:
-    """Return as many headings, from the left, as `width` columns can hold, at least one.
-
-    A kind may take two rows, so only its longest word must fit.
-    """
-    headings: list[str] = []
-    remaining = width + COLUMN_GAP
-    for heading in rows[0]:
-        cells = [_shorten_cell(row[heading]) for row in rows]
-        words = " ".join(cells).split() if heading == "kind" else cells
-        remaining -= max(map(len, [heading, *words])) + COLUMN_GAP
-        if remaining < 0 and headings:
-            break
-        headings.append(heading)
-    return headings
-
-
-def _shorten_cell(cell: str) -> str:
-    """Return a cell with `per agent` shortened to `each`."""
-    return cell.replace("per agent", "each")
 
 
 class ProblemInfo(NamedTuple):
@@ -257,21 +175,6 @@ def report_agents(name: str, *, json: bool) -> Printout:
         else "\n".join(map(str, agent_infos))
     )
     return Printout(text, paged=not json)
-
-
-def report_problem_table(kind: str, terminal_options: TerminalOptions) -> Text | str:
-    """Return table F.1, or its problems of one kind, with a note of the columns left out."""
-    rows = rows_of_kind(kind)
-    if terminal_options.json:
-        return format_json_report({"problems": rows})
-    width = terminal_options.width or shutil.get_terminal_size((PIPE_COLUMNS, 0)).columns
-    headings = fitting_headings(rows, width)
-    table_text = _render_table(rows, headings, width)
-    omitted = [*rows[0]][len(headings) :]
-    if omitted:
-        note = f"columns left out: {', '.join(omitted)}; --width N or --json shows them"
-        table_text.append(f"\n{fill(note, width)}")
-    return table_text
 
 
 def report_problem(name: str, keys: KeyPreferences, *, json: bool) -> Printout:

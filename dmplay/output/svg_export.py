@@ -1,4 +1,4 @@
-"""Export of texts to the terminal and to SVG."""
+"""Export of texts to files and to SVG."""
 
 import inspect
 import io
@@ -13,9 +13,7 @@ from rich.text import Text
 from dmplay.core.safe_files import write_file
 from dmplay.game.command_line_results import Printout
 from dmplay.game.saves import choose_free_path
-from dmplay.terminal.capabilities import Terminal
-from dmplay.terminal.styles import to_ansi
-from dmplay.views.toolkit.canvas import measure_text, to_ascii
+from dmplay.views.toolkit.canvas import measure_text
 
 # Rich's own template, without the fonts that it loads from the network.
 SVG_TEMPLATE = re.sub(
@@ -42,12 +40,6 @@ def text_to_svg(text: Text, title: str, *, width: int = 0, name: str = "dmplay")
     recorder = make_recording_console(width or measure_text(text)[0] + 1)
     recorder.print(text, soft_wrap=True)
     return recorder.export_svg(title=title, unique_id=name, code_format=SVG_TEMPLATE)
-
-
-def render_for_terminal(text: Text, terminal: Terminal) -> str:
-    """Return a text as a string for a terminal, in colour and in Unicode if the terminal can."""
-    encodable = to_ascii(text) if terminal.ascii else text
-    return to_ansi(encodable, terminal.theme) if terminal.color else encodable.plain
 
 
 def write_or_print(path: Path | None, content: Iterable[str], *, force: bool) -> Printout:

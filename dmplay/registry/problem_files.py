@@ -1,6 +1,5 @@
 """Problems in files: `FILE.pomdp`, `.mdp`, `.dpomdp`, `.nfg`, `.efg`."""
 
-import hashlib
 from functools import lru_cache
 from pathlib import Path
 
@@ -20,6 +19,8 @@ def load_data_problem(name: str) -> LookupResult:
         raw = safe_files.read_bytes(path)
     except OSError as error:
         raise BadParameter(f"{name}: {error.strerror}") from None
+    import hashlib  # takes several ms, and few commands read a file
+
     origin = f"sha256:{hashlib.sha256(raw).hexdigest()[:HASH_DIGITS]}"
     if path.suffix.lower() == ".efg":  # read by OpenSpiel
         result = library_problems.load_external_problem(f"openspiel:efg_game(filename={name})")

@@ -12,13 +12,14 @@ import sys
 from collections.abc import Mapping
 from dataclasses import MISSING, Field, fields, replace
 from types import ModuleType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from dmplay.agents.available_agents import Roster
-from dmplay.agents.base import SeatPolicy
 from dmplay.core import user_code_locations
 from dmplay.core.problem import Problem
 from dmplay.errors import BadParameter, UnknownName
+
+if TYPE_CHECKING:  # The list of problems needs no agents.
+    from dmplay.agents.available_agents import Roster
 
 # names of players that are not agents of a roster
 RESERVED_AGENT_NAMES = ("human", "mcp", "script", "replay", "bot")
@@ -90,7 +91,7 @@ def module_agent_names(problem: Problem) -> list[str]:
     return [*module_roster.agents] if module_roster else []
 
 
-def merge_module_agents(problem: Problem, seat: int, default_roster: Roster) -> Roster:
+def merge_module_agents(problem: Problem, seat: int, default_roster: "Roster") -> "Roster":
     """Return the agents of a seat: those that a problem's module defines, then the default ones."""
     module_roster, location = _module_roster(problem), f"{module_file(problem)}: AGENTS"
     if module_roster is None:
@@ -133,8 +134,10 @@ def merge_module_agents(problem: Problem, seat: int, default_roster: Roster) -> 
     )
 
 
-def _module_roster(problem: Problem) -> Roster | None:
+def _module_roster(problem: Problem) -> "Roster | None":
     """Return the roster that a problem's module defines in AGENTS; None if it defines none."""
+    from dmplay.agents.available_agents import Roster
+
     exported = getattr(_user_module(problem), "AGENTS", None)
     module_roster = (
         exported if isinstance(exported, Roster) or exported is None else Roster(exported)
@@ -155,6 +158,8 @@ def _check_agent(location: str, name: object, agent_class: object) -> None:
             f"{location}: got {name!r}, expected a name without spaces, ':', ',' and '=', "
             f"other than {reserved}"
         )
+    from dmplay.agents.base import SeatPolicy
+
     base = "dmplay.agents.base.SeatPolicy"
     if not isinstance(agent_class, type):
         expected = f"expected a class that inherits from {base}"

@@ -7,7 +7,8 @@ from pathlib import Path
 from dmplay.core import safe_files
 from dmplay.core.problem import Problem
 from dmplay.errors import BadParameter, DmplayError
-from dmplay.transcript.format import EXTERNAL_PLAYERS, compute_checksum, format_lines
+from dmplay.transcript.external_players import EXTERNAL_PLAYERS
+from dmplay.transcript.format import compute_checksum, format_lines
 from dmplay.transcript.header import Header
 from dmplay.transcript.reader import HEADER_KEYS, Transcript, parse_transcript
 from dmplay.transcript.replay import replay

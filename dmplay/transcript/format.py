@@ -39,10 +39,8 @@ from dmplay.core.session import (
     number_next_turns,
 )
 from dmplay.core.spaces import NO_OBSERVATION_TEXT
+from dmplay.transcript.external_players import HUMAN_PLAYER
 
-# players that are not dmplay's agents: a person, or a language model
-HUMAN_PLAYER, MODEL_PLAYER = "human", "mcp"
-EXTERNAL_PLAYERS = (HUMAN_PLAYER, MODEL_PLAYER)
 SIGNIFICANT_DIGITS = 10  # of a fact that is a real number
 NATURAL_END_REASONS = ("terminal", "horizon", "turn limit")  # a game reaches these ends by itself
 NOTE_PATTERN = re.compile(r"^#.*\n", re.MULTILINE)

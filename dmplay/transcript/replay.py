@@ -6,7 +6,8 @@ from dmplay.core.policy import Policy
 from dmplay.core.problem import Problem
 from dmplay.core.session import DEFAULT_TURN_LIMIT, EpisodeUniforms, Session
 from dmplay.transcript.draws_and_actions import read_uniforms
-from dmplay.transcript.format import HUMAN_PLAYER, resolve_turn_limit
+from dmplay.transcript.external_players import HUMAN_PLAYER
+from dmplay.transcript.format import resolve_turn_limit
 from dmplay.transcript.reader import Transcript
 from dmplay.transcript.turn_batch_replay import BatchReplayer
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from dmplay.core.toml_files import read_toml
 from dmplay.errors import BadParameter, DmplayError, UnknownName
@@ -15,12 +15,19 @@ SETTINGS_FILE = "dmplay.toml"  # may be in a folder of lessons, and is none
 
 
 class LessonOutline(NamedTuple):
-    """The number, title and steps of a built-in lesson, which are quick to read."""
+    """The facts of a built-in lesson for a list of lessons, which are quick to read."""
 
     number: int
     title: str
+    chapter: str  # the part of the book
+    minutes: int
     step_keys: tuple[str, ...]
-    old_key: str
+    name: str
+
+    @property
+    def old_key(self) -> str:
+        """The key of the lesson in the files of progress of older versions."""
+        return self.name
 
 
 class LessonSet(NamedTuple):
@@ -40,8 +47,12 @@ def list_builtin_outlines() -> list[LessonOutline]:
     outlines = []
     for path in list_builtin_paths():
         table = read_toml(path)
-        facts = str(table["title"]), make_step_keys(table, path.parent), name_of_file(path)
-        outlines.append(LessonOutline(_number_of(path, 0), *facts))
+        facts: Any = (table[key] for key in ("title", "chapter", "minutes"))
+        step_keys, name = make_step_keys(table, path.parent), name_of_file(path)
+        title, chapter, minutes = facts
+        outlines.append(
+            LessonOutline(_number_of(path, 0), title, chapter, minutes, step_keys, name)
+        )
     return outlines
 
 

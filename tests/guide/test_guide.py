@@ -8,12 +8,11 @@ from pathlib import Path
 import pytest
 
 from dmplay.cli import main
-from dmplay.cli.parsed_command_runner import execute_result, interpret_command
+from dmplay.cli.parsed_command_runner import execute_result, interpret_command, render_for_terminal
 from dmplay.errors import BadParameter, UnknownName
 from dmplay.guide.topics import GUIDE_FOLDER, list_topics, read_topic, topic_title
 from dmplay.output import guide_pages
 from dmplay.output.pager import print_paged
-from dmplay.output.svg_export import render_for_terminal
 from dmplay.registry.builtin_names import problem_names
 from dmplay.terminal.capabilities import Terminal
 from tests.support.document_examples import (

@@ -15,7 +15,7 @@ from dmplay.game.command_line_results import Printout
 from dmplay.game.game_setup import start_new_game
 from dmplay.game.launch_requests import GameRequest, ReplayRequest
 from dmplay.output import problem_and_agent_reports as reports
-from dmplay.output import saved_games
+from dmplay.output import problem_table, saved_games
 from dmplay.output.review_report import report_review
 from dmplay.output.tables import format_csv, format_csv_row, format_table
 from dmplay.registry.builtin_names import name_to_stem, problem_names
@@ -67,7 +67,7 @@ def test_a_summary_equals_its_row_of_table_f1(name: str) -> None:
 
 
 def test_the_list_has_every_problem_with_its_derived_kind() -> None:
-    kind_by_problem = {row["problem"]: row["kind"] for row in reports.problem_table_rows()}
+    kind_by_problem = {row["problem"]: row["kind"] for row in problem_table.problem_table_rows()}
     expected = {name: kind for kind, names in PROBLEMS_BY_KIND.items() for name in names}
     assert kind_by_problem == expected, "edit PROBLEMS_BY_KIND in this file"
 
@@ -113,7 +113,7 @@ def test_info_imports_no_optional_package(monkeypatch: pytest.MonkeyPatch) -> No
 
 
 def format_list(kind: str, width: int) -> str:
-    return str(reports.report_problem_table(kind, TerminalOptions(width=width)))
+    return str(problem_table.report_problem_table(kind, TerminalOptions(width=width)))
 
 
 def test_a_narrow_list_names_the_columns_it_omits() -> None:
@@ -144,7 +144,7 @@ def test_the_list_respects_the_colour_settings(
     for name, value in env.items():
         monkeypatch.setenv(name, value)
     options = TerminalOptions(color=color_option, width=80)
-    execute_result(Printout(reports.report_problem_table("MDP", options), options))
+    execute_result(Printout(problem_table.report_problem_table("MDP", options), options))
     assert ("\x1b[" in capsys.readouterr().out) == coloured
 
 
@@ -171,7 +171,7 @@ def test_a_review_reports_a_game_without_people(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("width", [40, 50, 80, 100, 200])
 def test_the_list_has_the_columns_that_fit_the_width(width: int) -> None:
-    facts = reports.problem_table_rows()
+    facts = problem_table.problem_table_rows()
     headings, *rows = format_list("", width).partition("\ncolumns left out")[0].split("\n")
     column_count = {40: 2, 50: 3, 80: 6, 100: 7, 200: 7}[width]
     assert headings.split() == list(facts[0])[:column_count]

@@ -18,6 +18,7 @@ from dmplay.game.key_bindings import resolve_key_maps
 from dmplay.game.key_preferences import DEFAULT_KEY_PREFERENCES
 from dmplay.game.narration import render_transcript_frame
 from dmplay.output import problem_and_agent_reports as reports
+from dmplay.output import problem_table
 from dmplay.registry import agents, problems
 from dmplay.transcript.format import collect_turn_facts
 from dmplay.ui.shell.commands import run_line
@@ -218,8 +219,8 @@ def test_installed_problems_are_listed_completed_and_played(
     monkeypatch.syspath_prepend(tmp_path)
     assert get_parameters(dmplay.load_problem("long"))["slip"] == 0.3
     assert get_parameters(dmplay.load_problem("stroll:icy"))["slip"] == 0.5
-    assert [row["problem"] for row in reports.problem_table_rows()][-1] == "long"
-    stroll, lame = sorted(reports.format_load_failures().split("\n"), reverse=True)
+    assert [row["problem"] for row in problem_table.problem_table_rows()][-1] == "long"
+    stroll, lame = sorted(problem_table.format_load_failures().split("\n"), reverse=True)
     assert stroll.endswith("got several problems, expected stroll:Walk or stroll:Long")
     assert lame == "lame: ./lame_module.py:1: ValueError: no leg"
     assert {"stroll", "long", "lame"} <= {*name_lists.complete_problems()}

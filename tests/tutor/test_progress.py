@@ -66,8 +66,8 @@ def test_the_next_lesson_is_the_first_open_one() -> None:
 
 def test_outlines_agree_with_the_lessons() -> None:
     assert [
-        (lesson.number, lesson.title, lesson.step_keys, lesson.old_key)
-        for lesson in load_builtin_lessons()
+        (it.number, it.title, it.chapter, it.minutes, it.step_keys, it.name)
+        for it in load_builtin_lessons()
     ] == [*map(tuple, list_builtin_outlines())]
 
 

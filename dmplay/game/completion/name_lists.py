@@ -69,7 +69,7 @@ def list_saved_seeds() -> list[str]:
     not to be disclosed.
     """
     from dmplay.game.saves import list_saves
-    from dmplay.transcript.format import EXTERNAL_PLAYERS
+    from dmplay.transcript.external_players import EXTERNAL_PLAYERS
 
     seeds_in_order: dict[str, None] = {}
     for path in list_saves()[:MAX_SEEDS]:

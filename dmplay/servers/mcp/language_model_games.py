@@ -22,7 +22,7 @@ from dmplay.output.problem_and_agent_reports import load_problem_info
 from dmplay.registry import agents, problems
 from dmplay.registry.builtin_names import problem_names
 from dmplay.registry.problem_name_kinds import names_data_file, names_python_file
-from dmplay.transcript.format import HUMAN_PLAYER, MODEL_PLAYER
+from dmplay.transcript.external_players import HUMAN_PLAYER, MODEL_PLAYER
 from dmplay.transcript.recorder import Recorder
 
 MAX_GAMES = 16  # including finished games whose result can still be requested

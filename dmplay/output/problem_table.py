@@ -1,0 +1,116 @@
+"""The table of all problems, table F.1 of the book."""
+
+import shutil
+from itertools import zip_longest
+from textwrap import fill, wrap
+from typing import TYPE_CHECKING
+
+from dmplay.core.problem import Problem
+from dmplay.core.problem_summary import problem_summary
+from dmplay.core.text import format_json_report
+from dmplay.errors import UnknownName
+from dmplay.registry import problems
+from dmplay.registry.builtin_names import problem_names
+from dmplay.terminal.capabilities import TerminalOptions, current_terminal
+
+if TYPE_CHECKING:
+    from rich.text import Text
+
+PIPE_COLUMNS = 100  # columns of a table written to a pipe
+COLUMN_GAP = 1  # columns between two columns of a table
+
+
+def problem_table_rows() -> list[dict[str, str]]:
+    """Return the rows of table F.1: the built-in problems, then the installed ones."""
+    named_problems = [(name, problems.load_problem(name)) for name in problem_names()]
+    named_problems += [
+        (name, problem)
+        for name, problem in problems.iter_installed_problems()
+        if isinstance(problem, Problem)
+    ]
+    return [
+        {"problem": name, "kind": problem.kind} | problem_summary(problem)
+        for name, problem in named_problems
+    ]
+
+
+def format_load_failures() -> str:
+    """Return the installed problems that cannot be loaded with their errors, one per line."""
+    lines = [
+        f"{name}: {error}"
+        for name, error in problems.iter_installed_problems()
+        if isinstance(error, str)
+    ]
+    return "\n".join(lines)
+
+
+def rows_of_kind(kind: str) -> list[dict[str, str]]:
+    """Return the rows of table F.1 whose kind begins with `kind`, such as MDP or simple.
+
+    Raise UnknownName if there are none.
+    """
+    rows = problem_table_rows()
+    matching = [row for row in rows if row["kind"].lower().startswith(kind.lower())]
+    if not matching:
+        raise UnknownName("kind", kind, [*dict.fromkeys(row["kind"] for row in rows), "games"])
+    return matching
+
+
+def _format_table(rows: list[dict[str, str]], headings: list[str], width: int) -> str:
+    """Return the given columns of table F.1 as lines; only a kind may take several lines."""
+    table = [headings, *([_shorten_cell(row[heading]) for heading in headings] for row in rows)]
+    sizes = [max(map(len, column)) for column in zip(*table, strict=True)]
+    excess = sum(sizes) + COLUMN_GAP * (len(sizes) - 1) - width
+    if excess > 0:
+        sizes[headings.index("kind") if "kind" in headings else 0] -= excess
+    gap, lines = " " * COLUMN_GAP, []
+    for row in table:
+        cells = [
+            wrap(cell, size, break_on_hyphens=False) for cell, size in zip(row, sizes, strict=True)
+        ]
+        for parts in zip_longest(*cells, fillvalue=""):
+            padded = (part.ljust(size) for part, size in zip(parts, sizes, strict=True))
+            lines.append(gap.join(padded).rstrip())
+    return "\n".join(lines)
+
+
+def fitting_headings(rows: list[dict[str, str]], width: int) -> list[str]:
+    """Return as many headings, from the left, as `width` columns can hold, at least one.
+
+    A kind may take two rows, so only its longest word must fit.
+    """
+    headings: list[str] = []
+    remaining = width + COLUMN_GAP
+    for heading in rows[0]:
+        cells = [_shorten_cell(row[heading]) for row in rows]
+        words = " ".join(cells).split() if heading == "kind" else cells
+        remaining -= max(map(len, [heading, *words])) + COLUMN_GAP
+        if remaining < 0 and headings:
+            break
+        headings.append(heading)
+    return headings
+
+
+def _shorten_cell(cell: str) -> str:
+    """Return a cell with `per agent` shortened to `each`."""
+    return cell.replace("per agent", "each")
+
+
+def report_problem_table(kind: str, terminal_options: TerminalOptions) -> "Text | str":
+    """Return table F.1, or its problems of one kind, with a note of the columns left out."""
+    rows = rows_of_kind(kind)
+    if terminal_options.json:
+        return format_json_report({"problems": rows})
+    width = terminal_options.width or shutil.get_terminal_size((PIPE_COLUMNS, 0)).columns
+    headings = fitting_headings(rows, width)
+    table = _format_table(rows, headings, width)
+    omitted = [*rows[0]][len(headings) :]
+    if omitted:
+        note = f"columns left out: {', '.join(omitted)}; --width N or --json shows them"
+        table += f"\n{fill(note, width)}"
+    if not current_terminal(terminal_options).color:
+        return table
+    from rich.text import Text
+
+    heading_row, line_end, body = table.partition("\n")
+    return Text.assemble((heading_row, "bold"), line_end, body)
