@@ -74,13 +74,8 @@ class FileProblem(Tabular):
         return self.model.tables
 
     @cached_property
-    def _absorbing_mask(self) -> Bools:
-        """The mask `[S]` of states that lead only to themselves with reward 0.
-
-        All values are False if the states are hidden.
-        """
-        if self.partially_observable:
-            return np.zeros(self.state_count, bool)
+    def absorbing_mask(self) -> Bools:
+        """The mask `[S]` of states that lead only to themselves with reward 0."""
         transitions, joint_action_count = self.tables.transition, prod(self.action_counts)
         row_states = np.repeat(np.arange(self.state_count), joint_action_count)
         is_self_loop = (transitions.row_lengths == 1) & (
@@ -93,7 +88,7 @@ class FileProblem(Tabular):
 
     def terminal(self, s: Array) -> Bools:
         """Return the mask of terminal states; all False if the states are hidden."""
-        return self._absorbing_mask[s]
+        return self.absorbing_mask[s] & (not self.partially_observable)
 
 
 @dataclass(frozen=True, eq=False)

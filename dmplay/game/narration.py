@@ -113,6 +113,8 @@ class Narrator:
             f"{describe_end_reason(session.end_reason)} after "
             f"{format_count(len(session.turns), 'turn')}."
         )
+        if not session.turns and session.end_reason == "terminal":
+            summary = f"{summary[:-1]}: it started in a state that ends a game."
         summary += f" {self.end_explanation.rstrip('?.')}." if self.end_explanation else ""
         is_visible = (
             not self.human_seats or self.reveal or session.end_reason not in RESUMABLE_END_REASONS

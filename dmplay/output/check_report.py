@@ -2,6 +2,8 @@
 
 from collections.abc import Mapping
 
+import numpy as np
+
 from dmplay.core.problem import Problem
 from dmplay.core.text import format_count, format_json_report
 from dmplay.formats.problem_classes import FileProblem
@@ -44,7 +46,13 @@ def _list_notes(problem: Problem) -> list[str]:
     """Return a note for each kind of row that a file leaves empty because no game uses it."""
     if not isinstance(problem, FileProblem):
         return []
-    return [
+    start = problem.initial_belief > 0
+    ended = problem.state_names[int(np.argmax(start & problem.absorbing_mask))]
+    can_start_over = bool((start & problem.absorbing_mask).any())
+    notes = [
+        f"note: a game may start in {ended}, where it is over; start: names the first states"
+    ] * (can_start_over and not problem.partially_observable)
+    return notes + [
         f"note: {format_count(count, f'{kind}: row')} without probabilities, which no game uses: "
         f"{EMPTY_ROW_MEANINGS[kind]}"
         for kind, count in problem.model.empty_row_counts.items()

@@ -11,6 +11,7 @@ from dmplay.core.session import DEFAULT_TURN_LIMIT, View
 from dmplay.core.text import format_count
 from dmplay.core.user_code_locations import locate_definition
 from dmplay.errors import BadParameter
+from dmplay.formats.problem_classes import FileProblem
 from dmplay.views.protocol import DrawOptions, Lesson
 from dmplay.views.toolkit.action_hints_and_outcomes import (
     format_forecast_rows,
@@ -27,6 +28,7 @@ from dmplay.views.toolkit.belief_bars import (
 )
 from dmplay.views.toolkit.canvas import Canvas, format_signed, sanitize_drawing
 
+MIN_ALIVE_PROBABILITY = 1e-9  # of a state in which an action still matters
 MAX_DESCRIBED_STATES = 3  # maximum states in a description of the belief
 BAR_COLUMNS = 20  # columns of a bar
 # longest observation, in characters, that is described if the problem draws pictures
@@ -282,7 +284,16 @@ def describe_turn(view: View[Problem]) -> str:
     observation = "" if omits_observation else _describe_observation(view).rstrip()
     kind = "observed" if view.problem.partially_observable else "state"
     result = observation and f" {kind} {observation}"
-    return f"{_describe_actions(view)}{result}{_describe_belief(view)}"
+    return f"{_describe_actions(view)}{result}{_describe_belief(view)}{_describe_dead_end(view)}"
+
+
+def _describe_dead_end(view: View[Problem]) -> str:
+    """Return a sentence if the seat knows that no action matters any more, else ''."""
+    problem = view.problem
+    if not isinstance(problem, FileProblem) or view.beliefs is None:
+        return ""
+    alive = float(view.belief[~problem.absorbing_mask].sum())
+    return " nothing can change any more, and every reward is 0." * (alive < MIN_ALIVE_PROBABILITY)
 
 
 def _describe_observation(view: View[Problem]) -> str:

@@ -14,6 +14,7 @@ from dmplay.formats.problem_classes import FileProblem
 from dmplay.output.check_report import report_violations
 from dmplay.solvers.pomdp import exact_pomdp
 from tests.formats.sources import TIGER_TEXT, read_tiger
+from tests.support.programs import run_dmplay
 
 HEAR_O = "O: listen\n0.85 0.15\n0.15 0.85\n"
 STAY_T, OPEN_T = "T: listen\nidentity\n", "T: open-left\nuniform\n"
@@ -397,3 +398,41 @@ def test_messages_name_what_the_format_lacks(old: str, new: str, fault: str) -> 
     text = TIGER_TEXT.partition("\n")[2].replace(old, new, 1)
     with pytest.raises(BadFile, match=fault):
         cassandra.read_markov_file("tiger.pomdp", text.encode())
+
+
+DEAD_END_TEXT = """\
+discount: 0.9
+values: reward
+states: go dead
+actions: x y
+observations: p q
+start: go
+T: * : go : dead 1
+T: * : dead : dead 1
+O: *
+uniform
+R: x : go : * : * 1
+"""
+
+
+def test_a_seat_that_knows_that_nothing_matters_any_more_is_told(tmp_path: Path) -> None:
+    path = tmp_path / "dead.pomdp"
+    path.write_text(DEAD_END_TEXT)
+    result = run_dmplay(tmp_path, str(path), "--plain", "--seed", "1", stdin="x\nx\nquit\n")
+    turns = [line for line in result.stdout.splitlines() if "chose x" in line]
+    assert all("nothing can change any more, and every reward is 0." in turn for turn in turns)
+    path.write_text(DEAD_END_TEXT.replace("T: * : go : dead 1", "T: * : go : go 1"))
+    result = run_dmplay(tmp_path, str(path), "--plain", "--seed", "1", stdin="x\nquit\n")
+    assert "nothing can change" not in result.stdout
+
+
+def test_a_game_that_starts_at_its_end_says_so(tmp_path: Path) -> None:
+    path = tmp_path / "ends.mdp"
+    path.write_text(
+        "discount: 0.9\nvalues: reward\nstates: go dead\nactions: x y\n"
+        "T: * : go : dead 1\nT: * : dead : dead 1\nR: x : go : * 1\n"
+    )
+    result = run_dmplay(tmp_path, str(path), "--plain", "--seed", "3")
+    assert "after 0 turns: it started in a state that ends a game." in result.stdout
+    report = run_dmplay(tmp_path, "check", str(path)).stdout
+    assert "note: a game may start in dead, where it is over" in report
