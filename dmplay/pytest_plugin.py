@@ -16,6 +16,7 @@ from dmplay.core.text import escape_unprintable
 from dmplay.errors import DmplayError, TranscriptMismatch
 
 TRANSCRIPT_SUFFIX = ".dmt"
+REWRITTEN = "rewritten"  # section of a report with the differences
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -47,6 +48,14 @@ def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> pytest.Col
     return collected
 
 
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
+    """Name the transcripts that were rewritten."""
+    for outcome in ("passed", "failed"):
+        for report in terminalreporter.getreports(outcome):
+            if any(REWRITTEN in title for title, _ in report.sections):
+                terminalreporter.write_line(f"rewrote {escape_unprintable(report.fspath)}")
+
+
 class TranscriptFile(pytest.File):
     """A collected file with one transcript."""
 
@@ -65,9 +74,9 @@ class TranscriptItem(pytest.Item):
         trusted = bool(self.config.getini("dmplay_trust"))
         path = Path(os.path.relpath(self.path))
         if self.config.getoption("--dmplay-update"):
-            diff = transcript_files.rewrite_file(path, trusted=trusted)
+            diff = transcript_files.rewrite_file(path, trusted=trusted, keeps_line_ends=True)
             if diff:
-                self.add_report_section("call", "rewritten", escape_unprintable(diff))
+                self.add_report_section("call", REWRITTEN, escape_unprintable(diff))
         compares_frames = bool(self.config.getini("dmplay_frames"))
         report = transcript_files.verify(path, trusted=trusted, compares_frames=compares_frames)
         self.add_report_section("call", "compared", escape_unprintable(report.summary))

@@ -114,6 +114,37 @@ def test_update_rewrites_the_transcript(tmp_path: Path, transcript_path: Path) -
     result = run_pytest(tmp_path, "--dmplay-update")
     assert result.returncode == 0
     assert transcript_path.read_text() == original
+    assert "\nrewrote goldens/game.dmt\n" in result.stdout
+    assert "rewrote" not in run_pytest(tmp_path, "--dmplay-update").stdout
+
+
+def test_update_keeps_the_line_ends_of_a_checkout(tmp_path: Path, transcript_path: Path) -> None:
+    original = transcript_path.read_bytes().replace(b"\n", b"\r\n")
+    for content in (original, original.replace(b'"(8,1)"', b'"(8,2)"')):
+        transcript_path.write_bytes(content)
+        result = run_pytest(tmp_path, "--dmplay-update")
+        assert result.returncode == 0
+        assert ("rewrote" in result.stdout) is (content != original)
+        assert transcript_path.read_bytes() == original
+
+
+@pytest.mark.parametrize(
+    ("marker", "position", "line_end"),
+    [(b"<<<<<<< HEAD", 0.0, b"\n"), (b"=======", 0.5, b"\r\n"), (b">>>>>>> other", 1.0, b"\n")],
+)
+def test_a_merge_conflict_is_named_with_its_line(
+    tmp_path: Path, transcript_path: Path, marker: bytes, position: float, line_end: bytes
+) -> None:
+    lines = transcript_path.read_bytes().splitlines()
+    index = round(position * len(lines))
+    content = line_end.join([*lines[:index], marker, *lines[index:], b""])
+    transcript_path.write_bytes(content)
+    for words in ((), ("--dmplay-update",)):
+        result = run_pytest(tmp_path, *words)
+        assert f"goldens/game.dmt:{index + 1}: " in result.stdout
+        assert f"got the merge conflict marker {marker.decode()[:7]}; resolve" in result.stdout
+        assert result.returncode == 1
+        assert transcript_path.read_bytes() == content
 
 
 def test_update_is_refused_if_ci_is_set(tmp_path: Path, transcript_path: Path) -> None:

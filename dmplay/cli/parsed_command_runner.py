@@ -10,6 +10,7 @@ from dmplay.cli import config_files
 from dmplay.cli.app import root_command
 from dmplay.cli.commands import build_command
 from dmplay.cli.error_messages import USAGE_ERROR, format_error
+from dmplay.core.safe_files import forget_sources
 from dmplay.core.text import escape_unprintable
 from dmplay.errors import BadParameter
 from dmplay.game.command_line_results import (
@@ -138,6 +139,7 @@ def _make_controller() -> "GameController":
 
 def interpret_command(words: Sequence[str]) -> PlayCommand | str:
     """Parse words of a command line; return a game to play, or the uncoloured text of a report."""
+    forget_sources()
     commands = root_command()
     name, *arguments = words
     if {"-h", "--help"} & {*arguments}:

@@ -8,6 +8,7 @@ import stat
 import sys
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
+from types import ModuleType
 
 from dmplay.errors import BadParameter, DiskFull, DmplayError
 
@@ -19,6 +20,8 @@ PRIVATE_FILE_MODE, SHARED_FILE_MODE = (
     0o666,
 )  # permissions for the owner only, and for everyone; the umask may remove some
 DISK_FULL_ERRNOS = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)  # error numbers of a full disk
+# device and inode of each file that was read, by its absolute path
+_SOURCES: dict[str, tuple[int, int]] = {}
 DRAFT_PREFIX = ".dmplay-"  # how the names of unfinished files begin
 DRAFT_NAME = re.compile(rf"{re.escape(DRAFT_PREFIX)}[0-9a-f]{{16}}\.tmp")  # the complete names
 
@@ -59,6 +62,7 @@ def read_bytes(path: Path, max_bytes: int | None = None) -> bytes:
     if str(path) not in INPUT_DEVICES and path.parent != OPEN_FILES_FOLDER:
         refuse_endless_file(path)
     with path.open("rb") as file:
+        register_source(path, os.fstat(file.fileno()))
         data = file.read(max_bytes + 1)
     if len(data) > max_bytes:
         megabytes = max_bytes // 2**20
@@ -99,19 +103,22 @@ def is_game_running(path: Path) -> bool:
         return is_locked_elsewhere(file.fileno())
 
 
-def check_writable(path: Path, *, force: bool) -> None:
+def check_writable(path: Path, *, force: bool, continues: bool = False) -> None:
     """Raise an error if a path cannot be written, or not without losing data.
 
     Raise FileExistsError for a folder or a file that is not empty, unless `force` is set, and
-    BadParameter for a symbolic link or the file of a running game.
+    BadParameter for a symbolic link, the file of a running game or a file that dmplay reads. The
+    latter and an existing file are right if the text `continues` it.
     """
     refuse_endless_file(path)
-    if not force and path.exists() and (path.is_dir() or path.stat().st_size):
+    if not (force or continues) and path.exists() and (path.is_dir() or path.stat().st_size):
         raise FileExistsError
-    if path.is_symlink():
-        raise BadParameter(f"{path} is a symbolic link; give the path of the file itself")
     if path.is_file() and is_game_running(path):
         raise BadParameter(f"{path}: this game is running, here or in another dmplay process")
+    if not continues:
+        check_not_source(path)
+    if path.is_symlink():
+        raise BadParameter(f"{path} is a symbolic link; give the path of the file itself")
 
 
 @contextlib.contextmanager
@@ -128,33 +135,69 @@ def exclusive_lock(path: Path) -> Iterator[None]:
         os.close(handle)
 
 
-def check_not_source(path: Path, source: str | Path) -> None:
-    """Raise BadParameter if a path is the file that is read, under whatever name."""
-    if path.exists() and path.samefile(source):
-        raise BadParameter(f"{path} is the transcript that dmplay reads; give another path")
+def register_source(path: str | Path, status: os.stat_result | None = None) -> None:
+    """Remember that dmplay reads a file, so that `check_not_source` refuses to overwrite it."""
+    with contextlib.suppress(OSError, ValueError):
+        status = status or os.stat(path)
+        _SOURCES[os.path.abspath(path)] = (status.st_dev, status.st_ino)
+
+
+def forget_sources() -> None:
+    """Forget which files were read, before another command."""
+    _SOURCES.clear()
+
+
+def check_not_source(path: Path) -> None:
+    """Raise BadParameter if a path is a file that dmplay reads, under whatever name.
+
+    These are the files given to `register_source`, and the files of all imported modules.
+    """
+    if not path.is_file():
+        return
+    for module in [*sys.modules.values()]:
+        if isinstance(module, ModuleType) and vars(module).get("__file__"):
+            register_source(vars(module)["__file__"])
+    status = path.stat()
+    real_path = path.resolve()
+    if (status.st_dev, status.st_ino) in _SOURCES.values() or any(
+        real_path == Path(source).resolve() for source in _SOURCES
+    ):
+        raise BadParameter(f"{path} is a file that dmplay reads; give another path")
 
 
 def write_file(
-    path: Path, text: Iterable[str], *, force: bool = False, private: bool = False
+    path: Path,
+    text: Iterable[str],
+    *,
+    force: bool = False,
+    continues: bool = False,
+    private: bool = False,
 ) -> None:
     """Write a text file in UTF-8, as `write_bytes` does."""
-    write_bytes(path, (part.encode() for part in text), force=force, private=private)
+    data = (part.encode() for part in text)
+    write_bytes(path, data, force=force, continues=continues, private=private)
 
 
 def write_bytes(
-    path: Path, data: Iterable[bytes], *, force: bool = False, private: bool = False
+    path: Path,
+    data: Iterable[bytes],
+    *,
+    force: bool = False,
+    continues: bool = False,
+    private: bool = False,
 ) -> None:
     """Write a file in one step: a reader finds no file, the old one or the complete new one.
 
     Only the owner may read a new file that is `private`. Raise BadParameter if the file exists and
-    `force` is not set, or if it cannot be written, and DiskFull if the disk is full.
+    `force` is not set, if dmplay reads it, or if it cannot be written, and DiskFull if the disk is
+    full. A file that the text `continues`, such as one of state, may exist and be read.
     """
     try:
         if is_output_device(path):
             with find_device(path).open("wb") as file:
                 file.writelines(data)
         else:
-            check_writable(path, force=force)
+            check_writable(path, force=force, continues=continues)
             _write_atomically(path, data, PRIVATE_FILE_MODE if private else SHARED_FILE_MODE)
     except FileExistsError:
         raise BadParameter(f"{path} exists; give another name or use --force") from None

@@ -58,7 +58,7 @@ class StateFile:
                     self._keep_aside(fault)
                 change(content)
                 text = json.dumps({"dmplay": FORMAT_VERSION, **content}, indent=1) + "\n"
-                safe_files.write_file(self.path, text, force=True, private=True)
+                safe_files.write_file(self.path, text, continues=True, private=True)
         except (DmplayError, OSError, RecursionError) as error:
             warn_once(f"{self.purpose}: not saved: {error}")
         return content

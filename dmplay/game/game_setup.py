@@ -9,7 +9,7 @@ from tempfile import TemporaryDirectory
 from dmplay.agents.base import AdviceQuestion
 from dmplay.core.policy import Policy
 from dmplay.core.problem import Problem, find_seat
-from dmplay.core.safe_files import check_not_source, is_game_running, write_file
+from dmplay.core.safe_files import is_game_running, write_file
 from dmplay.core.session import DEFAULT_TURN_LIMIT, Session
 from dmplay.core.text import describe_end_reason, format_count
 from dmplay.core.uniforms import SeededUniforms, new_seed
@@ -284,7 +284,7 @@ def resume_game(request: ResumeRequest, disclosed_games: Collection[GameKey] = (
     recorded_ghost = find_ghost_name(transcript.notes, loaded_problem.problem)
     ghost = _make_ghost(session, players, request.ghost_agent or recorded_ghost)
     if transcript.has_changed_line_ends:  # The recorder continues at an offset in the file.
-        write_file(path.resolve(), [transcript.content], force=True)
+        write_file(path.resolve(), [transcript.content], continues=True)
     recorder = Recorder.resume(path, transcript.content, session, _frame_renderer(transcript))
     if not transcript.blocks:
         recorder.write_turn()
@@ -335,7 +335,6 @@ def branch_game(request: BranchRequest, disclosed_games: Collection[GameKey] = (
     the game is over, was seen by the players, or `peek` is set.
     """
     transcript = load_transcript(request.path)
-    check_not_source(request.record_path, transcript.path)
     loaded_problem = load_transcript_problem(transcript, trusted=request.trusted)
     resolve_key_maps(loaded_problem.problem, request.key_preferences)
     past_session = replay(transcript, loaded_problem.problem)

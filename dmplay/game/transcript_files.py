@@ -172,8 +172,11 @@ def verify(
     return report
 
 
-def rewrite_file(path: Path, *, trusted: bool = False) -> str:
-    """Rewrite one transcript in the current format; return the diff, '' if nothing changes."""
+def rewrite_file(path: Path, *, trusted: bool = False, keeps_line_ends: bool = False) -> str:
+    """Rewrite one transcript in the current format; return the diff, '' if nothing changes.
+
+    With `keeps_line_ends`, those of the file are right, for example in a checkout on Windows.
+    """
     import difflib
 
     transcript = read_transcript(path)
@@ -186,9 +189,11 @@ def rewrite_file(path: Path, *, trusted: bool = False) -> str:
     policies = _load_verifiable_policies(transcript, problem, trusted=trusted)
     old_text = path.read_bytes().decode()
     new_text = rewrite_transcript(transcript, problem, policies, render_transcript_frame)
+    if keeps_line_ends and "\r\n" in old_text:
+        new_text = new_text.replace("\n", "\r\n")
     if new_text == old_text:
         return ""
-    write_file(path.resolve(), [new_text], force=True)
+    write_file(path.resolve(), [new_text], continues=True)
     name = escape_newlines(str(path))
     rows = difflib.unified_diff(
         old_text.splitlines(), new_text.splitlines(), name, f"{name} (rewritten)", lineterm="", n=1

@@ -23,7 +23,7 @@ def report_review(recording: ReplayRequest, *, write: bool = False, json: bool =
     if write:
         rows = path.read_text(encoding="utf-8").splitlines(keepends=True)
         other_rows = [row for row in rows if not row.startswith(REVIEW_NOTE_PREFIX)]
-        write_file(path.resolve(), [*other_rows, *format_notes(reviewed_actions)], force=True)
+        write_file(path.resolve(), [*other_rows, *format_notes(reviewed_actions)], continues=True)
     hint_counts, peeked = dict(game.session.hint_counts), game.transcript.header.peeked
     if json:
         rows_by_action = [action._asdict() for action in reviewed_actions]

@@ -44,7 +44,7 @@ def load_or_solve(
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
         text = dumps(result._asdict()).encode()
-        write_bytes(file, [_hash(text), b"\n", text], force=True)
+        write_bytes(file, [_hash(text), b"\n", text], continues=True)
     except (DmplayError, OSError):
         pass  # a solution that cannot be saved is computed again
     return result

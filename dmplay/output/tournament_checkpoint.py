@@ -93,7 +93,7 @@ class TournamentCheckpoint(dict[tuple[int, ...], Reals]):
         """Store the returns of a seating, and append them to the file."""
         super().__setitem__(seating, returns)
         if not self._byte_count:
-            write_file(self._path, [self._header], force=True)
+            write_file(self._path, [self._header], continues=True)
             self._byte_count = len(self._header.encode())
         row = json.dumps({"seats": seating, "returns": returns.tolist()})
         self._byte_count = write_at_offset(self._path, self._byte_count, f"{row}\n")

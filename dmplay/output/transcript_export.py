@@ -8,7 +8,6 @@ from typing import NamedTuple
 
 from rich.text import Text
 
-from dmplay.core.safe_files import check_not_source
 from dmplay.core.text import format_count
 from dmplay.errors import BadParameter
 from dmplay.game.action_input import Keyboard
@@ -280,8 +279,6 @@ def export_transcript(
     if not EXPORT_FORMATS[format_name].is_text:
         stem, extension = Path(game.transcript.path).stem, EXPORT_FORMATS[format_name].extension
         path = choose_picture_path(output, stem, extension)
-    if output:
-        check_not_source(output, game.transcript.path)
     width, height, ascii_ = options.viewport
     room = Viewport(
         width or DEFAULT_COLUMNS, height or EXPORT_FORMATS[format_name].screen_rows, ascii_

@@ -48,6 +48,7 @@ def load_module_from_file(path: str) -> ModuleType:
     version = file.stat().st_mtime_ns, file.stat().st_size
     if getattr(sys.modules.get(name), "__changed__", version) != version:
         del sys.modules[name]
+    safe_files.register_source(file)
     module = _import_module(name, file)
     vars(module)["__changed__"] = version
     return module

@@ -82,7 +82,7 @@ def mark_peeked(transcript: Transcript) -> Transcript:
         end_lines = format_lines({"end": end_facts | {"sha256": compute_checksum(content)}})
         end = "\n".join([*transcript.end_block.insert_notes(end_lines), ""])
     text = content + end + transcript.torn_tail
-    safe_files.write_file(Path(path).resolve(), [text], force=True)
+    safe_files.write_file(Path(path).resolve(), [text], continues=True)
     return parse_transcript(text.encode(), path)
 
 

@@ -35,6 +35,7 @@ COMPLETE_END_LINE_PATTERN = re.compile(r'^end: .*"sha256": "[0-9a-f]+"\}$', re.M
 BLANKS = " \t\n"
 BLOCK_SEPARATOR = "\n\n"
 HINT_PATTERN = re.compile(r"^help: .*$", re.MULTILINE)
+CONFLICT_PATTERN = re.compile(r"^(?:<{7} |={7}$|>{7} )", re.MULTILINE)  # of git and others
 NOTES_PATTERN = re.compile(r"(#.*\n)+\Z")
 
 
@@ -210,6 +211,10 @@ def parse_transcript(raw: bytes, path: str = "transcript") -> Transcript:
     """
     text = _decode_utf8(raw, path)
     restored_text = _restore_line_ends(text)
+    if conflict := CONFLICT_PATTERN.search(restored_text):
+        line = restored_text.count("\n", 0, conflict.start()) + 1
+        explanation = f"got the merge conflict marker {conflict[0].strip()}; resolve the conflict"
+        raise BadTranscript(path, line, None, explanation)
     content, last, torn = _split_sections(restored_text, path)
     blocks = list(_parse_blocks(content, path, 1))
     end = next(iter(_parse_blocks(last, path, content.count("\n") + 1)), None) if last else None

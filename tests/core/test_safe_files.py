@@ -18,6 +18,7 @@ from dmplay.core.safe_files import (
 )
 from dmplay.errors import DiskFull
 from dmplay.game.saves import saves_folder
+from tests.support.document_examples import TIGER_SOURCE
 from tests.support.games import record_game
 from tests.support.programs import UNNAMED_USER_ID, run_dmplay, run_shell_line
 
@@ -73,20 +74,66 @@ def test_output_is_not_written_through_a_link(
         assert text is None or other.read_text() == text
 
 
-@pytest.mark.parametrize("name", ["g.dmt", "same.dmt", "hard.dmt"])
-@pytest.mark.parametrize("words", [("export", "--csv"), ("branch", "--at", "1")])
-def test_the_transcript_that_is_read_is_not_overwritten(
-    words: tuple[str, ...], name: str, folder: Path
+GAME_OF_AGENTS = ("--agent", "random", "--turns", "2", "-o")
+# commands, and the file that each of them reads; it is written to the path that follows
+READING_COMMANDS = (
+    (("export", "g.dmt", "--csv", "--force", "-o"), "g.dmt"),
+    (("export", "g.dmt", "--html", "--force", "-o"), "g.dmt"),
+    (("branch", "g.dmt", "--at", "1", "--force", "-o"), "g.dmt"),
+    (("watch", "value-iteration", "g.dmt", "--svg", "--force", "-o"), "g.dmt"),
+    (("watch", "belief-update", "./t.pomdp", "--svg", "--force", "-o"), "t.pomdp"),
+    (("plot", "belief", "{}", "--force", "-o", "{}"), "baby.svg"),
+    (("convert", "./t.pomdp", "--force", "-o"), "t.pomdp"),
+    (("assign", "./t.pomdp", "--force", "-o"), "t.pomdp"),
+    (("play", "./t.pomdp", "--force", *GAME_OF_AGENTS), "t.pomdp"),
+    (("play", "./tiger.py", "--force", *GAME_OF_AGENTS), "tiger.py"),
+    (("play", "./tiger.py", "--force", *GAME_OF_AGENTS), "helper.py"),
+    (("play", "tiger:Tiger", "--force", *GAME_OF_AGENTS), "tiger.py"),
+    (("play", "hexworld", "--seat", "agent=script:moves", "--force", "-o"), "moves"),
+    (("play", "hexworld", "--seat", "agent=replay:g.dmt", "--force", "-o"), "g.dmt"),
+    (("play", "hexworld", "--seat", "agent=bot:sh moves", "--force", "-o"), "moves"),
+    (("play", "hexworld", "--force", *GAME_OF_AGENTS), "config/dmplay/config.toml"),
+    (("shell", "-e", "export g.dmt --csv --force -o {}"), "g.dmt"),
+)
+
+
+@pytest.fixture
+def source_folder(folder: Path) -> Path:
+    """A folder with files of each kind that dmplay reads."""
+    run_dmplay(folder, "convert", "crying-baby", "-o", "t.pomdp")
+    record_game(folder / "baby.svg", "crying-baby", "random", turns=3)
+    (folder / "tiger.py").write_text(f"import helper\n{TIGER_SOURCE}")
+    (folder / "helper.py").touch()
+    (folder / "moves").write_text("e\n" * 9)
+    (folder / "config/dmplay").mkdir(parents=True)
+    (folder / "config/dmplay/config.toml").write_text('theme = "mono"\n')
+    return folder
+
+
+@pytest.mark.parametrize("link", ["", "symbolic", "hard"])
+@pytest.mark.parametrize(("words", "source"), READING_COMMANDS)
+def test_no_command_overwrites_a_file_that_it_reads(
+    words: tuple[str, ...], source: str, link: str, source_folder: Path
 ) -> None:
-    game = folder / "g.dmt"
-    (folder / "same.dmt").symlink_to(game)
-    (folder / "hard.dmt").hardlink_to(game)
-    before = game.read_bytes()
-    result = run_dmplay(folder, *words, "g.dmt", "--force", "-o", name)
-    assert (
-        result.stderr == f"error: {name} is the transcript that dmplay reads; give another path\n"
-    )
-    assert (result.returncode, game.read_bytes()) == (2, before)
+    path = source_folder / source
+    name = f"linked{path.suffix}" if link else source
+    if link == "symbolic":
+        (source_folder / name).symlink_to(path)
+    elif link:
+        (source_folder / name).hardlink_to(path)
+    content = path.read_bytes()
+    arguments = [word.format(name) for word in words]
+    arguments += [name] if arguments == [*words] else []
+    environment = {"XDG_CONFIG_HOME": str(source_folder / "config")}
+    result = run_dmplay(source_folder, *arguments, **environment)
+    assert f" {name} is a file that dmplay reads; give another path\n" in result.stderr
+    assert (result.returncode, path.read_bytes()) == (2, content)
+
+
+def test_a_file_that_another_command_read_can_be_overwritten(source_folder: Path) -> None:
+    for command in ("verify", "review"):
+        option = {"verify": "--update", "review": "--write"}[command]
+        assert run_dmplay(source_folder, command, "g.dmt", option).returncode == 0
 
 
 def test_the_file_of_a_running_game_is_not_overwritten(folder: Path) -> None:

@@ -50,6 +50,6 @@ def _save_log(name: str, log: str) -> list[Path]:
     if log:
         with contextlib.suppress(DmplayError, OSError):
             folder.mkdir(parents=True, exist_ok=True)
-            safe_files.write_file(path, [log], force=True, private=True)
+            safe_files.write_file(path, [log], continues=True, private=True)
             return [path]
     return []
