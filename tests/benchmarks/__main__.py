@@ -1,6 +1,6 @@
 """Run benchmarks of speed: `python -m tests.benchmarks [start] [keys] [batch] [long] [bots] [loops]
 [honest] [simulations] [solving] [teams] [beliefs] [rollouts]
-[--runs N]`; measure how well agents play:
+[guard [--write]] [--runs N]`; measure how well agents play:
 `python -m tests.benchmarks league [--problem NAME] [--agent NAME] [--games N]`.
 
 Each number is a median of interleaved runs, so that a busy moment of the machine affects all
@@ -18,6 +18,7 @@ from tests.benchmarks import (
     bots,
     dec_pomdps,
     environments,
+    guard,
     interval_coverage,
     keys,
     league,
@@ -41,11 +42,12 @@ BENCHMARKS = {
     "teams": dec_pomdps.report,
     "beliefs": beliefs.report,
     "rollouts": rollouts.report,
+    "guard": guard.report,
 }
 DEFAULT_RUN_COUNTS = {
     "start": 15, "keys": 60, "batch": 7, "long": 3, "bots": 3, "loops": 7, "honest": 400,
     "simulations": 5, "solving": 3, "teams": 6, "beliefs": 1,
-    "rollouts": 5,
+    "rollouts": 5, "guard": 3,
 }  # fmt: skip
 
 
@@ -62,9 +64,14 @@ def main() -> None:
     )
     parser.add_argument("--workers", type=int, default=1, help="of the league")
     parser.add_argument(
-        "--write", action="store_true", help="replace the lines of the league in the guide"
+        "--write",
+        action="store_true",
+        help="replace the lines of the league in the guide, or the ratios of guard",
     )
     options = parser.parse_args()
+    if options.part == ["guard"]:
+        guard.report(options.runs or DEFAULT_RUN_COUNTS["guard"], write=options.write)
+        return
     if options.part == ["league"]:
         if options.write and options.agent:
             parser.error("--write needs all agents; leave out --agent")
