@@ -60,11 +60,10 @@ def open_output_streams() -> None:
     if os.name != "posix":  # Consoles and descriptors work differently on Windows.
         return
     for name, stream_type in (("stdout", io.TextIOWrapper), ("stderr", _ErrorStream)):
-        stream = getattr(sys, name)
-        if isinstance(stream, io.TextIOWrapper):
-            stream.flush()
-            os.set_blocking(stream.fileno(), True)
-            _replace_stream(name, stream_type, stream.fileno())
+        descriptor = _find_descriptor(name)
+        if descriptor >= 0:
+            os.set_blocking(descriptor, True)
+            _replace_stream(name, stream_type, descriptor)
     if not sys.stdout.isatty():
         divert_stdout()
 
@@ -74,15 +73,23 @@ def divert_stdout() -> None:
 
     Programs and C libraries that user code calls then write to standard error.
     """
-    if isinstance(sys.stdout, io.TextIOWrapper) and sys.stdout.fileno() == 1:
-        sys.stdout.flush()
+    if _find_descriptor("stdout") == 1:
         _replace_stream("stdout", io.TextIOWrapper, os.dup(1))
         os.dup2(2, 1)
+
+
+def _find_descriptor(name: str) -> int:
+    """Return the descriptor of a stream of `sys`; -1 for a stream in memory."""
+    try:
+        return int(getattr(sys, name).fileno())
+    except (AttributeError, OSError):
+        return -1
 
 
 def _replace_stream(name: str, stream_type: type[io.TextIOWrapper], descriptor: int) -> None:
     """Replace a stream of `sys` by one with the same encoding that writes to a descriptor."""
     stream = getattr(sys, name)
+    stream.flush()
     new_stream = stream_type(
         _CompleteFile(descriptor, "wb", closefd=False),
         encoding=stream.encoding, errors="backslashreplace",
