@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from dmplay.core.arrays import Reals
+from dmplay.core.text import format_number
 
 CONFIDENCE_LEVEL = 0.95
 LARGE_DEGREES_OF_FREEDOM = 30  # degrees of freedom beyond which a series is exact to four digits
@@ -55,7 +56,7 @@ def describe_doubt(sample: Reals, bounds: tuple[float, float] | None) -> str:
         if is_narrow and shift > half_width:
             return (
                 f"an event rarer than 1 in {size / RULE_OF_THREE:,.0f} games may be missing; "
-                f"it could move the mean by up to {shift:.2g}"
+                f"it could move the mean by up to {format_number(shift, 2)}"
             )
     deviations = sample - sample.mean()
     variance = float((deviations**2).mean())

@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 
 from dmplay.core.session import Session
-from dmplay.core.text import describe_end_reason, format_count
+from dmplay.core.text import describe_end_reason, format_count, format_number
 from dmplay.game import turn_facts
 from dmplay.game.hints.ghost_agent import Ghost
 from dmplay.game.seat_snapshot import SeatSnapshot
@@ -51,9 +51,12 @@ class Narrator:
         ]
         if snapshot.rewards_visible and snapshot.last_turn:
             reward = snapshot.last_turn.rewards.item(snapshot.seat)
-            parts.append(f"reward {reward:.6g}. score {self.seat_return(snapshot):.6g}.")
+            score = format_number(self.seat_return(snapshot))
+            parts.append(f"reward {format_number(reward)}. score {score}.")
         if self.ghost and self.ghost.is_shown_during_play:
-            parts.append(f"ghost {self.ghost.score:.6g}, lead {self.ghost.player_lead:+.6g}.")
+            parts.append(
+                f"ghost {format_number(self.ghost.score)}, lead {self.ghost.player_lead:+.6g}."
+            )
         return " ".join(parts)
 
     def describe_change(self, snapshot: SeatSnapshot, previous_turn_count: int) -> str:
@@ -105,8 +108,8 @@ class Narrator:
         is_discounted = session.problem.discount < 1.0
         is_alone = len(agents) == 1 and bool(self.human_seats) and not names_seat
         scores = "; ".join(
-            f"{'your' if is_alone else agent} score {round_number(r):g}"
-            + f" (undiscounted {round_number(t):g})" * is_discounted
+            f"{'your' if is_alone else agent} score {format_number(round_number(r))}"
+            + f" (undiscounted {format_number(round_number(t))})" * is_discounted
             for agent, r, t in seat_sums
         )
         summary = (

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 
 from dmplay.core.problem import Problem
 from dmplay.core.session import Session
-from dmplay.core.text import align_columns
+from dmplay.core.text import align_columns, format_number
 from dmplay.game.seat_snapshot import SeatSnapshot
 from dmplay.transcript.format import collect_turn_facts
 
@@ -155,4 +155,4 @@ def _format_value(value: object) -> str:
     """Return a value as text: floats with four significant digits, lists in brackets."""
     if isinstance(value, list):
         return f"[{', '.join(map(_format_value, value))}]"
-    return f"{value:.4g}" if isinstance(value, float) else str(value)
+    return format_number(value, 4) if isinstance(value, float) else str(value)

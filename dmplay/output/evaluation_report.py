@@ -9,7 +9,13 @@ import numpy as np
 from dmplay.agents.point_based import PointBasedPolicy
 from dmplay.core.arrays import Reals
 from dmplay.core.problem import find_seat
-from dmplay.core.text import append_noun, format_count, format_json_report, format_score
+from dmplay.core.text import (
+    append_noun,
+    format_count,
+    format_json_report,
+    format_number,
+    format_score,
+)
 from dmplay.errors import BadParameter
 from dmplay.evaluation.comparison import Comparison, Difference, compare
 from dmplay.evaluation.executors import open_execution_backend
@@ -202,10 +208,10 @@ def _iter_table_rows(result: SettingResult) -> Iterator[Row]:
             "seat": earned.seat,
             "agent": name,
             "return": format_mean(returns.mean, returns.standard_error),
-            "95 % interval": f"{returns.low:.5g} to {returns.high:.5g}"
+            "95 % interval": f"{format_number(returns.low, 5)} to {format_number(returns.high, 5)}"
             if has_error
             else MISSING_CELL,
-            "min, quartiles, max": "  ".join(f"{value:.4g}" for value in earned.quantiles),
+            "min, quartiles, max": "  ".join(format_number(value, 4) for value in earned.quantiles),
             "total": format_mean(totals.mean, totals.standard_error),
         }
 
@@ -240,13 +246,19 @@ def _plot_sweep(results: Sequence[SettingResult]) -> str:
     low, high = min(finite), max(finite)
     scale = (PLOT_COLUMNS - 1) / (high - low) if high > low else 0.0
     label_columns = max(len(str(item)) for item in results)
-    rows = [f"mean return of {results[0].run.seat_summaries[0].seat}, {low:.4g} to {high:.4g}:"]
+    rows = [
+        f"mean return of {results[0].run.seat_summaries[0].seat}, "
+        f"{format_number(low, 4)} to {format_number(high, 4)}:"
+    ]
     for setting, item in zip(results, estimates, strict=True):
         ends = np.clip([item.low, item.mean, item.high], low, high)
         start, middle, end = (round(float(x - low) * scale) for x in ends)
         line = " " * start + "─" * (end - start + 1)
         marked_line = f"{line[:middle]}●{line[middle + 1 :]}"
-        rows.append(f"{setting!s:<{label_columns}}  {marked_line:<{PLOT_COLUMNS}}  {item.mean:.5g}")
+        rows.append(
+            f"{setting!s:<{label_columns}}  {marked_line:<{PLOT_COLUMNS}}  "
+            f"{format_number(item.mean, 5)}"
+        )
     return "\n".join(rows)
 
 

@@ -2,7 +2,7 @@
 
 from json import dumps
 
-from dmplay.core.text import align_columns, format_json_report
+from dmplay.core.text import align_columns, format_json_report, format_number
 from dmplay.game.player_records import ProblemRecord, load_records
 
 HEADINGS = ("problem", "seat", "record", "turns", "seed", "day", "last")
@@ -21,12 +21,14 @@ def report_records(*, json: bool) -> str:
 def _record_row(record: ProblemRecord) -> tuple[str, ...]:
     """Return the table row of a record, with dashes if no game counts for it."""
     best = record.best
-    best_cells = (f"{best.discounted_return:.6g}", *map(str, best[1:])) if best else ("-",) * 4
+    best_cells = (
+        (format_number(best.discounted_return), *map(str, best[1:])) if best else ("-",) * 4
+    )
     return (
         _problem_label(record),
         record.seat,
         *best_cells,
-        f"{record.last.discounted_return:.6g}",
+        format_number(record.last.discounted_return),
     )
 
 

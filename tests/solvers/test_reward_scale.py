@@ -6,6 +6,7 @@ import pytest
 
 from dmplay.agents.base import AdviceQuestion
 from dmplay.core.session import Session
+from dmplay.core.text import format_number
 from dmplay.core.uniforms import SeededUniforms
 from dmplay.evaluation.solutions.solve import solve
 from dmplay.game.hints.hint_provider import HintProvider, count_decimals, format_fixed
@@ -115,3 +116,39 @@ def test_solutions_of_random_problems_follow_the_scale(kind: str, tmp_path: Path
         pytest.importorskip("pyspiel")
     differences = [find_difference(number, tmp_path, kind) for number in range(40)]
     assert not any(differences), differences
+
+
+@pytest.mark.parametrize(
+    ("value", "digits", "text"),
+    [
+        (1250100.0, 6, "1250100"),
+        (-1250100.4, 6, "-1250100"),
+        (12345.678, 6, "12345.7"),
+        (3.1e-9, 6, "3.1e-09"),
+        (123456.0, 4, "123456"),
+        (1e20, 6, "1e+20"),
+        (0.5, 6, "0.5"),
+    ],
+)
+def test_large_numbers_have_no_exponent_and_small_ones_do(
+    value: float, digits: int, text: str
+) -> None:
+    assert format_number(value, digits) == text
+
+
+def test_a_discount_near_1_gets_no_false_word_about_convergence(tmp_path: Path) -> None:
+    text = SMALL_MDP.replace("0.95", "0.999999").replace("1e-10", "4")
+    solution = solve(load_problem(write_file(tmp_path, "mdp", text)))
+    assert solution.method == "policy iteration"
+    assert solution.result == "exact" or solution.result.startswith("error at most ")
+    assert solution.rows[0]["value"] == pytest.approx(4e6, rel=1e-9)
+
+
+def test_all_equal_arms_are_marked_as_best(tmp_path: Path) -> None:
+    text = (
+        "discount: 0.9\nvalues: reward\nstates: a b c d e\nactions: x y z\nobservations: p q\n"
+        "T: *\nidentity\nO: *\nuniform\nR: * : a : * : * 1\nR: * : c : * : * 2\n"
+    )
+    solution = solve(load_problem(write_file(tmp_path, "pomdp", text)))
+    assert [row["best"] for row in solution.rows] == ["*", "*", "*"]
+    assert "the bounds of 3 actions overlap" in solution.result

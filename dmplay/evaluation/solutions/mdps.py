@@ -107,8 +107,9 @@ def solve_by_value_iteration(problem: Problem) -> Solution:
     ]
     if problem.discount < 1.0 and change >= threshold:  # Sweeps converge too slowly.
         residual = abs(mdp_values.compute_action_values(tables, problem.discount, best) - q).max()
-        error = format_upper_bound(float(residual) / (1.0 - problem.discount))
-        return Solution("policy iteration", f"error at most {error}", rows)
+        error = float(residual) / (1.0 - problem.discount)
+        precision = f"error at most {format_upper_bound(error)}" if error else "exact"
+        return Solution("policy iteration", precision, rows)
     change_text = f"below {threshold:.2g}" if change < threshold else f"{change:.3g}"
     summary = f"last change {change_text} after {format_count(done, 'sweep')}"
     if problem.discount < 1.0:

@@ -8,7 +8,7 @@ from dmplay.agents.base import WITHOUT_END, AdviceQuestion, SeatPolicy
 from dmplay.core.policy import Policy
 from dmplay.core.problem import Problem
 from dmplay.core.session import DEFAULT_TURN_LIMIT, Session
-from dmplay.core.text import escape_unprintable, format_count
+from dmplay.core.text import escape_unprintable, format_count, format_number
 from dmplay.core.uniforms import NATURE_STREAM, SeededUniforms
 from dmplay.core.work_budget import Budget
 from dmplay.errors import BadParameter, DmplayError
@@ -101,8 +101,8 @@ class Ghost:
             "same seed" if _uses_seed_uniforms(self.player_session) else "same random numbers"
         )
         return (
-            f"{uniforms_name}: {self.label} scored {self.score:.6g}{ghost_note}, "
-            f"you {player_return:.6g}{player_note}"
+            f"{uniforms_name}: {self.label} scored {format_number(self.score)}{ghost_note}, "
+            f"you {format_number(player_return)}{player_note}"
         )
 
 

@@ -17,7 +17,7 @@ from dmplay.core.problem import (
     validate_outcome,
 )
 from dmplay.core.session import Session, View, list_active_seats
-from dmplay.core.text import count_probability_decimals
+from dmplay.core.text import count_probability_decimals, format_number
 from dmplay.core.work_budget import Budget
 from dmplay.errors import BadParameter, BudgetExceeded
 from dmplay.views.protocol import Forecast
@@ -272,14 +272,14 @@ def _format_payoffs(
     payoffs = np.bincount(row, p * outcome.rewards[:, seat], reply_count)
     mean = f"{round(float(payoffs @ joint.probabilities), 10) + 0.0:.4g} on average"
     if reply_count > MAX_LISTED_OUTCOMES:
-        return f"reward {payoffs.min():g} to {payoffs.max():g}, {mean}"
+        return f"reward {format_number(payoffs.min())} to {format_number(payoffs.max())}, {mean}"
     decimals = count_probability_decimals(joint.probabilities.tolist())
     if reply_count == 1:
         names = _other_action_names(problem, seat, joint.actions[0])
         choose = "other agents choose" if len(names) > 1 else "other agent chooses"
-        return f"reward {payoffs[0]:g}, as the {choose} {' and '.join(names)}"
+        return f"reward {format_number(payoffs[0])}, as the {choose} {' and '.join(names)}"
     parts = [
-        f"{payoff:g} if {' and '.join(_other_action_names(problem, seat, reply))}"
+        f"{format_number(payoff)} if {' and '.join(_other_action_names(problem, seat, reply))}"
         + f" ({probability:.{decimals}f})" * joint.is_modelled
         for reply, payoff, probability in zip(
             joint.actions, payoffs, joint.probabilities, strict=True

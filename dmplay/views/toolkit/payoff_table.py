@@ -6,6 +6,7 @@ from itertools import pairwise, product
 from rich.text import Text
 
 from dmplay.core.session import View
+from dmplay.core.text import format_number
 from dmplay.problems.shared.matrix_game import MatrixGame
 from dmplay.views.protocol import DrawOptions
 from dmplay.views.toolkit.action_hints_and_outcomes import (
@@ -202,7 +203,7 @@ def _format_reply_payoffs(view: View[MatrixGame], options: DrawOptions) -> list[
     problem, seat, own_action = view.problem, view.seat, int(options.forecast.action)
     payoffs = problem.payoffs[own_action, :, 0] if seat == 0 else problem.payoffs[:, own_action, 1]
     replies = zip(payoffs, problem.actions[1 - seat], strict=True)
-    texts = [f"{payoff:g} against {reply}" for payoff, reply in replies]
+    texts = [f"{format_number(payoff)} against {reply}" for payoff, reply in replies]
     probabilities = options.forecast.reply_probabilities
     if probabilities is not None:
         texts = [
@@ -229,7 +230,7 @@ def draw_paid_rounds(view: View[MatrixGame], canvas: Canvas, y: int, width: int)
         canvas.write_text(0, y + 2 * seat, name)
         canvas.write_text(0, y + 2 * seat + 1, "reward", "dim")
         initials = [abbreviate_action(problem.actions[seat][joint[seat]]) for joint in visible]
-        payoff_texts = [f"{problem.payoffs[joint][seat]:g}" for joint in visible]
+        payoff_texts = [format_number(problem.payoffs[joint][seat]) for joint in visible]
         canvas.write_text(
             ROW_LABEL_COLUMNS,
             y + 2 * seat,
@@ -239,7 +240,7 @@ def draw_paid_rounds(view: View[MatrixGame], canvas: Canvas, y: int, width: int)
             ROW_LABEL_COLUMNS,
             y + 2 * seat + 1,
             "".join(payoff_text.rjust(PAID_ROUND_COLUMNS) for payoff_text in payoff_texts)
-            + f"   total {total:g}",
+            + f"   total {format_number(total)}",
         )
     return y + 4
 
@@ -261,7 +262,7 @@ def _draw_payoff_table(view: View[MatrixGame], canvas: Canvas, width: int) -> in
         canvas.write_text(0, i + 2, mark + name, "bold" if mark == ">" else "")
         for j in range(len(columns)):
             x = label_columns + j * (width + 1)
-            payoff_text = "{:g}, {:g}".format(*problem.payoffs[i, j])
+            payoff_text = ", ".join(map(format_number, problem.payoffs[i, j].tolist()))
             is_last_play = last_actions == (i, j)
             canvas.write_text(x, i + 2, "│", "dim")
             cell_text = f"[{payoff_text}]" if is_last_play else payoff_text
@@ -324,8 +325,8 @@ def describe_situation(view: View[MatrixGame]) -> str:
     cells = [
         (
             f"{row_action} against {column_action}: "
-            f"{problem.payoffs[i, j, 0]:g} to {problem.agents[0]}, "
-            f"{problem.payoffs[i, j, 1]:g} to {problem.agents[1]}."
+            f"{format_number(problem.payoffs[i, j, 0])} to {problem.agents[0]}, "
+            f"{format_number(problem.payoffs[i, j, 1])} to {problem.agents[1]}."
         )
         for i, row_action in enumerate(rows)
         for j, column_action in enumerate(columns)
