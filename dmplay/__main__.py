@@ -79,6 +79,12 @@ def _dispatch() -> int:
 
         print(f"dmplay {__version__}")
         return 0
+    if not os.path.isdir(os.path.dirname(__file__)):
+        print(
+            "error: dmplay cannot run from a zip archive; install it, or unpack the archive",
+            file=sys.stderr,
+        )
+        return USAGE_CODE
     if "--debug" in sys.argv:
         sys.argv.remove("--debug")
         os.environ["DMPLAY_DEBUG"] = "1"

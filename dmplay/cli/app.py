@@ -40,6 +40,8 @@ class CommandGroup(TyperGroup):
         """
         if args and args[0] in ("-e", "--execute"):
             args = ["shell", *args]
+        if len(args) > 1 and args[0] == "--" and not args[1].startswith("-"):
+            args = args[1:]
         # Completion works with an invalid settings file, and `config path` helps to repair it.
         is_lenient = ctx.resilient_parsing or args[:2] == ["config", "path"]
         ignored_errors = (DmplayError,) if is_lenient else ()

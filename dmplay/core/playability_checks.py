@@ -71,7 +71,7 @@ def _check_member_kinds(problem: Problem) -> CheckResults:
 def _check_agents(problem: Problem) -> CheckResults:
     """Yield a check that the agents have distinct names."""
     agents = problem.agents
-    message = f"agents: got {agents!r}, expected a tuple of distinct names"
+    message = f"agents: got {agents!r}, expected a tuple of {_expected_names(agents)}"
     yield CheckResult(_are_distinct_names(agents), "agents", message)
 
 
@@ -87,7 +87,8 @@ def _check_actions(problem: Problem) -> CheckResults:
         len(actions) == len(agents), "actions", f"actions: {message}, expected one for each agent"
     )
     for space in actions:
-        message = f"actions: got {space!r}, expected Labels with distinct names, or an Interval"
+        expected = f"expected Labels with {_expected_names(space)}, or an Interval"
+        message = f"actions: got {space!r}, {expected}"
         yield CheckResult(
             isinstance(space, Interval) or _are_distinct_labels(space), "actions", message
         )
@@ -153,8 +154,9 @@ def _check_observations(problem: Problem) -> CheckResults:
 def _check_spaces(problem: Problem) -> CheckResults:
     """Yield checks of the state names, the horizon, the states, the discount and the bounds."""
     if isinstance(problem, Tabular):
-        message = f"state_names: got {problem.state_names!r}, expected a tuple of distinct names"
-        yield CheckResult(_are_distinct_names(problem.state_names), "state_names", message)
+        names = problem.state_names
+        message = f"state_names: got {names!r}, expected a tuple of {_expected_names(names)}"
+        yield CheckResult(_are_distinct_names(names), "state_names", message)
     horizon, states, discount = problem.horizon, problem.state_count, problem.discount
     message = f"horizon: got {horizon!r}, expected a whole number of turns, 1 or more, or None"
     yield CheckResult(horizon is None or _is_count(horizon), "horizon", message)
@@ -422,6 +424,18 @@ def _are_distinct_names(value: object) -> bool:
         and all(_is_one_line(name) for name in value)
         and len(set(value)) == len(value)
     )
+
+
+def _expected_names(value: object) -> str:
+    """Return the names that a sequence should contain, by the first mistake in it."""
+    for name in value if isinstance(value, tuple | list) else ():
+        if isinstance(name, str):
+            for character in name:
+                if not character.isprintable():
+                    return f"names of printable characters, without U+{ord(character):04X}"
+            if len(name.strip()) > MAX_LINE_CHARACTERS:
+                return f"names of at most {MAX_LINE_CHARACTERS} characters"
+    return "distinct names"
 
 
 def _is_one_line(value: object) -> bool:

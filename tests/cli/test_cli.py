@@ -2,13 +2,18 @@
 
 import json
 import os
+import subprocess
+import sys
+import zipfile
 from pathlib import Path
 
 import pytest
 
+import dmplay
 from dmplay.cli.error_messages import format_error
 from dmplay.errors import BadParameter
 from tests.support.programs import run_dmplay, run_without_home
+from tests.support.terminals import clean_environment
 from tests.support.user_problems import BROKEN_AGENT_SOURCE, WALK_SOURCE
 
 COMMANDS_WITH_EXAMPLES = (
@@ -494,3 +499,28 @@ def test_an_agent_that_would_be_ignored_is_an_error(tmp_path: Path) -> None:
     result = run_dmplay(tmp_path, "run", "hexworld", "--agent", "optimal", "--agent=random")
     assert result.returncode == 2
     assert result.stderr.startswith("error: --agent: got 2, expected one; --seat NAME=AGENT sets")
+
+
+def test_a_problem_may_follow_two_hyphens(tmp_path: Path) -> None:
+    for words in (["hexworld", "--agent", "random", "--seed", "1"], ["list"], ["guide", "mcp"]):
+        expected = run_dmplay(tmp_path, *words)
+        result = run_dmplay(tmp_path, "--", *words)
+        assert expected.returncode == 0
+        assert (result.returncode, result.stdout) == (0, expected.stdout)
+    assert "unknown problem 'hexword'" in run_dmplay(tmp_path, "--", "hexword").stderr
+
+
+def test_a_zip_archive_is_refused_with_a_reason(tmp_path: Path) -> None:
+    package = Path(dmplay.__file__).parent
+    with zipfile.ZipFile(tmp_path / "d.pyz", "w") as archive:
+        archive.writestr("__main__.py", "from dmplay.__main__ import main\nmain()\n")
+        for path in package.rglob("*.py"):
+            archive.write(path, path.relative_to(package.parent))
+    for words in (["hexworld"], ["learn"], ["list"], ["guide"], []):
+        program = subprocess.run(
+            [sys.executable, "d.pyz", *words], stdin=subprocess.DEVNULL, capture_output=True,
+            text=True, cwd=tmp_path, env=clean_environment(tmp_path), check=False,
+        )  # fmt: skip
+        assert program.returncode == 2
+        assert program.stderr.startswith("error: dmplay cannot run from a zip archive; ")
+        assert program.stdout == ""

@@ -48,6 +48,17 @@ def test_a_discount_is_a_number_from_0_to_1() -> None:
 @pytest.mark.parametrize(
     ("name", "value", "message"),
     [
+        (
+            "agents",
+            ("a", "a\u200db"),
+            "expected a tuple of names of printable characters, without U+200D",
+        ),
+        (
+            "actions",
+            (Labels(("a", "a\u200db")),),
+            "expected Labels with names of printable characters, without U+200D",
+        ),
+        ("state_names", ("one", "x" * 10**6), "expected a tuple of names of at most"),
         ("agents", ("a", "a"), "agents: got ('a', 'a'), expected a tuple of distinct names"),
         ("agents", ("a", "b"), "got 1 action set for 2 agents, expected one for each agent"),
         ("actions", 7, "actions: got 7, expected (Labels(...),)"),
