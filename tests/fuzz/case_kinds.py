@@ -119,8 +119,8 @@ def draw_screen_case(random: Random) -> Case:
 
 
 KINDS = (
-    Kind("read", 21, draw_read_case, parse_case_transcript),
-    Kind("verify", 19, draw_verify_case),
+    Kind("read", 19, draw_read_case, parse_case_transcript),
+    Kind("verify", 17, draw_verify_case),
     Kind("fact", 16, changed_facts.draw_changed_fact_case),
     Kind("resume", 5, draw_resume_case),
     Kind("replay", 5, draw_replay_case),
