@@ -63,7 +63,9 @@ def read_bytes(path: Path, max_bytes: int | None = None) -> bytes:
         refuse_endless_file(path)
     with path.open("rb") as file:
         register_source(path, os.fstat(file.fileno()))
-        data = file.read(max_bytes + 1)
+        data = file.read(min(WRITE_BUFFER_BYTES, max_bytes + 1))
+        if len(data) == WRITE_BUFFER_BYTES:  # A buffer for the limit costs 60 us for a small file.
+            data += file.read(max_bytes + 1 - len(data))
     if len(data) > max_bytes:
         megabytes = max_bytes // 2**20
         limit = f"{megabytes} MB" if megabytes else f"{max_bytes // 2**10} kB"

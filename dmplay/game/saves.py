@@ -21,7 +21,7 @@ from dmplay.core import safe_files
 from dmplay.core.text import format_count
 from dmplay.errors import BadParameter, DmplayError, clip_message
 from dmplay.transcript.external_players import MODEL_PLAYER
-from dmplay.transcript.format import compute_checksum, format_end_block
+from dmplay.transcript.format import NATURAL_END_REASONS, compute_checksum, format_end_block
 from dmplay.transcript.reader import (
     Transcript,
     TranscriptOutline,
@@ -38,6 +38,8 @@ PROTECTION_RULE = (
     "dmplay never deletes a game of the last 24 hours, a running game, the newest game or any game "
     "newer than one of these"
 )
+MAX_END_BYTES = 4096  # read of the end of a save; a longer end line is read with the whole file
+END_REASON_PATTERN = re.compile(r'end: \{"reason": "([^"]*)", .*\}$')
 STDIN_PATH, STDOUT_PATH = Path("/dev/stdin"), Path("/dev/stdout")
 
 
@@ -297,7 +299,7 @@ def iter_unfinished_saves() -> Iterator[TranscriptOutline]:
 
     These have at least one turn, no end or one chosen by the player, and are not running now.
     """
-    for outline in iter_saves():
+    for outline in iter_outlines(path for path in list_saves() if not _ends_naturally(path)):
         is_of_people = MODEL_PLAYER not in outline.header.seats.values()
         if (
             is_of_people
@@ -306,6 +308,18 @@ def iter_unfinished_saves() -> Iterator[TranscriptOutline]:
             and not safe_files.is_game_running(Path(outline.path))
         ):
             yield outline
+
+
+def _ends_naturally(path: Path) -> bool:
+    """Return whether the last line of a save says so; only the end of the file is read."""
+    try:
+        with path.open("rb") as file:
+            file.seek(-min(path.stat().st_size, MAX_END_BYTES), os.SEEK_END)
+            last_line = file.read().rstrip(b"\n").rpartition(b"\n")[2].decode(errors="replace")
+    except OSError:
+        return False
+    reason = END_REASON_PATTERN.match(last_line)
+    return reason is not None and reason[1] in NATURAL_END_REASONS
 
 
 def find_latest_unfinished() -> Path:

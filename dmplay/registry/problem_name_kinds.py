@@ -42,7 +42,7 @@ def names_bot(name: str) -> bool:
 
 def names_data_file(name: str) -> bool:
     """Return whether a name is that of a data file, which is parsed and never run."""
-    return Path(name).suffix.lower() in DATA_SUFFIXES
+    return os.path.splitext(name)[1].lower() in DATA_SUFFIXES
 
 
 def rebase_name(name: str, old_folder: Path, new_folder: Path) -> str:

@@ -368,9 +368,10 @@ def _check_key_order(block: Block, path: str) -> tuple[str, ...]:
     if block.kind not in BLOCK_KEYS:
         raise BadTranscript(path, block.line, 1, str(UnknownName("block", block.kind, BLOCK_KEYS)))
     order = BLOCK_KEYS[block.kind]
-    for key, entry in block.entries.items():
+    for key in block.keys:
         if key not in order:
-            raise BadTranscript(path, entry.line, 1, str(UnknownName("key", key, order)))
+            line = block.line_of_key(key)
+            raise BadTranscript(path, line, 1, str(UnknownName("key", key, order)))
     if list(block.keys) != [key for key in order if key in block.keys]:
         expected = f"keys out of order, expected {', '.join(order)}"
         raise BadTranscript(path, block.line, None, expected)
@@ -391,12 +392,13 @@ def _read_header_value(
     block: Block, path: str, key: str, value_type: ValueType, default: object = MISSING
 ) -> Any:
     """Return the value of a header line or its default; raise BadTranscript if it is malformed."""
-    entry = block.entries.get(key)
-    if entry is None and default is MISSING:
+    if key not in block.keys and default is MISSING:
         explanation = f"the header has no {key}, expected {value_type.expected}"
         raise BadTranscript(path, block.line, None, explanation)
-    if entry is None:
+    if key not in block.keys:
         return default
-    if not value_type.accepts(entry.value):
-        raise BadTranscript(path, entry.line, None, f"{key}: expected {value_type.expected}")
-    return entry.value
+    value = block[key]
+    if not value_type.accepts(value):
+        line = block.line_of_key(key)
+        raise BadTranscript(path, line, None, f"{key}: expected {value_type.expected}")
+    return value

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from dmplay.core import safe_files
+from dmplay.errors import BadParameter
 from dmplay.game import saves
 from dmplay.game.game_series import GameController
 from dmplay.game.game_setup import start_new_game
@@ -301,3 +302,25 @@ def test_without_a_state_folder_a_game_is_saved_to_a_given_path(tmp_path: Path) 
     assert output == "ok g.dmt (2 turns, unfinished; not recomputed: human)\n1 verified\n"
     assert run_dmplay(tmp_path, "resume", "g.dmt", stdin="w\nquit\n").returncode == 0
     assert assert_verified(tmp_path / "g.dmt")
+
+
+def count_read_bytes() -> int:
+    """Return the number of bytes that this process has read so far."""
+    return int(Path("/proc/self/io").read_text().split()[1])
+
+
+def test_only_the_end_of_a_finished_game_is_read_to_find_an_unfinished_one(
+    saves_folder: Path,
+) -> None:
+    for number in range(1, 30):
+        path = write_save(saves_folder, number)
+        with path.open("a") as file:
+            file.write('\nend: {"reason": "terminal", "turns": 1, "sha256": "0"}\n')
+    before = count_read_bytes()
+    with pytest.raises(BadParameter, match="no unfinished game"):
+        saves.find_latest_unfinished()
+    assert count_read_bytes() - before < 29 * 10_000
+    game = start_new_game(GameRequest("hexworld", seed=3, keep_save=True))
+    game.choose(0)
+    game.finish("quit")
+    assert saves.find_latest_unfinished() == game.transcript_path
