@@ -159,11 +159,8 @@ def check_not_source(path: Path) -> None:
     for module in [*sys.modules.values()]:
         if isinstance(module, ModuleType) and vars(module).get("__file__"):
             register_source(vars(module)["__file__"])
-    status = path.stat()
-    real_path = path.resolve()
-    if (status.st_dev, status.st_ino) in _SOURCES.values() or any(
-        real_path == Path(source).resolve() for source in _SOURCES
-    ):
+    # A new file may have the number of a file that was read and deleted since.
+    if any(os.path.exists(source) and path.samefile(source) for source in _SOURCES):
         raise BadParameter(f"{path} is a file that dmplay reads; give another path")
 
 
