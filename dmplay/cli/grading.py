@@ -92,7 +92,8 @@ def grade(
     - has the same random numbers as another game of this player, or
     - was peeked: the player looked at hidden states early.
 
-    'dmplay guide measuring' explains what a file cannot prove.
+    'dmplay guide measuring' explains what a file cannot prove. The exit code is 3 if a
+    file does not verify, or a path has no transcript; the other games are graded.
 
     \b
       dmplay grade transcripts

@@ -5,6 +5,7 @@ from pathlib import Path
 from textwrap import fill
 
 from dmplay.core.text import escape_newlines, format_count, format_json_report
+from dmplay.errors import BadParameter
 from dmplay.evaluation.assignment import read_assignment
 from dmplay.evaluation.grading import GRADING_LIMITS, Grade, GradingReport
 from dmplay.evaluation.grading import grade_files as grades
@@ -15,6 +16,7 @@ from dmplay.output.progress import ProgressBar
 from dmplay.output.tables import format_csv, format_name, format_table
 from dmplay.terminal.signals import INTERRUPTED_EXIT_CODE
 
+FAILURE_EXIT_CODE = 3  # if a file does not verify, as of `verify`
 PARAGRAPH_COLUMNS = 80  # columns of a paragraph
 DATA_KEYS = {
     "occupant": "who",
@@ -43,19 +45,29 @@ def report_grades(
 ) -> Printout:
     """Grade transcripts in files and folders, and return a report.
 
-    The games are compared with an assignment if one is given. The exit code is
-    INTERRUPTED_EXIT_CODE if some files were not graded.
+    The games are compared with an assignment if one is given. A path without a transcript gets a
+    row too, unless no path has one: then its BadParameter is raised. The exit code is
+    INTERRUPTED_EXIT_CODE if some files were not graded, else FAILURE_EXIT_CODE if some failed.
     """
-    files = [*transcript_files.iter_transcript_files(paths)]
+    files, failures = list[Path](), list[Grade]()
+    for path in paths:
+        try:
+            files += transcript_files.iter_transcript_files([path])
+        except (BadParameter, OSError) as error:
+            if len(paths) == 1:
+                raise
+            reason = str(error).removeprefix(f"{path}: ")
+            failures.append(Grade(str(path), verified=False, fault=reason))
     required = read_assignment(assignment) if assignment else None
     with ProgressBar(
         f"grading {format_count(len(files), 'file')}", quiet=bool(output_format), motion=motion
     ) as bar:
         report = grades(files, required, trusted=trusted, progress=bar)
-    is_complete = report.file_count == len(files)
+    report = report._replace(grades=(*report.grades, *failures))
+    exit_code = 0 if all(grade.verified for grade in report.grades) else FAILURE_EXIT_CODE
     return Printout(
         format_grades(report, len(files), output_format),
-        exit_code=0 if is_complete else INTERRUPTED_EXIT_CODE,
+        exit_code=exit_code if report.file_count == len(files) else INTERRUPTED_EXIT_CODE,
     )
 
 
@@ -71,6 +83,11 @@ def format_grades(grades: GradingReport, file_count: int, output_format: str = "
         }
         return format_json_report(data | {"proves": GRADING_LIMITS})
     if output_format == "csv":
+        rows += [
+            _data_row(Grade("", verified=False, player=player, seed=seed, end_reason="missing"))
+            for player, seeds in grades.missing_seeds.items()
+            for seed in seeds
+        ]
         return format_csv(
             [row | {key: _join_words(row[key]) for key in LIST_COLUMNS} for row in rows]
         )

@@ -19,6 +19,7 @@ from dmplay.game.game_setup import start_game, start_new_game
 from dmplay.game.launch_requests import BranchRequest, GameRequest
 from dmplay.output.grading_report import format_grades
 from dmplay.ui.shell.commands import run_line
+from tests.support.programs import run_dmplay
 
 ASSIGNMENT_TEXT = (
     'dmplay: 1\nproblem: "hexworld"\nseats: {"agent": "human"}\nseeds: [7, 8]\nturns: 3\n'
@@ -226,7 +227,7 @@ def test_grades_are_written_as_json_and_csv(folder: Path, report: GradingReport)
     assert data["proves"] == GRADING_LIMITS
     assert (data["games"][0]["player"], data["games"][0]["return"]) == ("Ada", -0.9)
     rows = [*csv.DictReader(format_grades(report, 14, "csv").splitlines())]
-    assert len(rows) == 14
+    assert len([row for row in rows if row["ending"] != "missing"]) == 14
     assert (
         next(row for row in rows if row["marks"])["marks"]
         == "no regret, because the values are not exactly about this game, same actions as random"
@@ -320,3 +321,40 @@ def test_text_that_a_spreadsheet_would_run_is_prefixed_in_csv(tmp_path: Path) ->
         "Jo",
     ]
     assert '"Al\r\'=1"' in text
+
+
+@pytest.mark.parametrize("extra_args", [[], ["--csv"], ["--json"]])
+def test_a_path_without_a_transcript_is_named_and_the_others_are_graded(
+    tmp_path: Path, extra_args: list[str]
+) -> None:
+    (tmp_path / "ada").mkdir()
+    record_game(tmp_path / "ada" / "game.dmt", COMMANDS_BY_GAME["plain"], player="Ada")
+    (tmp_path / "bo").mkdir()
+    paths = ["ada", "bo", "cy"]
+    outcome = run_dmplay(tmp_path, "grade", *paths, *extra_args)
+    assert outcome.returncode == 3
+    assert not outcome.stderr
+    assert "no .dmt file in this folder" in outcome.stdout
+    assert "no such file or folder" in outcome.stdout
+    assert "Ada" in outcome.stdout
+    assert run_dmplay(tmp_path, "grade", paths[0]).returncode == 0
+    assert run_dmplay(tmp_path, "grade", paths[1]).returncode == 2
+
+
+def test_a_file_that_does_not_verify_gives_an_exit_code(tmp_path: Path) -> None:
+    record_game(tmp_path / "plain.dmt", COMMANDS_BY_GAME["plain"], player="Ada")
+    (tmp_path / "torn.dmt").write_text("dmplay: 1\n")
+    assert run_dmplay(tmp_path, "grade", ".").returncode == 3
+
+
+def test_missing_games_are_rows_of_the_csv(report: GradingReport) -> None:
+    rows = csv.DictReader(io.StringIO(format_grades(report, len(report.grades), "csv")))
+    missing = [
+        (row["player"], row["seed"], row["verified"]) for row in rows if row["ending"] == "missing"
+    ]
+    assert missing == [
+        ("Ada", "8", "False"),
+        ("Bob", "8", "False"),
+        ("Eve", "7", "False"),
+        ("Eve", "8", "False"),
+    ]
