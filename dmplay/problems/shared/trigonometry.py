@@ -26,7 +26,7 @@ COSINE_COEFFICIENTS = (
 def compute_sine_and_cosine(x: Array) -> tuple[Array, Array]:
     """Return the sine and cosine of angles `[B]` in radians, exact to the last bit or two."""
     quarter_turns = np.rint(x * (2.0 / np.pi))
-    if not (quarter_turns.any() if x.ndim else quarter_turns):
+    if not (quarter_turns.any() if quarter_turns.ndim else quarter_turns):
         return _sine_and_cosine_kernel(x)
     sine, cosine = _sine_and_cosine_kernel(
         (x - quarter_turns * HALF_PI) - quarter_turns * HALF_PI_LOW
