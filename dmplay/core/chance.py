@@ -37,11 +37,10 @@ class Categorical:
 
     def sample_events(self, u: Reals) -> Ints:
         """Return events `[B]` from uniforms `[B, 1]`."""
-        edges = np.ascontiguousarray(self.cumulative.T)
-        if len(self.cumulative) == 1 and (
-            len(u) < MIN_GUIDE_ROWS or len(edges) > MAX_COMPARED_EDGES
-        ):
+        row_count, edge_count = self.cumulative.shape
+        if row_count == 1 and (len(u) < MIN_GUIDE_ROWS or edge_count > MAX_COMPARED_EDGES):
             return self._look_up_events(u[:, 0])
+        edges = np.ascontiguousarray(self.cumulative.T)
         fits_int8 = len(edges) <= MAX_INT8_EDGES
         below = (edges <= u[:, 0]).view(np.int8)
         return np.asarray(below.sum(axis=0, dtype=np.int8 if fits_int8 else np.int64), np.int64)

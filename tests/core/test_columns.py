@@ -57,3 +57,24 @@ def test_a_game_of_one_row_has_the_bits_of_its_row_in_a_batch(name: str) -> None
                 assert array.tobytes() == batch_array[only].tobytes()
             assert problem.terminal(s[only]) == problem.terminal(s)[only]
         s = outcome.state
+
+
+def test_a_board_alone_slides_as_it_does_in_a_batch() -> None:
+    problem, random = dmplay.load_problem("2048"), make_generator(5).random
+    boards = (random((300, 4, 4)) * 17).astype(np.uint8)  # with tiles beyond those of the tables
+    boards[:150] %= 3  # boards on which many tiles merge
+    a, u = (random((300, 1)) * 4).astype(int), random((300, 2))
+    outcome, legal = problem.step(boards, a, u), problem.legal_actions_mask(boards)
+    assert legal is not None
+    for row in range(300):
+        only = slice(row, row + 1)
+        single = problem.step(boards[only], a[only], u[only])
+        for array, batch_array in zip(single, outcome, strict=True):
+            assert (array.dtype, array.tobytes()) == (
+                batch_array.dtype,
+                batch_array[only].tobytes(),
+            )
+        single_legal = problem.legal_actions_mask(boards[only])
+        assert single_legal is not None
+        assert np.array_equal(single_legal, legal[only])
+        assert problem.terminal(boards[only]) == problem.terminal(boards)[only]

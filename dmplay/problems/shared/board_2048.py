@@ -5,7 +5,7 @@ stands for all larger exponents. The result of a slide is looked up row by row i
 65536 lines; columns are the rows of the transposed board.
 """
 
-from functools import cache
+from functools import cache, lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -21,6 +21,8 @@ MAX_TABLE_EXPONENT = 15
 CELL_LOW_BITS = 0x1111_1111_1111_1111  # the lowest bit of each cell
 BOARD_MASK = 0xFFFF_FFFF_FFFF_FFFF
 LINE_COUNT = 2**16
+# offset of the table of slides, by direction: to the first cell of a line, or to the last
+TABLE_OFFSETS = np.array([0, LINE_COUNT, LINE_COUNT, 0])
 SCORE_SHIFT = 32
 NO_BOARDS = np.zeros(0, np.int64)
 NO_CELLS = np.zeros((0, 4, 4), np.uint8)
@@ -63,8 +65,9 @@ def _pack_batch(cells: Cells) -> tuple[BoardArray, Ints]:
 
     A tile is large from MAX_TABLE_EXPONENT on; the tables do not cover it.
     """
-    large = cells.max(initial=0) >= MAX_TABLE_EXPONENT
-    rows = np.flatnonzero((cells >= MAX_TABLE_EXPONENT).any(axis=(1, 2))) if large else NO_BOARDS
+    if cells.max(initial=0) < MAX_TABLE_EXPONENT:
+        return _pack_small_tiles(cells), NO_BOARDS
+    rows = np.flatnonzero((cells >= MAX_TABLE_EXPONENT).any(axis=(1, 2)))
     return pack_boards(cells), rows
 
 
@@ -72,6 +75,11 @@ def pack_boards(cells: Cells) -> BoardArray:
     """Return the packed boards of cells `[B, 4, 4]`, as an array also for a single board."""
     if cells.max(initial=0) > MAX_TABLE_EXPONENT:
         cells = np.minimum(cells, MAX_TABLE_EXPONENT)
+    return _pack_small_tiles(cells)
+
+
+def _pack_small_tiles(cells: Cells) -> BoardArray:
+    """Return the packed boards of cells whose exponents are at most MAX_TABLE_EXPONENT."""
     pairs = np.ascontiguousarray(cells).reshape(-1).view(np.uint16)
     return (pairs | pairs >> 4).astype(np.uint8).view(np.uint64)
 
@@ -108,6 +116,8 @@ def select_nth_bit(cell_bits: BoardArray, n: Array) -> BoardArray:
 
 def count_empty_after_slide(cells: Cells, a: Ints) -> Array:
     """Return the number of empty cells after slides in directions `a`, or 1 if there are none."""
+    if len(cells) == 1:
+        return _slide_in_all_directions(cells.tobytes()).empty_counts[a]
     counts, large_boards = _count_empty_batch(cells, a)
     if len(large_boards):
         large_cells, _ = slide_cells(cells[large_boards], a[large_boards])
@@ -128,6 +138,8 @@ def _count_empty_batch(cells: Cells, a: Ints) -> tuple[Array, Ints]:
 
 def slide_boards(cells: Cells, a: Ints) -> SlideResult:
     """Return the boards and scores after slides in directions `a`."""
+    if len(cells) == 1:
+        return _slide_in_all_directions(cells.tobytes()).results[int(a[0])]
     result, large_boards = _slide_batch(cells, a)
     if not len(large_boards):
         return result
@@ -137,6 +149,41 @@ def slide_boards(cells: Cells, a: Ints) -> SlideResult:
     return result._replace(large_boards=large_boards, large_cells=large_cells)
 
 
+class _SlidesOfBoard(NamedTuple):
+    """All four slides of one board."""
+
+    results: tuple[SlideResult, ...]  # [4]
+    empty_counts: Ints  # [4], at least 1
+    legal_bits: Ints  # [1], a bit for each slide that changes the board
+
+
+@lru_cache(8)
+def _slide_in_all_directions(cells: bytes) -> _SlidesOfBoard:
+    """Return all four slides of the board with these cells, for the several questions of a turn.
+
+    A turn of one game asks for the number of empty cells, the slide, the legal slides and the end.
+    """
+    directions = np.arange(4)
+    boards = np.frombuffer(cells, np.uint8).reshape(1, 4, 4).repeat(4, axis=0)
+    before, after, scores, large_boards, large_cells = slide_boards(boards, directions)
+    is_large = len(large_boards) > 0
+    results = tuple(
+        SlideResult(
+            before[:1],
+            after[a : a + 1],
+            scores[a : a + 1],
+            large_boards[:1],
+            large_cells[a : a + 1] if is_large else NO_CELLS,
+        )
+        for a in range(4)
+    )
+    new_cells = unpack_boards(after).tobytes()
+    counts = [max(new_cells[start : start + 16].count(0), 1) for start in range(0, 64, 16)]
+    moves = (after != before).tolist()
+    legal_bits = sum(1 << a for a in range(4) if moves[a])
+    return _SlidesOfBoard(results, np.array(counts), np.array([legal_bits]))
+
+
 def _slide_batch(cells: Cells, a: Ints) -> tuple[SlideResult, Ints]:
     """Return the slides of a batch of boards, and the indices of boards with large tiles.
 
@@ -144,8 +191,7 @@ def _slide_batch(cells: Cells, a: Ints) -> tuple[SlideResult, Ints]:
     """
     boards, large_boards = _pack_batch(cells)
     directions = a.astype(np.uint64)
-    table_offsets = (a + 1 >> 1 & 1) * LINE_COUNT  # offset of the table of slides to the last cell
-    rows = _split_rows(_orient_boards(boards, directions)) + table_offsets[:, None]
+    rows = _split_rows(_orient_boards(boards, directions)) + TABLE_OFFSETS.take(a)[:, None]
     slide_results = get_line_tables().slide_results.take(rows)
     first, second, third, fourth = slide_results.T
     after = _orient_boards(slide_results.astype(np.uint16).view(np.uint64)[:, 0], directions)
@@ -154,6 +200,8 @@ def _slide_batch(cells: Cells, a: Ints) -> tuple[SlideResult, Ints]:
 
 def compute_legal_slide_bits(cells: Cells) -> Array:
     """Return the slides that change each board, one bit per direction."""
+    if len(cells) == 1:
+        return _slide_in_all_directions(cells.tobytes()).legal_bits
     slide_bits, large_boards = _compute_legal_slides_batch(cells)
     if len(large_boards):
         large_cells = cells[large_boards]
@@ -169,6 +217,8 @@ def mark_stuck_boards(cells: Cells) -> Bools:
 
     These are boards without tiles, and full boards in which no tiles merge.
     """
+    if len(cells) == 1:
+        return np.equal(compute_legal_slide_bits(cells), 0)
     boards = pack_boards(cells)
     stuck_mask: Bools = (boards == 0) | np.equal(compute_empty_cell_bits(boards), 0)
     candidates = np.flatnonzero(stuck_mask)
