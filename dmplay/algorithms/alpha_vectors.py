@@ -15,7 +15,7 @@ from dmplay.algorithms.formula_text import format_number, format_weighted_sum
 from dmplay.algorithms.maximal_belief import find_maximal_belief
 from dmplay.algorithms.step import Algorithm, AlphaVectorSet, Step, WatchRequest
 from dmplay.core.arrays import Bools, Reals
-from dmplay.core.best_actions import compute_tolerance
+from dmplay.core.best_actions import compute_reward_scale, compute_tolerance
 from dmplay.core.problem import Problem
 from dmplay.core.session import Session, belief_size
 from dmplay.core.tabular import Tables, tabulate
@@ -78,6 +78,7 @@ def mark_dominated(vectors: Reals) -> Bools:
     better than it in no state are dominated, which saves most linear programs. A vector that was
     added because of a tie may not be needed, which the last loop finds.
     """
+    vectors = vectors / min(compute_reward_scale(vectors), 1.0)
     tolerance = compute_tolerance(vectors)
     needed = [int(np.argmax(vectors[:, 0]))]
     candidates = np.ones(len(vectors), bool)

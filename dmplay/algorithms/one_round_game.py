@@ -12,7 +12,11 @@ import numpy as np
 from dmplay.algorithms.formula_text import format_weighted_sum
 from dmplay.algorithms.step import StrategyMixes
 from dmplay.core.arrays import Ints, Reals
-from dmplay.core.best_actions import mark_best_actions
+from dmplay.core.best_actions import (
+    compute_reward_scale,
+    mark_best_actions,
+    select_greedy_actions,
+)
 from dmplay.core.chance import FINITE_CHANCE_TYPES
 from dmplay.core.problem import Problem, enumerate_outcomes
 from dmplay.core.tabular import joint_actions
@@ -71,8 +75,9 @@ def compute_response_values(payoffs: Reals, mixes: Sequence[Reals], seat: int) -
 
 def choose_best_responses(payoffs: Reals, mixes: Sequence[Reals]) -> list[int]:
     """Return the best response of each agent to the mixes of the others; the first if several."""
+    scale = compute_reward_scale(payoffs)
     return [
-        int(np.argmax(mark_best_actions(compute_response_values(payoffs, mixes, seat)[None])[0]))
+        int(select_greedy_actions(compute_response_values(payoffs, mixes, seat), scale))
         for seat in range(len(mixes))
     ]
 
@@ -93,7 +98,9 @@ def describe_ties(problem: Problem, payoffs: Reals, mixes: Sequence[Reals]) -> l
     """Return sentences about the agents with several best responses, of which the first counts."""
     seats_by_actions: dict[str, list[str]] = {}
     for seat, agent in enumerate(problem.agents):
-        is_best = mark_best_actions(compute_response_values(payoffs, mixes, seat)[None])[0]
+        is_best = mark_best_actions(
+            compute_response_values(payoffs, mixes, seat)[None], compute_reward_scale(payoffs)
+        )[0]
         best = np.flatnonzero(is_best).tolist()
         if len(best) < 2:
             continue

@@ -38,6 +38,7 @@ def iterate_steps(request: WatchRequest) -> Iterator[Step]:
     """Yield the steps of policy iteration: evaluation and improvement by turns."""
     mdp = build_finite_mdp(request.problem)
     policy = np.where(mdp.terminal, -1, np.isfinite(mdp.rewards).argmax(axis=1))
+    scale = request.problem.reward_scale
     values, improved_counts = np.zeros(len(mdp.states)), list[float]()
     yield Step(
         "start",
@@ -53,8 +54,8 @@ def iterate_steps(request: WatchRequest) -> Iterator[Step]:
         yield _describe_evaluation(request, mdp, number, policy, values, np.abs(values - previous))
         q = mdp.compute_action_values(values)
         gains = np.where(mdp.terminal, 0.0, q.max(axis=1) - values)
-        improved = gains > compute_tolerance(values)
-        old_policy, policy = policy, np.where(improved, select_greedy_actions(q), policy)
+        improved = gains > compute_tolerance(values, scale=scale)
+        old_policy, policy = policy, np.where(improved, select_greedy_actions(q, scale), policy)
         improved_counts.append(float(np.count_nonzero(improved)))
         focus = mdp.choose_focus(request.session, gains)
         picture = StateValues(mdp.states, values, policy, improved, focus)
@@ -97,7 +98,7 @@ def _describe_evaluation(  # noqa: PLR0913, PLR0917 - the numbers of one step
         f"It solves {len(values)} linear equations, one for each state.",
     )
     formula = mdp.format_lookahead(format_value_name(state), focus, int(policy[focus]), values)
-    changed = change > compute_tolerance(values)
+    changed = change > compute_tolerance(values, scale=request.problem.reward_scale)
     picture = StateValues(mdp.states, values, policy, changed, focus)
     return Step(f"evaluation {number}", sentences, formula, (picture,))
 

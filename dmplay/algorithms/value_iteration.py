@@ -35,11 +35,13 @@ def iterate_steps(request: WatchRequest) -> Iterator[Step]:
     last_sweep = request.iterations or MAX_SWEEPS
     for sweep in range(1, last_sweep + 1):
         q = mdp.compute_action_values(values)  # one step of lookahead
-        greedy = np.where(mdp.terminal, -1, select_greedy_actions(q))
+        greedy = np.where(mdp.terminal, -1, select_greedy_actions(q, problem.reward_scale))
         previous, values = values, np.where(mdp.terminal, 0.0, q.max(axis=1))  # Bellman backup
         change = np.abs(values - previous)
         residuals.append(float(change.max()))
-        has_converged = not request.iterations and is_converged(mdp.discount, residuals[-1])
+        has_converged = not request.iterations and is_converged(
+            mdp.discount, residuals[-1], problem.reward_scale
+        )
         is_last = sweep == last_sweep or has_converged
         focus = mdp.choose_focus(request.session, change)
         state, action = format_state_name(problem, mdp.states[focus]), int(greedy[focus])
@@ -50,7 +52,7 @@ def iterate_steps(request: WatchRequest) -> Iterator[Step]:
         )
         sentences = (
             *([] if has_converged else [turns_sentence]),
-            *(_describe_end(mdp.discount, residuals[-1]) if is_last else []),
+            *(_describe_end(mdp.discount, residuals[-1], problem.reward_scale) if is_last else []),
             f"{np.count_nonzero(change)} of {format_count(state_count, 'value')} changed, by at "
             f"most {format_score(residuals[-1])} ({'called ' * (sweep == 1)}the residual).",
             *_describe_focus(request, mdp, state, action, q[focus], reason),
@@ -66,11 +68,14 @@ def iterate_steps(request: WatchRequest) -> Iterator[Step]:
             return
 
 
-def is_converged(discount: float, residual: float) -> bool:
-    """Return whether values whose last change is `residual` are close to the optimal ones."""
+def is_converged(discount: float, residual: float, scale: float = 1.0) -> bool:
+    """Return whether values whose last change is `residual` are close to the optimal ones.
+
+    `scale` is that of the rewards.
+    """
     if discount == 1.0:
-        return residual <= UNDISCOUNTED_RESIDUAL
-    return bound_error(discount, residual) <= MAX_ERROR
+        return residual <= UNDISCOUNTED_RESIDUAL * scale
+    return bound_error(discount, residual) <= MAX_ERROR * scale
 
 
 def bound_error(discount: float, residual: float) -> float:
@@ -141,7 +146,9 @@ def _describe_focus(  # noqa: PLR0913, PLR0917 - the parts of one sentence
     others = np.delete(q, action)
     if not np.isfinite(others).any():
         return (f"The formula is for {name} {position}.",)
-    equal_count = np.count_nonzero(others > q[action] - VALUE_TOLERANCE)
+    equal_count = np.count_nonzero(
+        others > q[action] - VALUE_TOLERANCE * request.problem.reward_scale
+    )
     if equal_count:
         are_good = "1 other action is" if equal_count == 1 else f"{equal_count} other actions are"
         if equal_count == np.count_nonzero(np.isfinite(others)):
@@ -151,12 +158,12 @@ def _describe_focus(  # noqa: PLR0913, PLR0917 - the parts of one sentence
     return (f"The best action {position}, is {name}; the second-best action is worth {second}.",)
 
 
-def _describe_end(discount: float, residual: float) -> tuple[str, ...]:
+def _describe_end(discount: float, residual: float, scale: float) -> tuple[str, ...]:
     """Return sentences about the values of the last step."""
-    if not is_converged(discount, residual):
+    if not is_converged(discount, residual, scale):
         return ("The sweeps end here, but the values still change.",)
     if discount == 1.0:
-        return (f"The sweeps end: the residual is at most {UNDISCOUNTED_RESIDUAL:g}.",)
+        return (f"The sweeps end: the residual is at most {UNDISCOUNTED_RESIDUAL * scale:.2g}.",)
     error = format_upper_bound(bound_error(discount, residual))
     return (
         f"The sweeps end: later changes sum to at most {discount:g} x residual / "

@@ -234,7 +234,7 @@ def _plot_state_table(subject: PlottedProblem, what: str) -> Plot:
             what, f"it has {count_text}, expected at most {MAX_LISTED_STATES}; try dmplay solve"
         )
     q, states = compute_state_action_values(subject), problem.enumerate_states()
-    is_best = mark_best_actions(q) & ~problem.terminal(states)[:, None]
+    is_best = mark_best_actions(q, problem.reward_scale) & ~problem.terminal(states)[:, None]
     cells = [
         [f"{row.max():.4g}", format_actions(problem, mask)]
         for row, mask in zip(q, is_best, strict=True)

@@ -68,12 +68,17 @@ class ActionQuestion:
     def tolerance(self) -> float:
         """The loss up to which an action is right, which is `RIGHT_LOSS_LIMIT`."""
         legal_values = self.values[np.isfinite(self.values)]
-        return max(float(np.ptp(legal_values)) * RIGHT_LOSS_PERCENT / 100, VALUE_TOLERANCE)
+        return max(float(np.ptp(legal_values)) * RIGHT_LOSS_PERCENT / 100, self._tie_tolerance)
+
+    @property
+    def _tie_tolerance(self) -> float:
+        """The difference up to which values are equal."""
+        return VALUE_TOLERANCE * self.problem.reward_scale
 
     @property
     def best_action(self) -> int:
         """The index of the first of the best actions."""
-        return int(np.flatnonzero(self.values >= self.values.max() - VALUE_TOLERANCE)[0])
+        return int(np.flatnonzero(self.values >= self.values.max() - self._tie_tolerance)[0])
 
     @property
     def best_actions(self) -> list[str]:
@@ -203,7 +208,7 @@ class ActionQuestion:
         if not self._is_right(action):
             reason = f"{self._describe_value(action)}, {loss} less than the best action"
             return AnswerCheck(False, reason)
-        is_best = self.values[action] >= self.values.max() - VALUE_TOLERANCE
+        is_best = self.values[action] >= self.values.max() - self._tie_tolerance
         label = self.labels[action]
         near = f"{label} counts as right: it is only {loss} worse than the best action"
         return AnswerCheck(True, f"{self._describe_value(action)}" if is_best else near)
@@ -211,7 +216,7 @@ class ActionQuestion:
     def _compute_loss(self, label: str) -> float:
         """Return the best value minus that of an action; 0 if they are equal but for rounding."""
         loss = float(self.values.max() - self.values[self.labels.index(label)])
-        return loss if loss > VALUE_TOLERANCE else 0.0
+        return loss if loss > self._tie_tolerance else 0.0
 
     def _is_right(self, action: int) -> bool:
         """Return whether an action is as good as the best one, within the tolerance."""

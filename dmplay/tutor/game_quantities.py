@@ -42,7 +42,9 @@ def best_reply(position: PositionInGame, opponent: str) -> Truth:
     payoffs, mix = own_payoffs(position), _parse_mix(position, opponent)
     values = payoffs @ mix
     labels = position.problem.actions[position.seat].labels
-    best = frozenset(labels[a] for a in np.flatnonzero(mark_best_actions(values)))
+    best = frozenset(
+        labels[a] for a in np.flatnonzero(mark_best_actions(values, position.problem.reward_scale))
+    )
 
     def explain(answer: str) -> str:
         """Return by how much the expected reward of the action is less than the greatest."""
@@ -197,7 +199,7 @@ def agent_probability(position: PositionInGame, agent: str, action: str, state: 
         changed[index] = typed
         values = _reply_values(position, agent, s)
         gain = float((changed @ values).max() - (mix @ values).max())
-        if gain < VALUE_TOLERANCE:
+        if gain < VALUE_TOLERANCE * problem.reward_scale:
             return ""
         name, opponent = (problem.agents[seat] for seat in (position.seat, 1 - position.seat))
         return (

@@ -50,7 +50,10 @@ def best_action(
     """Return the actions with the greatest value in a state, or after a history."""
     q = compute_q(position, state, history, turns_left)
     names, values = [*q], np.array([*q.values()])
-    best = frozenset(names[index] for index in np.flatnonzero(mark_best_actions(values)))
+    best = frozenset(
+        names[index]
+        for index in np.flatnonzero(mark_best_actions(values, position.problem.reward_scale))
+    )
 
     def explain(answer: str) -> str:
         """Return the loss of a wrong action, and its worst outcome."""
@@ -87,10 +90,9 @@ def order_of_values(position: PositionInGame, states: Sequence[str]) -> Truth:
 
     def explain(answer: str) -> str:
         """Return the number of pairs in the wrong order; '' if there is none."""
+        tolerance = VALUE_TOLERANCE * position.problem.reward_scale
         pairs = [*combinations(answer.split(), 2)]
-        wrong_count = sum(
-            values[second] - values[first] > VALUE_TOLERANCE for first, second in pairs
-        )
+        wrong_count = sum(values[second] - values[first] > tolerance for first, second in pairs)
         if not wrong_count:
             return ""
         verb = "is" if wrong_count == 1 else "are"
