@@ -44,7 +44,7 @@ from dmplay.core.seat_history import BeliefHistory, HistorySnapshot, SeatHistory
 from dmplay.core.spaces import Labels
 from dmplay.core.tabular import Tabular
 from dmplay.core.text import describe_end_reason, format_count
-from dmplay.core.uniforms import NATURE_STREAM
+from dmplay.core.uniforms import NATURE_STREAM, SeededUniforms, generate_uniforms_of_turns
 from dmplay.errors import BadParameter, BadPolicy, EpisodeOver, IllegalAction
 
 DEFAULT_TURN_LIMIT = 10_000  # turn limit if nothing else ends a game
@@ -508,7 +508,7 @@ def is_waiting_for_others(session: Session, seats: Sequence[int]) -> bool:
     return bool(seats) and not session.over and not list_active_seats(session, seats)
 
 
-def can_reproduce_turns(session: Session, turns: Turn) -> bool:
+def can_reproduce_turns(session: Session, turns: Turn, source: SeededUniforms) -> bool:
     """Return whether the policies choose the recorded actions of the next turns `[T, ...]`.
 
     All policies are checked in one batch. The result is False if a seat is inactive in one of
@@ -521,7 +521,7 @@ def can_reproduce_turns(session: Session, turns: Turn) -> bool:
     with suppress(Exception):  # Policies that accept only one row raise errors.
         any_inactive = mark_inactive_agents(session.problem, s).any()
         return not any_inactive and all(
-            seated_policy.can_reproduce_turns(s, turns) for seated_policy in seated_policies
+            seated_policy.can_reproduce_turns(s, turns, source) for seated_policy in seated_policies
         )
     return False
 
@@ -627,7 +627,7 @@ class SeatedPolicy:
         choice = call_policy(self, self.policy.choose, self.current_memory(), legal_row, u)
         return float(validate_policy_actions(self.policy, choice, 1, self)[0])
 
-    def can_reproduce_turns(self, s: Array, turns: Turn) -> bool:
+    def can_reproduce_turns(self, s: Array, turns: Turn, source: SeededUniforms) -> bool:
         """Return whether the policy chooses the recorded actions of the next turns `[T, ...]`.
 
         The turns start in the states `s`. The memory after each turn is first computed as if the
@@ -650,14 +650,11 @@ class SeatedPolicy:
             map(np.array_equal, memories_after, self.policy.update_memory(memories_before, percept))
         ):
             memories_before, memories_after = self._memories_in_sequence(percept, turn_count)
-        draw, numbers = (
-            self.session.uniform_source.generate_uniforms,
-            number_next_turns(self.session, turn_count),
-        )
-        uniforms = [draw(1 + seat, turn, 0, self.policy.uniform_count) for turn in numbers]
+        numbers = ((turn, 0) for turn in number_next_turns(self.session, turn_count))
+        u = generate_uniforms_of_turns(source, 1 + seat, numbers, self.policy.uniform_count)
         legal = problem.legal_actions_mask(s)
         legal_mask = None if legal is None else readonly_copy(legal[:, seat])
-        choices = self.policy.choose(memories_before, legal_mask, np.concatenate(uniforms))
+        choices = self.policy.choose(memories_before, legal_mask, u)
         rows = zip(*(array[:, None] for array in memories_after), strict=True)
         self._memories += rows if memories_after else [()] * turn_count
         self._followed_turns += [None] * turn_count

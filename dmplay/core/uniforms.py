@@ -1,6 +1,7 @@
 """Reproducible uniform random numbers by seed; the only module that uses a random generator."""
 
 import os
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -47,6 +48,15 @@ def generate_uniforms(  # noqa: PLR0913 - the address of a draw has this many pa
     """
     if rows * count == 0:
         return np.zeros((rows if selected_rows is None else len(selected_rows), count))
+    pcg64 = _make_bit_generator(seed, stream, turn, reroll, first_episode * count)
+    raw = pcg64.random_raw(rows * count).reshape(rows, count)
+    return _raw_to_uniforms(raw if selected_rows is None else raw.take(selected_rows, axis=0))
+
+
+def _make_bit_generator(
+    seed: int, stream: int, turn: int, reroll: int, skipped_count: int
+) -> np.random.PCG64:
+    """Return the generator of a stream's raw numbers in a turn, after skipping some of them."""
     if reroll or turn >= WORD_LIMIT:
         seed_sequence: ISeedSequence = np.random.SeedSequence(
             seed, spawn_key=(stream, turn, reroll)
@@ -55,10 +65,9 @@ def generate_uniforms(  # noqa: PLR0913 - the address of a draw has this many pa
         block, offset = divmod(turn, TURNS_PER_BLOCK)
         seed_sequence = _TurnSeed(_hash_turn_seeds(seed, stream, block)[offset])
     pcg64 = np.random.PCG64(seed_sequence)  # type: ignore[arg-type] # any ISeedSequence works
-    if first_episode:
-        pcg64.advance(first_episode * count)
-    raw = pcg64.random_raw(rows * count).reshape(rows, count)
-    return _raw_to_uniforms(raw if selected_rows is None else raw.take(selected_rows, axis=0))
+    if skipped_count:
+        pcg64.advance(skipped_count)
+    return pcg64
 
 
 class _TurnSeed(ISeedSequence):
@@ -148,6 +157,18 @@ class SeededUniforms:
             rows=1,
             count=count,
         )
+
+
+def generate_uniforms_of_turns(
+    source: SeededUniforms, stream: int, turns: Iterable[tuple[int, int]], count: int
+) -> Reals:
+    """Return the uniforms `[T, count]` of a stream in many turns, given with their rerolls."""
+    skipped_count = source.episode * count
+    raw = [
+        _make_bit_generator(source.seed, stream, *turn, skipped_count).random_raw(count)
+        for turn in turns
+    ]
+    return _raw_to_uniforms(np.array(raw, np.uint64).reshape(len(raw), count))
 
 
 def _check_whole_number(name: str, number: object) -> int:

@@ -9,7 +9,7 @@ import numpy as np
 from dmplay.core.policy import Policy
 from dmplay.core.problem import Problem
 from dmplay.core.session import Session, Turn, can_reproduce_turns, number_next_turns
-from dmplay.core.uniforms import NATURE_STREAM, SeededUniforms
+from dmplay.core.uniforms import NATURE_STREAM, SeededUniforms, generate_uniforms_of_turns
 from dmplay.errors import BadParameter, BadPolicy, BadTranscript, BudgetExceeded
 from dmplay.transcript.draws_and_actions import read_actions
 from dmplay.transcript.format import (
@@ -124,13 +124,13 @@ class _Verifier:
             return False
         turn_count, uniform_count = turns.uniforms.shape
         rerolls = session.reroll_counts
-        seed_uniforms = [
-            uniform_source.generate_uniforms(NATURE_STREAM, n, rerolls.get(n, 0), uniform_count)
-            for n in number_next_turns(session, turn_count)
-        ]
-        if not np.array_equal(
-            turns.uniforms, np.concatenate(seed_uniforms)
-        ) or not can_reproduce_turns(session, turns):
+        numbers = [(n, rerolls.get(n, 0)) for n in number_next_turns(session, turn_count)]
+        seed_uniforms = generate_uniforms_of_turns(
+            uniform_source, NATURE_STREAM, numbers, uniform_count
+        )
+        if not np.array_equal(turns.uniforms, seed_uniforms) or not can_reproduce_turns(
+            session, turns, uniform_source
+        ):
             return False
         session.append_turns(split_turns(turns))
         self.rewritten_digest.update(new_text.encode())

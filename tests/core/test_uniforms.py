@@ -3,7 +3,11 @@
 import numpy as np
 import pytest
 
-from dmplay.core.uniforms import SeededUniforms, generate_uniforms
+from dmplay.core.uniforms import (
+    SeededUniforms,
+    generate_uniforms,
+    generate_uniforms_of_turns,
+)
 
 LATE_TURN = 2**31
 
@@ -53,6 +57,15 @@ def test_the_uniforms_of_an_episode_equal_those_in_a_batch(episode: int) -> None
         result = uniforms.generate_uniforms(stream, turn, 0, count)
         batch = generate_uniforms(7, stream, turn, first_episode=episode, rows=2, count=count)
         assert result.tolist() == batch[:1].tolist()
+
+
+@pytest.mark.parametrize("count", [0, 1, 3])
+def test_the_uniforms_of_many_turns_are_those_of_each_turn(count: int) -> None:
+    source = SeededUniforms(2**40, 5)
+    turns = [(1, 0), (63, 0), (64, 2), (LATE_TURN, 0)]
+    separate = [source.generate_uniforms(2, *turn, count) for turn in turns]
+    together = generate_uniforms_of_turns(source, 2, turns, count)
+    assert together.tolist() == np.concatenate(separate).tolist()
 
 
 def test_the_uniforms_of_a_seed_never_change() -> None:
