@@ -43,6 +43,8 @@ CONTROL_PATTERN = re.compile(r"[\x1b\x80-\x9f\udc80-\udc9f]")  # what typed text
 FINAL_PATTERN = re.compile(r"[@-~\x18\x1a\x1b]")
 BEL_OR_ST_PATTERN = re.compile(r"[\x07\x18\x1a\x1b\x9c\udc9c]")
 ST_PATTERN = re.compile(r"[\x18\x1a\x1b\x9c\udc9c]")
+ANY_PATTERN = re.compile(r"[\s\S]")  # what ends a function key of the Linux console
+STRING_PATTERNS = (BEL_OR_ST_PATTERN, ST_PATTERN)
 
 
 class InputKind(Enum):
@@ -74,11 +76,13 @@ class InputSequences:
         self._tokens: list[InputToken] = []
 
     def feed(self, data: str, timestamp: float) -> list[InputToken]:
-        """Return the input that is complete with these characters, received at this time."""
+        """Return the input that is complete with these characters, received at this time.
+
+        Without characters, bytes arrived that do not complete one.
+        """
         if timestamp - self._last_input_at >= SILENCE_SECONDS:
             self._end_silent_sequence()
-        if data:
-            self._last_input_at = timestamp
+        self._last_input_at = timestamp
         position = 0
         while position < len(data):
             position = self._read(data, position)
@@ -186,12 +190,12 @@ class InputSequences:
         self._keep(data[start : ending.start()])
         match ending.group():
             case "\x1b":
-                is_string = self._end_pattern != FINAL_PATTERN
+                is_string = self._end_pattern in STRING_PATTERNS
                 self._read = self._read_st if is_string else self._read_after_cut
             case "\x18" | "\x1a":
                 self._start(self._read_text)
             case final:
-                self._keep(final if self._end_pattern == FINAL_PATTERN else "\x07")
+                self._keep("\x07" if self._end_pattern in STRING_PATTERNS else final)
                 self._report_sequence()
         return ending.end()
 
@@ -213,6 +217,7 @@ class InputSequences:
             self._unfinished == "\x1b[" and data[start] == "["
         ):  # a function key of the Linux console
             self._start(self._read_string, "\x1b[[")
+            self._end_pattern = ANY_PATTERN
             return start + 1
         end = self._read_string(data, start)
         if self._tokens and self._tokens[-1] == (InputKind.SEQUENCE, PASTE_START):

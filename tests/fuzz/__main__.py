@@ -103,7 +103,7 @@ def _show_case(kind: Kind, seed: int, number: int) -> int:
     fuzz_case = draw_case(kind, seed, number)
     print(
         f"words {fuzz_case.words}\ntyped {fuzz_case.typed!r}\nkeys "
-        f"{fuzz_case.keys}, {fuzz_case.size}"
+        f"{fuzz_case.keys}, {fuzz_case.size}\npieces {fuzz_case.pieces}"
     )
     print(
         f"terminal {fuzz_case.terminal}, variables "

@@ -17,6 +17,8 @@ class Case:
     typed: str = ""
     terminal: bool = False  # whether input comes from a terminal that cannot show the full screen
     keys: tuple[str, ...] = ()  # keys of the full screen; `:` begins a typed line
+    # pieces of terminal input, each with the seconds before it
+    pieces: tuple[tuple[float, bytes], ...] = ()
     size: tuple[int, int] = (80, 24)
     variables: Mapping[str, str] = field(default_factory=dict)
     changed: str = ""  # the fact that was changed, so that the transcript must not verify

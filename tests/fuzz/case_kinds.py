@@ -13,6 +13,7 @@ from tests.fuzz import (
     machine_files,
     options,
     state_files,
+    terminal_input,
     typed_lines,
     user_problems,
 )
@@ -140,6 +141,7 @@ KINDS = (
     Kind("own", 2, user_problems.draw_user_problem_case),
     Kind("tree", 1, game_trees.draw_tree_case),
     Kind("quantity", 2, lesson_quantities.draw_quantity_case, lesson_quantities.run_quantity_case),
+    Kind("input", 3, terminal_input.draw_input_case, terminal_input.run_input),
     Kind("state", 2, state_files.draw_state_case, state_files.run_state_case),
     Kind("env", 1, environments.draw_environment_case, environments.run_environment_case),
 )

@@ -1,5 +1,8 @@
 """Tests of terminal input: sequences are known whole or dropped whole, also in pieces."""
 
+import json
+from pathlib import Path
+
 import pytest
 from prompt_toolkit.key_binding import KeyPress
 
@@ -20,7 +23,8 @@ UNKNOWN_SEQUENCES = [  # from documentation: ECMA-48, and the control sequences 
     "\x1b^hlq\x1b\\", "\x1bXhlq\x1b\\", "\x1bO5P", "\x1b[2;2:3u", "\x1b[ q", "\x1b\\",
     "\x9b?62;22;52c", "\x9d4;1;rgb:0/0/0\x9c", "\x90>|hlq\x9c", "\x9fGhlq\x9c", "\x9ehlq\x9c",
     "\x98hlq\x9c", "\x8fl", "\x84", "\x9c", "\udc9b13;2u", "\udc9d0;hlq\udc9c", "\udc90q\x1b\\",
-    "\x1b[Mhlq", "\x1b[M \udcc3!", "\x1b[[l", "\x1b[12\x18", "\x1b]0;hlq\x1a", "\x1bPhlq\x18",
+    "\x1b[Mhlq", "\x1b[M \udcc3!", "\x1b[[l", "\x1b[[0",
+    "\x1b[12\x18", "\x1b]0;hlq\x1a", "\x1bPhlq\x18",
     "\x1b]0;hlq\x1bl", "\x1b[12\x1bq", "\x1b]0;hlq\x1b[13;2u", "\x1b[1;\x03l",
 ]  # fmt: skip
 
@@ -99,6 +103,10 @@ def test_what_follows_a_second_of_silence_is_typed_again() -> None:
         assert typed.send(0.02, "l") == "l"
 
 
+def test_a_byte_that_completes_no_character_ends_the_silence() -> None:
+    assert TypedInput().send("\x1b]0;x", 0.9, "", 0.9, "hlq\x07") == ""
+
+
 def test_silence_is_noticed_without_a_timer() -> None:
     typed = TypedInput()
     typed.send("\x1b]0;x")
@@ -132,3 +140,24 @@ def test_a_paste_may_contain_sequences_and_its_markers_may_be_cut() -> None:
         typed = TypedInput()
         typed.send(PASTE_START, text + PASTE_END[:length], 0.5, PASTE_END[length:], "n")
         assert [press.data for press in typed.presses] == [text, "n"]
+
+
+RECORDED_STREAMS = [
+    pytest.param(stream["received"][name].encode("latin-1"), id=f"{stream['program']}, {name}")
+    for path in sorted((Path(__file__).parent / "recorded_streams").glob("*.json"))
+    for stream in [json.loads(path.read_text())]
+    for name in stream["received"]
+]
+# keys that were pressed and send a character, also with Alt or Ctrl, and the text of a paste
+RECORDED_CHARACTERS = {"a", "l", "5", "ì"}
+
+
+@pytest.mark.parametrize("received", RECORDED_STREAMS)
+def test_of_a_recorded_stream_only_the_pressed_keys_are_characters(received: bytes) -> None:
+    text = received.decode("utf-8", "surrogateescape")
+    whole, pieces = TypedInput(), TypedInput()
+    whole.send(text, 0.06)
+    pieces.send(*text, 0.06)
+    assert [press.key for press in whole.presses] == [press.key for press in pieces.presses]
+    characters = {str(press.key) for press in whole.presses if type(press.key) is str}
+    assert characters <= RECORDED_CHARACTERS

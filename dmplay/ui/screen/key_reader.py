@@ -66,6 +66,7 @@ def attach_key_reader(
     input_: Input,
     sequences: InputSequences | None = None,
     on_background: Callable[[str], None] | None = None,
+    clock: Callable[[], float] = time.monotonic,
 ) -> KeyReader:
     """Make an input read its keys with a KeyReader, and return the reader.
 
@@ -75,7 +76,7 @@ def attach_key_reader(
     parser = getattr(input_, "vt100_parser", None)
     if not isinstance(parser, KeyReader):
         callback = parser.feed_key_callback if isinstance(parser, Vt100Parser) else lambda key: None
-        parser = KeyReader(callback, sequences)
+        parser = KeyReader(callback, sequences, clock)
         if hasattr(input_, "vt100_parser"):
             input_.vt100_parser = parser
     parser.on_background = on_background
