@@ -120,9 +120,9 @@ def draw_screen_case(random: Random) -> Case:
 
 
 KINDS = (
-    Kind("read", 19, draw_read_case, parse_case_transcript),
+    Kind("read", 17, draw_read_case, parse_case_transcript),
     Kind("verify", 17, draw_verify_case),
-    Kind("fact", 16, changed_facts.draw_changed_fact_case),
+    Kind("fact", 14, changed_facts.draw_changed_fact_case),
     Kind("resume", 5, draw_resume_case),
     Kind("replay", 5, draw_replay_case),
     Kind("review", 4, draw_review_case),
