@@ -69,7 +69,10 @@ def _run_command(*, show_gallery: bool) -> int:
     With `show_gallery`, the shell starts with the list of problems.
     """
     try:
-        result = root_command()(standalone_mode=False, prog_name="dmplay")
+        # A program reads JSON and CSV, so what user code prints meanwhile goes to standard error.
+        is_data = {"--json", "--csv"} & {*sys.argv} and not {"-h", "--help"} & {*sys.argv}
+        with contextlib.redirect_stdout(sys.stderr) if is_data else contextlib.nullcontext():
+            result = root_command()(standalone_mode=False, prog_name="dmplay")
     except SystemExit as exit_error:
         if exit_error.code != HELP_UNREAD_EXIT_CODE:
             raise  # raised for a signal

@@ -2,6 +2,7 @@
 
 import sys
 from collections.abc import Sequence
+from contextlib import redirect_stdout
 from typing import TYPE_CHECKING, Any
 
 import typer
@@ -90,10 +91,11 @@ def _print_report(report: Printout) -> int:
         print_paged(text, terminal, wrap_words=isinstance(report.text, str))
     elif text:
         print(text)
-    end = "\n"
-    for part in report.text_chunks:
-        sys.stdout.write(escape_unprintable(part))
-        end = part[-1:] or end
+    end, output = "\n", sys.stdout
+    with redirect_stdout(sys.stderr):  # User code may print while the text is generated.
+        for part in report.text_chunks:
+            output.write(escape_unprintable(part))
+            end = part[-1:] or end
     print(end="" if end == "\n" else "\n")
     return report.exit_code
 

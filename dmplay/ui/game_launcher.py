@@ -42,6 +42,17 @@ FIRST_COMMAND_ADVICE = "new here? begin with play hexworld; in a game, hint sugg
 
 def play_game(table: GameController, command: PlayCommand) -> int:
     """Play a game with the front end that the terminal allows, and return the exit code."""
+    is_json = command.terminal_options.json
+    if not (is_json or command.quiet):
+        terminal = current_terminal(command.terminal_options)
+        return _play_game(table, command, SentenceReporter(terminal))
+    reporter = JsonReporter(sys.stdout) if is_json else Reporter()
+    with contextlib.redirect_stdout(sys.stderr):  # for what user code prints
+        return _play_game(table, command, reporter)
+
+
+def _play_game(table: GameController, command: PlayCommand, reporter: Reporter) -> int:
+    """Play a game on the full screen or with a reporter, and return the exit code."""
     terminal, quiet = current_terminal(command.terminal_options), command.quiet
     plain_reason = "--quiet" if quiet else terminal.plain_reason
     if command.has_rate_option and plain_reason:
@@ -57,12 +68,7 @@ def play_game(table: GameController, command: PlayCommand) -> int:
             table.end_game("interrupted" if code else "quit")
             print(table.game.narrator.describe_result())
         else:
-            reporter = (
-                JsonReporter() if command.terminal_options.json else SentenceReporter(terminal)
-            )
-            has_invalid_line = play_by_lines(
-                table, terminal, sys.stdin, Reporter() if quiet else reporter
-            )
+            has_invalid_line = play_by_lines(table, terminal, sys.stdin, reporter)
             if quiet and table.game.narrator.end_explanation:
                 print(table.game.narrator.end_explanation, file=sys.stderr)
     return code or _report_faults(table, has_invalid_line=has_invalid_line)

@@ -78,6 +78,7 @@ print("noise of print")
 class Noisy(Tiger):
     def resolve_events(self, s, a, events):
         make_noise()
+        print("noise of a turn")
         return super().resolve_events(s, a, events)
 """
 

@@ -105,7 +105,11 @@ def test_user_code_that_writes_to_descriptor_1_leaves_the_output_alone(tmp_path:
         ("run", "./noisy.py:Noisy", "--episodes", "2", "--turns", "2", "--json"),
         ("info", "./noisy.py:Noisy", "--json"),
         ("./noisy.py:Noisy", "--agent", "random", "--turns", "2", "--json"),
+        ("./noisy.py:Noisy", "--agent", "random", "--turns", "2", "-q", "-o", "noisy.dmt"),
         ("./noisy.py:Noisy", "--agent", "random", "--turns", "2", "-q", "-o", "-"),
+        ("review", "noisy.dmt", "--trust", "--json"),
+        ("export", "noisy.dmt", "--trust", "--csv"),
+        ("replay", "noisy.dmt", "--trust", "--json"),
     )
     for words in commands:
         program = subprocess.run(
@@ -116,6 +120,8 @@ def test_user_code_that_writes_to_descriptor_1_leaves_the_output_alone(tmp_path:
         assert "noise" not in program.stdout, words
         for source in ("os.write", "a child", "a library", "print", "the device"):
             assert f"noise of {source}" in program.stderr
+        if words[0] == "run":
+            assert "noise of a turn" in program.stderr
         if words[-1] == "--json":
             for line in program.stdout.splitlines():
                 json.loads(line)

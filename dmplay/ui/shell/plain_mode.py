@@ -133,9 +133,12 @@ class SentenceReporter(Reporter):
 
 
 class JsonReporter(Reporter):
-    """A reporter that prints JSON Lines: one object per event."""
+    """A reporter that prints JSON Lines to a stream (default: stdout): one object per event."""
 
     continues_after_error = True
+
+    def __init__(self, output: TextIO | None = None) -> None:
+        self._output = output
 
     def report_start(self, game: Game) -> None:
         """Print the problem, the players, the seed if it may be shown, and the first visible
@@ -213,7 +216,7 @@ class JsonReporter(Reporter):
 
     def _print_event(self, event: str, facts: dict[str, object]) -> None:
         """Print one JSON object with the event and its facts."""
-        print(json.dumps({"event": event} | facts), flush=True)
+        print(json.dumps({"event": event} | facts), file=self._output, flush=True)
 
 
 def _report_start(reporter: Reporter, game: Game) -> None:
