@@ -119,7 +119,7 @@ def _draw(random: Random) -> tuple[bytes, bool]:
         body = _draw_text(random) + ("" if is_torn else random.choice(endings))
     code = INTRODUCERS[introducer]
     head = random.choice((f"\x1b{introducer}", f"\x1b{introducer}", chr(code), chr(0xDC00 + code)))
-    if random.random() < 0.01 and body[:1] not in ("M", "["):
+    if random.random() < 0.01 and not body.startswith(("M", "[", "200~")):
         offset = random.randint(0, max(len(body) - 2, 0)) if introducer in "]PX^_" else 0
         body = body[:offset] + "1" * LONG_CHARS + body[offset:]
     return (head + body).encode("utf-8", "surrogateescape"), is_torn
@@ -153,6 +153,7 @@ def run_input(case: Case) -> CaseOutcome:
     except Exception as error:
         ending, trace = type(error).__name__, traceback.format_exc()
     if ending != "read" or keys != [PROBE_KEY]:
+        PIPES.close()
         _open_screen.cache_clear()
     if ending == "read" and keys != [PROBE_KEY]:
         ending = "keys of a sequence" if keys[-1:] == [PROBE_KEY] else "a key is missing"
