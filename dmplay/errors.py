@@ -46,6 +46,17 @@ class DmplayError(Exception):
         return super().__str__()
 
 
+def record_seat(error: Exception, seat: int) -> None:
+    """Record the seat whose policy raised an error, so that its entrant can be withdrawn."""
+    vars(error)["policy_seat"] = seat
+
+
+def find_policy_seat(error: Exception) -> int | None:
+    """Return the seat whose policy raised an error; None if no policy did."""
+    seat: int | None = vars(error).get("policy_seat")
+    return seat
+
+
 class UnknownName(DmplayError, LookupError):
     """A name that does not exist; the message suggests similar names, or lists those that do."""
 

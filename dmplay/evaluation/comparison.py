@@ -12,8 +12,9 @@ from dmplay.core.policy import Policy
 from dmplay.core.problem import Problem, check_problem
 from dmplay.core.spaces import ACTION_DECIMALS
 from dmplay.core.text import format_count
+from dmplay.core.user_code_locations import describe_error_location
 from dmplay.core.work_budget import ProgressCallback
-from dmplay.errors import BadParameter, BadPolicy, DmplayError, Forfeit
+from dmplay.errors import BadParameter, BadPolicy, DmplayError, find_policy_seat
 from dmplay.evaluation.control_variate import ControlVariate, build_control_variate
 from dmplay.evaluation.interruptible_rollouts import (
     check_episode_count,
@@ -103,8 +104,9 @@ def compare(  # noqa: PLR0913 - each is the caller's to choose
     if rare rewards are large. If `names` are given, errors begin with the name of the entrant in
     whose games they occurred.
 
-    An entrant of three or more whose program forfeits a game is withdrawn, and the others play
-    again without it: an average over the games that it finished would favor one that gives up.
+    An entrant of three or more that raises an error, returns no action or forfeits a game is
+    withdrawn, and the others play again without it: an average over the games that it finished
+    would favor one that gives up.
     """
     check_problem(problem, turns)
     check_episode_count(episodes)
@@ -131,18 +133,19 @@ def compare(  # noqa: PLR0913 - each is the caller's to choose
         )
         try:
             part = run_rollouts_until_interrupted(problem, [entrants[i] for i in active], spec)
-        except DmplayError as error:
-            if error.entrant_index is None:
+        except Exception as error:
+            entrant = getattr(error, "entrant_index", None)
+            if entrant is None:
                 raise
-            index = active[error.entrant_index]
-            is_own_forfeit = isinstance(error, Forfeit) and error.seat == problem.agents[seat]
-            if is_own_forfeit and len(active) > 2:
+            index = active[entrant]
+            if find_policy_seat(error) == seat and len(active) > 2:
                 name = names[index] if names else f"entrant {index}"
-                withdrawals.append(f"{name} is withdrawn from the comparison: {error}")
+                reason = describe_error_location(error) or error
+                withdrawals.append(f"{name} is withdrawn from the comparison: {reason}")
                 active.remove(index)
                 samples = np.zeros((2, 0, len(active)))
                 continue
-            if not names:
+            if not names or not isinstance(error, DmplayError):
                 raise
             raise BadPolicy(f"{names[index]}: {error}") from None
         if part.rollouts:

@@ -13,14 +13,15 @@ from dmplay.core.arrays import Reals
 from dmplay.core.policy import Policy, check_policies
 from dmplay.core.problem import Problem, check_problem
 from dmplay.core.text import format_count
+from dmplay.core.user_code_locations import describe_error_location
 from dmplay.core.work_budget import ProgressCallback, report_progress_to, scale_progress_part
 from dmplay.errors import (
     BadParameter,
     BadPolicy,
     BudgetExceeded,
     DmplayError,
-    Forfeit,
     UnknownName,
+    find_policy_seat,
 )
 from dmplay.evaluation.interruptible_rollouts import (
     check_episode_count,
@@ -96,9 +97,9 @@ def run_tournament(  # noqa: PLR0913 - each is the caller's to choose
     Seatings in `returns_by_seating` are not played again, and new ones are added to it. Ctrl-C ends
     the tournament with these.
 
-    An entrant whose program forfeits a game is withdrawn, and the result is of the games between
-    the others: an average over the games that it finished would favor one that gives up. The last
-    two entrants are not withdrawn: BadPolicy is raised.
+    An entrant that raises an error, returns no action or forfeits a game is withdrawn, and the
+    result is of the games between the others: an average over the games that it finished would
+    favor one that gives up. The last two entrants are not withdrawn: an error is raised.
     """
     check_problem(problem, turns)
     check_episode_count(episodes)
@@ -140,15 +141,19 @@ def run_tournament(  # noqa: PLR0913 - each is the caller's to choose
             try:
                 with scale_progress_part(index, len(remaining)):
                     entry = run_rollouts_until_interrupted(problem, [policies], spec)
-            except DmplayError as error:
+            except Exception as error:
                 seated_names = [(*names, "the equilibrium")[entrant] for entrant in seating]
-                if isinstance(error, Forfeit) and len(active) > 2:
-                    seat = problem.agents.index(error.seat)
-                    active.remove(seating[seat])
+                seat = find_policy_seat(error)
+                entrant = len(names) if seat is None else seating[seat]
+                if entrant < len(names) and len(active) > 2:
+                    active.remove(entrant)
+                    reason = describe_error_location(error) or error
                     withdrawals.append(
-                        f"{names[seating[seat]]} is withdrawn from the tournament: {error}"
+                        f"{names[entrant]} is withdrawn from the tournament: {reason}"
                     )
                     continue
+                if not isinstance(error, DmplayError):
+                    raise
                 raise BadPolicy(f"{' and '.join(seated_names)}: {error}") from None
             if entry.interruption and not returns_by_seating:
                 raise entry.interruption

@@ -30,6 +30,7 @@ from dmplay.output.evaluation_request import (
     estimate_row,
     expand_sweep,
     limit_turns,
+    load_entrants,
     make_lineup,
     make_report,
 )
@@ -329,7 +330,10 @@ def report_comparison(
             raise BadParameter(
                 f"--seat: {name} is the seat of the compared agents; set another seat"
             )
-    lineups = [make_lineup(request._replace(agent=name)) for name in entrants]
+    lineups, unloaded = load_entrants(
+        problem, entrants, lambda name: make_lineup(request._replace(agent=name)), "comparison"
+    )
+    entrants = [name for name, _ in lineups]
     start_time = time.monotonic()
     task = f"comparing {' and '.join(entrants)}"
     with (
@@ -338,7 +342,7 @@ def report_comparison(
     ):
         result = compare(
             problem,
-            [entry.policies for entry in lineups],
+            [entry.policies for _, entry in lineups],
             episodes=episodes,
             decide=decision.error_probability,
             return_bounds=return_bounds,
@@ -352,7 +356,7 @@ def report_comparison(
         )
     active = [entrants[index] for index in result.active]
     text = _format_comparison(request, active, result, decision, time.monotonic() - start_time)
-    return make_report(text, result.shortfall_reason, result.withdrawals)
+    return make_report(text, result.shortfall_reason, [*unloaded, *result.withdrawals])
 
 
 def _format_comparison(

@@ -1,13 +1,14 @@
 """Requests to play a problem many times, and the result of each setting of its parameters."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from itertools import product
 from math import ceil, log
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 from dmplay.core.policy import Policy
 from dmplay.core.problem import Problem
 from dmplay.core.session import DEFAULT_TURN_LIMIT
+from dmplay.core.user_code_locations import describe_error_location
 from dmplay.errors import BadParameter
 from dmplay.evaluation.many_games import RunResult
 from dmplay.evaluation.solutions.solution import Row
@@ -20,6 +21,7 @@ from dmplay.registry import agents, problems
 from dmplay.simulation.worker_pool import WorkerCount
 from dmplay.terminal.signals import INTERRUPTED_EXIT_CODE
 
+T = TypeVar("T")
 NEGLIGIBLE_WEIGHT = 1e-9  # discount of a turn below which turns are not played
 INTERRUPTED_REASON = "interrupted"  # the reason that rollouts gives
 
@@ -106,6 +108,29 @@ def make_lineup(request: EvaluationRequest) -> Lineup:
     return Lineup(
         problem, names, [make_policy(problem, n, name, request) for n, name in enumerate(names)]
     )
+
+
+def load_entrants(
+    problem: Problem, names: Sequence[str], load: Callable[[str], T], contest: str
+) -> tuple[list[tuple[str, T]], list[str]]:
+    """Return the loaded entrants with their names, and a line for each that is withdrawn.
+
+    User code that cannot be loaded is withdrawn, unless fewer than two entrants remain.
+    """
+    entrants, withdrawals = list[tuple[str, T]](), list[str]()
+    first_error: Exception | None = None
+    for name in names:
+        try:
+            entrants.append((name, load(name)))
+        except Exception as error:
+            if not agents.names_user_code(problem, 0, name):
+                raise
+            first_error = first_error or error
+            reason = describe_error_location(error) or error
+            withdrawals.append(f"{name} is withdrawn from the {contest}: {reason}")
+    if first_error and len(entrants) < 2:
+        raise first_error
+    return entrants, withdrawals
 
 
 def make_policy(problem: Problem, seat: int, name: str, request: EvaluationRequest) -> Policy:

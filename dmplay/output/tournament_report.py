@@ -1,6 +1,7 @@
 """The report of `tournament`, a round robin of agents, as text, JSON or CSV."""
 
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -24,6 +25,7 @@ from dmplay.game.command_line_results import Printout
 from dmplay.output.evaluation_request import (
     EvaluationRequest,
     estimate_row,
+    load_entrants,
     make_policy,
     make_report,
 )
@@ -55,7 +57,10 @@ def report_tournament(
         )
     problem = request.load_problem().problem
     seat_count = len(problem.agents)
-    policies = {name: _entrant_policies(problem, name, request) for name in entrants}
+    load = partial(_entrant_policies, problem, request=request)
+    loaded, unloaded = load_entrants(problem, entrants, load, "tournament")
+    policies = dict(loaded)
+    entrants = [*policies]
     facts = {"problem": request.problem, "parameters": request.parameters, "entrants": [*entrants],
              "episodes": episodes, "turns": request.turn_limit, "seed": request.seed}  # fmt: skip
     facts |= {"seats": orders} if orders != SEATING_ORDERS[0] else {}
@@ -100,15 +105,16 @@ def report_tournament(
             returns_by_seating=returns_by_seating,
             seating_order=orders,
         )
-    if result.withdrawals:
-        facts |= {"entrants": [*result.entrants], "withdrawals": [*result.withdrawals]}
+    withdrawals = [*unloaded, *result.withdrawals]
+    if withdrawals:
+        facts |= {"entrants": [*result.entrants], "withdrawals": withdrawals}
     seating_count = len(list_seatings(len(result.entrants), seat_count, orders))
     game_count = format_count(episodes, "game", ",")
     headline = f"{request.title}: {seating_count} seatings of {game_count} with seed {request.seed}"
     return make_report(
         _format_tournament(result, request.output_format, headline, facts, exact_agent),
         result.shortfall_reason,
-        result.withdrawals,
+        withdrawals,
     )
 
 

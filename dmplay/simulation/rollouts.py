@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor
 from contextlib import contextmanager, nullcontext
 from functools import partial
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
@@ -36,13 +36,14 @@ from dmplay.core.work_budget import (
 )
 from dmplay.errors import (
     BadParameter,
-    DmplayError,
     Forfeit,
     LostGames,
     UnknownName,
+    record_seat,
 )
 from dmplay.simulation.worker_pool import MAX_BLOCK_EPISODES, WorkerCount, run_blocks
 
+T = TypeVar("T")
 MIN_BLOCK_EPISODES, PROBE_EPISODES, PROBE_TURNS = (
     8,
     32,
@@ -342,13 +343,22 @@ def _run_block_for_entrants(
     return tuple(results)
 
 
+def _call_for_seat(seat: int, method: Callable[..., T], *args: object) -> T:
+    """Return the result of a call, and record the seat in an error that its policy raises."""
+    try:
+        return method(*args)
+    except Exception as error:
+        record_seat(error, seat)
+        raise
+
+
 @contextmanager
 def _set_error_entrant(entrant_index: int) -> Iterator[None]:
     """Run the block and record the index of the entrant in errors that it raises."""
     try:
         yield
-    except DmplayError as error:
-        error.entrant_index = entrant_index
+    except Exception as error:
+        vars(error)["entrant_index"] = entrant_index
         raise
 
 
@@ -404,7 +414,9 @@ def _run_block(  # noqa: PLR0915 - the steps of one loop
     finished_groups = list[tuple[int, Memory]]()
     weight, turns_played = 1.0, 0
     memories = [
-        call_memory_method(
+        _call_for_seat(
+            seat,
+            call_memory_method,
             "turn 1",
             player.initial_memory,
             episode_count,
@@ -444,7 +456,9 @@ def _run_block(  # noqa: PLR0915 - the steps of one loop
         )
         validate_outcome(problem, outcome)
         memories = [
-            call_memory_method(
+            _call_for_seat(
+                seat,
+                call_memory_method,
                 prefix,
                 player.update_memory,
                 len(running),
@@ -529,7 +543,7 @@ def _choose_joint_actions(
     """Return the joint actions `[B, n]` that the policies choose, real numbers rounded."""
     legal = problem.legal_actions_mask(state)
     choices = [
-        choose(None if legal is None else readonly_copy(legal[:, seat]), u)
+        _call_for_seat(seat, choose, None if legal is None else readonly_copy(legal[:, seat]), u)
         for seat, (choose, u) in enumerate(zip(choosers, uniforms, strict=True))
     ]
     if legal is not None:  # Inactive agents wait, whatever their policy chose.
@@ -540,7 +554,9 @@ def _choose_joint_actions(
                     is_inactive, find_wait_action(problem, seat), choices[seat]
                 )
     valid_actions = [
-        _validate_actions(
+        _call_for_seat(
+            seat,
+            _validate_actions,
             problem.actions[seat],
             seat_actions,
             None if legal is None else legal[:, seat],

@@ -461,3 +461,66 @@ def test_the_cross_table_matches_the_axelrod_package() -> None:
         progress_bar=False
     )
     assert np.allclose(measured.mean_returns[:, :, 0] / 20, result.payoff_matrix)
+
+
+FAULTY_AGENTS = """
+import numpy as np
+
+class First:
+    uniform_count = 0
+    def __init__(self, problem, seat): pass
+    def initial_memory(self, observation): return ()
+    def update_memory(self, memory, percept): return ()
+    def choose(self, memory, legal, u): return np.zeros(len(u), int)
+    def action_values(self, memory): return None
+
+class Seven(First):
+    def choose(self, memory, legal, u): return np.full(len(u), 7)
+
+class Word(First):
+    def choose(self, memory, legal, u): return "word"
+
+class Nothing(First):
+    def choose(self, memory, legal, u): return None
+
+class Nan(First):
+    def choose(self, memory, legal, u): return np.full(len(u), np.nan)
+
+class Raises(First):
+    def choose(self, memory, legal, u): raise ValueError("boom")
+
+class Forgets(First):
+    def update_memory(self, memory, percept): return 1 / 0
+
+class Wrong: pass
+"""
+
+
+@pytest.mark.parametrize("command", ["tournament", "compare"])
+def test_agents_that_fail_are_withdrawn_and_the_others_play_on(
+    command: str, tmp_path: Path
+) -> None:
+    (tmp_path / "a.py").write_text(FAULTY_AGENTS)
+    (tmp_path / "b.py").write_text("import nothing_of_this_name")
+    classes = ("Seven", "Word", "Nothing", "Nan", "Raises", "Forgets", "Wrong", "Missing")
+    faulty = [*(f"./a.py:{name}" for name in classes), "./a.py", "./b.py:A", "./c.py:A"]
+    options = ["--turns", "3", "--episodes", "20", "--json"]
+    outcome = run_dmplay(
+        tmp_path, command, "prisoners-dilemma", "grim", *faulty, "./a.py:First", *options
+    )
+    contest = {"compare": "comparison"}.get(command, command)
+    lines = outcome.stderr.splitlines()
+    prefix = f" is withdrawn from the {contest}: "
+    assert sorted(line.partition(prefix)[0] for line in lines) == sorted(faulty)
+    assert any(line.endswith(": ValueError: boom") and "a.py:" in line for line in lines)
+    assert outcome.returncode == 1
+    expected = run_dmplay(tmp_path, command, "prisoners-dilemma", "grim", "./a.py:First", *options)
+    assert expected.returncode == 0
+    ignored = {"withdrawals", "seconds"}
+    result, reference = (
+        {key: value for key, value in json.loads(run.stdout).items() if key not in ignored}
+        for run in (outcome, expected)
+    )
+    assert result == reference
+    unknown = run_dmplay(tmp_path, command, "prisoners-dilemma", "grim", "grimm", "random")
+    assert unknown.returncode == 2
