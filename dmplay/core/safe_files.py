@@ -20,8 +20,8 @@ PRIVATE_FILE_MODE, SHARED_FILE_MODE = (
     0o666,
 )  # permissions for the owner only, and for everyone; the umask may remove some
 DISK_FULL_ERRNOS = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)  # error numbers of a full disk
-# device and inode of each file that was read, by its absolute path
-_SOURCES: dict[str, tuple[int, int]] = {}
+# the absolute paths of the files that the running command has read; no set if none is running
+_SOURCES: list[set[str]] = []
 DRAFT_PREFIX = ".dmplay-"  # how the names of unfinished files begin
 DRAFT_NAME = re.compile(rf"{re.escape(DRAFT_PREFIX)}[0-9a-f]{{16}}\.tmp")  # the complete names
 
@@ -62,7 +62,7 @@ def read_bytes(path: Path, max_bytes: int | None = None) -> bytes:
     if str(path) not in INPUT_DEVICES and path.parent != OPEN_FILES_FOLDER:
         refuse_endless_file(path)
     with path.open("rb") as file:
-        register_source(path, os.fstat(file.fileno()))
+        register_source(path)
         data = file.read(min(WRITE_BUFFER_BYTES, max_bytes + 1))
         if len(data) == WRITE_BUFFER_BYTES:  # A buffer for the limit costs 60 us for a small file.
             data += file.read(max_bytes + 1 - len(data))
@@ -137,16 +137,29 @@ def exclusive_lock(path: Path) -> Iterator[None]:
         os.close(handle)
 
 
-def register_source(path: str | Path, status: os.stat_result | None = None) -> None:
-    """Remember that dmplay reads a file, so that `check_not_source` refuses to overwrite it."""
-    with contextlib.suppress(OSError, ValueError):
-        status = status or os.stat(path)
-        _SOURCES[os.path.abspath(path)] = (status.st_dev, status.st_ino)
+@contextlib.contextmanager
+def remember_sources() -> Iterator[None]:
+    """Run the block, a command, with `check_not_source` for the files that it reads.
+
+    A program that uses dmplay may write a file that it read before.
+    """
+    _SOURCES.append(set())
+    try:
+        yield
+    finally:
+        _SOURCES.pop()
+
+
+def register_source(path: str | Path) -> None:
+    """Remember that a command reads a file, so that `check_not_source` refuses to overwrite it."""
+    for paths in _SOURCES[-1:]:
+        paths.add(os.path.abspath(path))
 
 
 def forget_sources() -> None:
     """Forget which files were read, before another command."""
-    _SOURCES.clear()
+    for paths in _SOURCES:
+        paths.clear()
 
 
 def check_not_source(path: Path) -> None:
@@ -154,13 +167,11 @@ def check_not_source(path: Path) -> None:
 
     These are the files given to `register_source`, and the files of all imported modules.
     """
-    if not path.is_file():
+    if not (_SOURCES and path.is_file()):
         return
-    for module in [*sys.modules.values()]:
-        if isinstance(module, ModuleType) and vars(module).get("__file__"):
-            register_source(vars(module)["__file__"])
-    # A new file may have the number of a file that was read and deleted since.
-    if any(os.path.exists(source) and path.samefile(source) for source in _SOURCES):
+    modules = [vars(module) for module in [*sys.modules.values()] if isinstance(module, ModuleType)]
+    files = _SOURCES[-1].union(filter(None, (module.get("__file__") for module in modules)))
+    if any(os.path.exists(source) and path.samefile(source) for source in files):
         raise BadParameter(f"{path} is a file that dmplay reads; give another path")
 
 

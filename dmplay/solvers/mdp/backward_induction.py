@@ -93,6 +93,8 @@ def run_backward_induction(
             10 * ARRAY_CALL_WORK + 30.0 * graph.rewards.shape[1] * len(graph.probabilities)
         )
         budget.check_memory(values[0].nbytes * (len(values) + 1.0))
+        if turns is None:  # ties of shorter games do not matter
+            result.indifferent_seats.clear()
         new_values, new_lengths = _backup_one_turn(result, problem.discount)
         lengths.extend([new_lengths] * bool(lengths))
         gaps.append(2 * horizon_factor * float(np.abs(new_values - values[-1]).max()))
