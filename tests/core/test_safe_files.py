@@ -82,7 +82,9 @@ READING_COMMANDS = (
     (("branch", "g.dmt", "--at", "1", "--force", "-o"), "g.dmt"),
     (("watch", "value-iteration", "g.dmt", "--svg", "--force", "-o"), "g.dmt"),
     (("watch", "belief-update", "./t.pomdp", "--svg", "--force", "-o"), "t.pomdp"),
-    (("plot", "belief", "{}", "--force", "-o", "{}"), "baby.svg"),
+    pytest.param(
+        ("plot", "belief", "{}", "--force", "-o", "{}"), "baby.svg", marks=pytest.mark.extra("plot")
+    ),
     (("convert", "./t.pomdp", "--force", "-o"), "t.pomdp"),
     (("assign", "./t.pomdp", "--force", "-o"), "t.pomdp"),
     (("play", "./t.pomdp", "--force", *GAME_OF_AGENTS), "t.pomdp"),
