@@ -17,7 +17,6 @@ from statistics import median
 import numpy as np
 
 from dmplay.game.game_series import GameController
-from dmplay.gym import Env, VectorEnv
 from dmplay.ui.screen.key_handlers import handle_key
 from dmplay.ui.screen.play_screen import PlayScreen
 from tests.benchmarks.long_games import BASELINE_SCRIPT, GAME_ARGUMENTS, measure_command
@@ -61,6 +60,8 @@ def _make_array_floor(rows: int) -> Callable[[], None]:
 
 def _make_env_figure(name: str) -> Figure:
     """Return the steps of an `Env`, and arrays of one number."""
+    from dmplay.gym import Env
+
     env = Env(name)
     env.reset(seed=1)
     actions = cycle(
@@ -77,6 +78,8 @@ def _make_env_figure(name: str) -> Figure:
 
 def _make_batch_figure(name: str, rows: int) -> Figure:
     """Return the steps of a `VectorEnv`, and arrays with as many rows."""
+    from dmplay.gym import VectorEnv
+
     env = VectorEnv(name, rows, uniforms="fast")
     env.reset(seed=1)
     actions = np.random.default_rng(1).integers(0, env.problem.action_counts[0], rows)

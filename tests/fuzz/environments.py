@@ -3,14 +3,15 @@
 import traceback
 from collections.abc import Callable
 from random import Random
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from dmplay.errors import DmplayError
-from dmplay.gym import Env, VectorEnv
-from dmplay.zoo import ParallelEnv
 from tests.fuzz.case import Case, CaseOutcome
+
+if TYPE_CHECKING:
+    from dmplay.gym import VectorEnv
 
 PROBLEMS = ("hexworld", "crying-baby", "simple-regulator", "rock-paper-scissors", "cart-pole")
 ROWS, CALLS = 3, 6
@@ -47,6 +48,9 @@ def run_environment_case(case: Case) -> CaseOutcome:
 
 def _make_environment(random: Random, problem: str) -> list[Callable[[], object]]:
     """Make an environment and return the calls that a case chooses from."""
+    from dmplay.gym import Env, VectorEnv
+    from dmplay.zoo import ParallelEnv
+
     environment_class = random.choice((Env, VectorEnv, VectorEnv, ParallelEnv))
     arguments: dict[str, Any] = {"turns": 2}
     if environment_class is VectorEnv:
@@ -88,8 +92,10 @@ def _list_calls(random: Random, env: Any) -> list[Callable[[], object]]:
     ]
 
 
-def _reset_rows(random: Random, env: VectorEnv, problem: str) -> None:
+def _reset_rows(random: Random, env: "VectorEnv", problem: str) -> None:
     """Reset rows with seeds of their own, and compare them with single environments."""
+    from dmplay.gym import Env
+
     seeds = [random.randrange(100) for _ in range(ROWS)]
     make_seeds = random.choice((list, tuple, np.array))
     previous, _ = env.reset(seed=make_seeds(seeds))  # type: ignore[arg-type]

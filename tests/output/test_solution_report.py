@@ -214,6 +214,7 @@ t "" 3 "mean" {{ 0 1 }}
 """
 
 
+@pytest.mark.extra("openspiel")
 @pytest.mark.parametrize(("kind", "is_tie"), [(1, True), (3, False)])
 def test_a_value_that_rests_on_an_indifferent_player_says_so(
     tmp_path: Path, kind: int, is_tie: bool
