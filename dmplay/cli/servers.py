@@ -10,16 +10,16 @@ from dmplay.external.optional_libraries import import_library
 from dmplay.game.command_line_results import McpServerConfig
 from dmplay.registry import agents, problems
 from dmplay.servers.bot_server import BotServer, SeatFactory, serve_lines
-from dmplay.terminal.output_streams import divert_stdout
+from dmplay.terminal.output_streams import divert_stdin, divert_stdout
 
 
 def serve_bot(agent: str, problem_name: str) -> int:
     """Serve an agent as a bot for a problem on the standard streams, and return the exit code."""
     divert_stdout()
-    output = sys.stdout
+    lines, output = divert_stdin(), sys.stdout
     with redirect_stdout(sys.stderr):
         problems.resolve_problem(problem_name, {})  # raises an error if it does not exist
-        serve_lines(BotServer(agent, make_seat_factory(agent, problem_name)), sys.stdin, output)
+        serve_lines(BotServer(agent, make_seat_factory(agent, problem_name)), lines, output)
     return 0
 
 
@@ -31,9 +31,9 @@ def serve_mcp(config: McpServerConfig) -> int:
     from dmplay.servers.mcp.server import serve
 
     divert_stdout()
-    output = sys.stdout
+    lines, output = divert_stdin(), sys.stdout
     with redirect_stdout(sys.stderr):  # Output of a problem must not mix with the messages.
-        return serve(ModelGames(config), output.fileno())
+        return serve(ModelGames(config), lines.fileno(), output.fileno())
 
 
 def make_seat_factory(agent: str, problem_name: str) -> SeatFactory:

@@ -1,10 +1,10 @@
-"""Standard output and standard error that lose nothing in silence, and keep other output apart."""
+"""Standard streams that lose nothing in silence, and that user code cannot reach."""
 
 import errno
 import io
 import os
 import sys
-from typing import Any
+from typing import Any, TextIO
 
 
 class _CompleteFile(io.FileIO):
@@ -76,6 +76,21 @@ def divert_stdout() -> None:
     if _find_descriptor("stdout") == 1:
         _replace_stream("stdout", io.TextIOWrapper, os.dup(1))
         os.dup2(2, 1)
+
+
+def divert_stdin() -> TextIO:
+    """Return standard input on a private descriptor, and point descriptor 0 to the null device.
+
+    User code, and programs and C libraries that it calls, then read an empty input. What
+    `sys.stdin` has read before is not returned.
+    """
+    if _find_descriptor("stdin") != 0:
+        return sys.stdin
+    private_descriptor = os.dup(0)
+    null_device = os.open(os.devnull, os.O_RDONLY)
+    os.dup2(null_device, 0)
+    os.close(null_device)
+    return open(private_descriptor, encoding=sys.stdin.encoding, errors=sys.stdin.errors)
 
 
 def _find_descriptor(name: str) -> int:

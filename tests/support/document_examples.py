@@ -61,7 +61,7 @@ README_TEXT = (PROJECT_ROOT / "README.md").read_text(encoding="utf-8")
 TIGER_SOURCE = extract_file(read_topic("problems"), "tiger.py")
 
 
-# what user code may do with its output, while it is loaded and while it plays
+# what user code may do with the standard streams, while it is loaded and while it plays
 NOISE_SOURCE = """import ctypes, os, subprocess, sys
 def make_noise():
     os.write(1, b"noise of os.write\\n")
@@ -70,7 +70,19 @@ def make_noise():
     ctypes.CDLL(None).printf(b"noise without a line end")
     with open("/dev/stdout", "w") as file:
         file.write("noise of the device\\n")
+def read_input():
+    yield subprocess.run(["cat"], stdout=subprocess.PIPE).stdout
+    yield os.read(0, 1000)
+    yield ctypes.CDLL(None).getchar() + 1
+    yield sys.stdin.read()
+    with open("/dev/stdin") as file:
+        yield file.read()
+    try:
+        yield input()
+    except EOFError:
+        yield ""
 make_noise()
+assert not any(read_input())
 """
 NOISY_PROBLEM = f"""{NOISE_SOURCE}
 print("noise of print")
@@ -78,6 +90,7 @@ print("noise of print")
 class Noisy(Tiger):
     def resolve_events(self, s, a, events):
         make_noise()
+        assert not any(read_input())
         print("noise of a turn")
         return super().resolve_events(s, a, events)
 """

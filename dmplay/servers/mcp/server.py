@@ -5,7 +5,7 @@ import sys
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from importlib import import_module
-from typing import Annotated, Any, cast
+from typing import Annotated, Any
 
 from anyio import to_thread
 from mcp.server import MCPServer
@@ -38,7 +38,7 @@ TERMINAL_NOTICE = "dmplay mcp: waiting for an MCP client on standard input; see 
 class McpServer(MCPServer[None]):
     """A server that reports each failed call in one line."""
 
-    output_fd = 1  # descriptor of the messages to the client
+    input_fd, output_fd = 0, 1  # descriptors of the messages from and to the client
 
     async def call_tool(
         self, name: str, arguments: dict[str, Any], context: Context[None, Any] | None = None
@@ -64,7 +64,8 @@ class McpServer(MCPServer[None]):
 
     async def run_stdio_async(self) -> None:
         """Serve a client on the standard streams until it disconnects or a signal arrives."""
-        streams, low_level = cast(Any, StdioStreams(self.output_fd)), self._lowlevel_server
+        streams: Any = StdioStreams(self.input_fd, self.output_fd)
+        low_level = self._lowlevel_server
         try:
             async with stdio_server(streams, streams) as (incoming, outgoing):
                 await low_level.run(incoming, outgoing, low_level.create_initialization_options())
@@ -184,17 +185,17 @@ def _make_tools(games: ModelGames) -> Sequence[Callable[..., object]]:
     return list_, info, new, look, act, hint, undo, over
 
 
-def serve(games: ModelGames, output_fd: int) -> int:
-    """Serve a client on standard input and a descriptor for the output, until it disconnects.
+def serve(games: ModelGames, input_fd: int, output_fd: int) -> int:
+    """Serve a client on two descriptors until it disconnects.
 
     Return the exit code.
     """
-    if sys.stdin.isatty():
+    if os.isatty(input_fd):
         print(TERMINAL_NOTICE, file=sys.stderr)
     try:
         with exit_on_signals():
             server = make_server(games)
-            server.output_fd = output_fd
+            server.input_fd, server.output_fd = input_fd, output_fd
             server.run()
     except* ConnectionError:
         pass  # the client is gone

@@ -17,10 +17,10 @@ INVALID_REQUEST_CODE = -32_600  # of JSON-RPC
 
 
 class StdioStreams:
-    """Incoming lines of standard input, and outgoing texts to a descriptor."""
+    """Incoming lines of one descriptor, and outgoing texts to another."""
 
-    def __init__(self, output_fd: int) -> None:
-        self._input_fd, self._output_fd = 0, output_fd
+    def __init__(self, input_fd: int, output_fd: int) -> None:
+        self._input_fd, self._output_fd = input_fd, output_fd
         os.set_blocking(output_fd, False)
         self._received = b""
         self._write_lock = Lock()  # locked until the whole of a text is written

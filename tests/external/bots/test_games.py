@@ -113,7 +113,7 @@ def test_a_batch_with_a_program_is_the_same_with_one_worker_and_with_two(folder:
     assert error_output == "error: agent forfeits, dead: the bot ended with exit code 3\n"
 
 
-def test_output_of_a_problem_does_not_reach_the_program_that_runs_the_game(folder: Path) -> None:
+def test_a_problem_that_uses_the_standard_streams_does_not_disturb_its_bot(folder: Path) -> None:
     (folder / "noisy.py").write_text(NOISY_PROBLEM)
     bot = f"bot:{shlex.quote(sys.executable)} -m dmplay bot random --problem ./noisy.py:Noisy"
     result = run_dmplay(folder, "./noisy.py:Noisy", "--agent", bot, "--turns", "3", "-o", "its.dmt")

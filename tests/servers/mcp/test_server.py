@@ -7,6 +7,7 @@ import subprocess
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from select import select
 from typing import Any
 
 import pytest
@@ -18,7 +19,7 @@ from tests.support.games import assert_verified, read_values
 from tests.support.terminals import DMPLAY_COMMAND, clean_environment
 
 pytestmark = [pytest.mark.slow, pytest.mark.extra("mcp")]
-TIMEOUT_SECONDS = 60.0  # seconds to wait for a process to end
+TIMEOUT_SECONDS = 60.0  # seconds to wait for an answer or the end of a process
 UNREAD_REQUEST_COUNT = 100  # number of requests whose answers do not fit in a pipe
 LONG_LINE_CHARS = 3_000_000  # number of characters of an invalid line
 INITIALIZE_PARAMS = {
@@ -65,6 +66,7 @@ class ServerClient:
 
     def heard(self) -> dict[str, object]:
         assert self.program.stdout
+        assert select([self.program.stdout], [], [], TIMEOUT_SECONDS)[0]
         message: dict[str, object] = json.loads(self.program.stdout.readline())
         return message
 
@@ -249,7 +251,7 @@ def test_output_and_errors_of_a_problem_are_not_sent_to_the_client(tmp_path: Pat
         assert "Traceback" not in errors
 
 
-def test_a_problem_that_writes_to_the_output_does_not_reach_the_client(tmp_path: Path) -> None:
+def test_a_problem_that_uses_the_standard_streams_does_not_reach_the_client(tmp_path: Path) -> None:
     (tmp_path / "noisy.py").write_text(NOISY_PROBLEM)
     with open_client(tmp_path, "./noisy.py:Noisy") as session:
         assert session.call("dmplay_list")["structuredContent"]
