@@ -1,5 +1,6 @@
 """The command-line program: aliases, problems as commands, settings files and completion."""
 
+import re
 import shlex
 from contextlib import suppress
 from difflib import get_close_matches
@@ -19,6 +20,7 @@ SINGLE_OPTIONS = {  # that name one agent, with the option or command that takes
     "--vs": "--seat NAME=AGENT sets one of the other seats",
 }
 DEFAULT_RATE = "50"  # turns per second of --rate without a value
+RATE_PATTERN = re.compile(r"[-+]*\.?\d|[-+]?(nan|inf(inity)?)$", re.IGNORECASE)
 
 
 class CommandGroup(TyperGroup):
@@ -48,7 +50,8 @@ class CommandGroup(TyperGroup):
         with suppress(*ignored_errors):
             _check_repeated_options(args)
         with suppress(*ignored_errors):
-            args = _expand_alias(args)
+            if (alias := "".join(args[:1])) in (aliases := config_files.merged_aliases()):
+                args = [*shlex.split(aliases[alias]), *args[1:]]
         if args[:1] == ["help"]:  # as in the shell
             args = [*args[1:2], "--help"]
         if args and not args[0].startswith("-") and args[0] not in COMMANDS:
@@ -62,15 +65,6 @@ class CommandGroup(TyperGroup):
                 ctx.default_map = config_defaults("".join(args[:1]))
         return list(super().parse_args(ctx, [*map(_expand_strict, _insert_default_rate(args))]))
 
-    def get_params(self, ctx: Any) -> Any:
-        """Return the options of the program, without environment variables in the help."""
-        options: list[Any] = super().get_params(ctx)
-        for option in options:
-            option.show_envvar = False
-            if option.name == "show_completion":  # Typer's own text is hard to understand
-                option.help = "Print the completion script for the current shell."
-        return options
-
     def shell_complete(self, ctx: Any, incomplete: str) -> Any:
         """Return the options, or the commands, problems and aliases, that complete a word."""
         from dmplay.game.completion.name_lists import complete_problems
@@ -83,20 +77,17 @@ class CommandGroup(TyperGroup):
         return [item for item in items if item.value.startswith(incomplete)]
 
 
-def _expand_alias(args: list[str]) -> list[str]:
-    """Return the arguments, with an alias of the settings files replaced by its words."""
-    expansion = config_files.merged_aliases().get(args[0]) if args else None
-    return args if expansion is None else [*shlex.split(expansion), *args[1:]]
-
-
 def _check_misspelling(name: str) -> None:
     """Raise UnknownName if a name resembles a command and no problem."""
     word = name.partition(":")[0]
     close_commands, close_problems = (
         get_close_matches(word, names, cutoff=0.75) for names in (COMMANDS, problem_names())
     )
-    if close_commands and not close_problems and not _is_problem(name):
-        raise UnknownName("command", word, COMMANDS)
+    if close_commands and not close_problems:
+        from dmplay.registry.problems import is_problem_name
+
+        if not is_problem_name(name):
+            raise UnknownName("command", word, COMMANDS)
 
 
 def _check_repeated_options(args: list[str]) -> None:
@@ -120,29 +111,11 @@ def _expand_strict(word: str) -> str:
     return "--strict-hints"
 
 
-def _is_problem(word: str) -> bool:
-    """Return whether a word is the name of a problem, including installed and external ones."""
-    from dmplay.registry.problems import is_problem_name
-
-    return is_problem_name(word)
-
-
-def _is_number(word: str) -> bool:
-    """Return whether a word is a number, NaN and infinity included."""
-    try:
-        float(word)
-    except ValueError:
-        return False
-    return True
-
-
 def _insert_default_rate(args: list[str]) -> list[str]:
     """Return the arguments with the default rate inserted after a `--rate` without a value."""
     index = args.index("--rate") + 1 if "--rate" in args else 0
-    next_word = "".join(args[index : index + 1])
-    if not index or _is_number(next_word) or next_word.lstrip("-+")[:1].isdecimal():
-        return args
-    return [*args[:index], DEFAULT_RATE, *args[index:]]
+    has_value = RATE_PATTERN.match("".join(args[index : index + 1]))
+    return args if not index or has_value else [*args[:index], DEFAULT_RATE, *args[index:]]
 
 
 @cache
@@ -171,4 +144,9 @@ def root_command() -> Any:
 With --debug, dmplay prints the full traceback of an unexpected error.""",
     )
     app.callback()(lambda: None)  # Typer makes a group of it
-    return typer.main.get_command(app)
+    group: Any = typer.main.get_command(app)
+    for option in group.params:
+        option.show_envvar = False
+        if option.name == "show_completion":  # Typer's own text is hard to understand
+            option.help = "Print the completion script for the current shell."
+    return group

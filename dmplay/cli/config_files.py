@@ -61,19 +61,16 @@ def config_paths(env: Mapping[str, str]) -> tuple[Path, Path]:
 
     The project's file is in the current folder.
     """
-    return safe_files.user_folder(env, "XDG_CONFIG_HOME", ".config") / "config.toml", Path(
-        PROJECT_FILE
-    )
+    user_folder = safe_files.user_folder(env, "XDG_CONFIG_HOME", ".config")
+    return user_folder / "config.toml", Path(PROJECT_FILE)
 
 
 @cache
 def load_config_files() -> tuple[ConfigFile, ...]:
     """Return the contents of the existing settings files, the user's first."""
-    user, project = config_paths(os.environ)
-    candidates = [(user, True), (project, False)]
     return tuple(
         read_config_file(path, is_user_file=is_user_file)
-        for path, is_user_file in candidates
+        for path, is_user_file in zip(config_paths(os.environ), (True, False), strict=True)
         if os.path.isfile(path)
     )
 
@@ -91,10 +88,8 @@ def merged_keys() -> dict[str, tuple[str, dict[str, str]]]:
     keys_by_family: dict[str, tuple[str, dict[str, str]]] = {}
     for file in load_config_files():
         for family, overrides in file.keys.items():
-            keys_by_family[family] = (
-                file.path,
-                {**keys_by_family.get(family, ("", {}))[1], **overrides},
-            )
+            previous = keys_by_family.get(family, ("", {}))[1]
+            keys_by_family[family] = file.path, {**previous, **overrides}
     return keys_by_family
 
 
@@ -109,24 +104,15 @@ def read_config_file(path: Path, *, is_user_file: bool) -> ConfigFile:
         if not isinstance(content.setdefault(key, {}), dict):
             raise BadParameter(f"{name}: {key}: got {content[key]!r}, expected a table, [{key}]")
     key_table, alias_table = content.pop("keys"), content.pop("aliases")
-    preset = (
-        _require_text(key_table.pop("preset"), f"{name}: keys.preset")
-        if "preset" in key_table
-        else None
-    )
+    preset = key_table.pop("preset", None)
+    if preset is not None:  # TOML has no None
+        _require_text(preset, f"{name}: keys.preset")
     sections = {key: value for key, value in content.items() if isinstance(value, dict)}
     options = {key: value for key, value in content.items() if key not in sections}
     if alias_table and not is_user_file:
         check_project_option("aliases", f"{name}: aliases.{next(iter(alias_table))}")
-    return ConfigFile(
-        name,
-        is_user_file,
-        options,
-        sections,
-        preset,
-        _parse_keys(key_table, name),
-        _parse_aliases(alias_table, name),
-    )
+    keys, aliases = _parse_keys(key_table, name), _parse_aliases(alias_table, name)
+    return ConfigFile(name, is_user_file, options, sections, preset, keys, aliases)
 
 
 def _parse_keys(table: SettingsTable, file_name: str) -> dict[str, dict[str, str]]:
@@ -139,11 +125,9 @@ def _parse_keys(table: SettingsTable, file_name: str) -> dict[str, dict[str, str
     for family, family_table in table.items():
         if family not in families:
             raise UnknownName("keys", family, ["preset", *families], error_prefix=file_name)
-        if not isinstance(family_table, dict):
-            raise BadParameter(
-                f"{file_name}: keys.{family}: got {family_table!r}, expected a table"
-            )
         location = f"{file_name}: keys.{family}"
+        if not isinstance(family_table, dict):
+            raise BadParameter(f"{location}: got {family_table!r}, expected a table")
         keys_by_family[family] = {
             key: _require_text(label, f"{location}.{key}") for key, label in family_table.items()
         }

@@ -50,17 +50,10 @@ def _describe_missing_value(context: Any) -> str:
 
     In that case click reports an extra argument, which hides the real mistake.
     """
-    string_values = (
-        (name, value) for name, value in context.params.items() if isinstance(value, str)
-    )
-    option_as_value = next(
-        ((name, value) for name, value in string_values if value.startswith("--")), None
-    )
-    return (
-        f"--{option_as_value[0]}: got {option_as_value[1]!r}, expected a value"
-        if option_as_value
-        else ""
-    )
+    for name, value in context.params.items():
+        if isinstance(value, str) and value.startswith("--"):
+            return f"--{name}: got {value!r}, expected a value"
+    return ""
 
 
 def _variable_prefix(context: Any, option: Any) -> str:

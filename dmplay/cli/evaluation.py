@@ -11,9 +11,7 @@ from dmplay.errors import BadParameter
 from dmplay.terminal.capabilities import TerminalOptions, current_terminal
 
 CsvFlag = Annotated[bool, typer.Option("--csv", help="print comma-separated values (CSV)")]
-BatchSeed = Annotated[
-    int, options.number_option(int, "--seed", metavar="N", min=0, help="random seed of all games")
-]
+BatchSeed = Annotated[int, options.number_option(int, "random seed of all games", min=0)]
 ExecutorName = Annotated[
     str,
     typer.Option(
@@ -43,7 +41,7 @@ def _with_batch_options(*without: str) -> Callable[[options.Command], options.Co
     Options named in `without` are left out.
     """
     selected = {name: option for name, option in BATCH_OPTIONS.items() if name not in without}
-    return options.expand_option_group("batch_options", selected, lambda values: values)
+    return options.expand_option_group("batch_options", selected, dict)
 
 
 def _make_request(
@@ -77,35 +75,17 @@ def run(
     problem: options.ProblemName,
     agent: options.BatchAgent = "",
     episodes: Annotated[
-        int | None,
-        options.number_option(
-            int, "--episodes", metavar="N", min=1, help="number of games (default: 10000)"
-        ),
+        int | None, options.number_option(int, "number of games (default: 10000)", min=1)
     ] = None,
     until_se: Annotated[
-        float | None,
-        options.number_option(
-            float, "--until-se", metavar="X", help="play until every standard error is at most X"
-        ),
+        float | None, options.number_option(float, "play until every standard error is at most X")
     ] = None,
     record: Annotated[
-        Path | None,
-        typer.Option("--record", metavar="DIR", help="folder for transcripts of selected games"),
+        Path | None, typer.Option(metavar="DIR", help="folder for transcripts of selected games")
     ] = None,
-    every: Annotated[
-        int,
-        options.number_option(
-            int, "--every", metavar="N", min=0, help="record every Nth game; 0: none"
-        ),
-    ] = 0,
-    worst: Annotated[
-        int,
-        options.number_option(int, "--worst", metavar="N", min=0, help="record the N worst games"),
-    ] = 0,
-    best: Annotated[
-        int,
-        options.number_option(int, "--best", metavar="N", min=0, help="record the N best games"),
-    ] = 0,
+    every: Annotated[int, options.number_option(int, "record every Nth game; 0: none", min=0)] = 0,
+    worst: Annotated[int, options.number_option(int, "record the N worst games", min=0)] = 0,
+    best: Annotated[int, options.number_option(int, "record the N best games", min=0)] = 0,
     *,
     batch_options: Mapping[str, Any],
     terminal_options: TerminalOptions,
@@ -130,13 +110,11 @@ def run(
     from dmplay.output import evaluation_report
     from dmplay.output.selected_episode_recording import TranscriptSelection
 
-    request = _make_request(problem, batch_options, terminal_options, agent)
-    selection = TranscriptSelection(record, every, worst, best)
     return evaluation_report.report_run(
-        request,
+        _make_request(problem, batch_options, terminal_options, agent),
         episodes=episodes,
         max_standard_error=until_se,
-        selection=selection,
+        selection=TranscriptSelection(record, every, worst, best),
         ascii_=current_terminal(terminal_options).ascii,
     )
 
@@ -147,28 +125,19 @@ def compare(
     problem: options.ProblemName,
     agents: Annotated[list[str], typer.Argument(metavar="AGENT...", help="two or more agents")],
     episodes: Annotated[
-        int,
-        options.number_option(
-            int,
-            "--episodes",
-            metavar="N",
-            min=1,
-            help="number of games; with --decide, the maximum",
-        ),
+        int, options.number_option(int, "number of games; with --decide, the maximum", min=1)
     ] = 10_000,
     decide: Annotated[
         float | None,
         options.number_option(
             float,
-            "--decide",
+            "stop when it is clear which agent earns more; P: largest probability of an error",
             metavar="P",
-            help="stop when it is clear which agent earns more; P: largest probability of an error",
         ),
     ] = None,
     bounds: Annotated[
         str,
         typer.Option(
-            "--bounds",
             metavar="LOW,HIGH",
             help="smallest and largest possible return; needed if --decide cannot compute them",
         ),
@@ -208,15 +177,11 @@ def tournament(
     problem: options.ProblemName,
     entrants: Annotated[list[str], typer.Argument(metavar="AGENT...", help="two or more agents")],
     episodes: Annotated[
-        int,
-        options.number_option(
-            int, "--episodes", metavar="N", min=1, help="number of games per seating"
-        ),
+        int, options.number_option(int, "number of games per seating", min=1)
     ] = 1000,
     seats: Annotated[
         str,
         typer.Option(
-            "--seats",
             metavar="ORDER",
             help="all: play every order of the agents; given: only the order of the command line",
         ),
@@ -260,9 +225,7 @@ def tournament(
 
 
 def output_format(*, json: bool, csv: bool) -> OutputFormat:
-    """Return the output format: "json", "csv", or "" for text; raise BadParameter for both
-    flags.
-    """
+    """Return the output format, "" for text; raise BadParameter for both flags."""
     if json and csv:
         raise BadParameter("--json and --csv: expected only one of them")
     return "json" if json else "csv" if csv else ""

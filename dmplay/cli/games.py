@@ -10,8 +10,7 @@ from dmplay.errors import BadParameter
 from dmplay.terminal.capabilities import TerminalOptions, current_terminal
 
 ShellInput = Annotated[
-    bool,
-    options.shared_switch("input", "read typed commands; --no-input: only from -e or a pipe"),
+    bool, options.shared_switch("input", "read typed commands; --no-input: only from -e or a pipe")
 ]
 
 
@@ -68,43 +67,25 @@ def play(
     has_rate_option = options.is_set_by_user(ctx, "rate")
     if has_rate_option and not terminal_options.motion:
         raise BadParameter("--rate: real time needs motion; leave out --no-motion")
-    strictness = "hints" if strict_hints else strict
-    request = GameRequest(
-        problem,
-        variant,
-        tuple(set_),
-        seed,
-        episode,
-        agent=agent,
-        other_agent=vs,
-        seats=tuple(seat),
-        ghost_agent=ghost,
-        prediction=predict,
-        turns=turns,
-        record_path=record,
-        kept_megabytes=keep,
-        record_frames=frames,
-        force=force,
-        strict=strictness,
-        reveal=reveal,
-        player=player,
+    file_options = {name for name in ("player", "frames") if not options.is_set_by_user(ctx, name)}
+    typed_request = GameRequest(
+        problem, variant, tuple(set_), seed, episode, agent=agent, other_agent=vs,
+        seats=tuple(seat), ghost_agent=ghost, prediction=predict, turns=turns,
+        record_path=record, kept_megabytes=keep, record_frames=frames, force=force,
+        strict="hints" if strict_hints else strict, reveal=reveal, player=player,
         key_preferences=options.configured_keys(keys),
         can_ask=current_terminal(terminal_options).can_ask,
-        has_rate_option=has_rate_option,
-        settings_file_options=frozenset(
-            option for option in ("player", "frames") if not options.is_set_by_user(ctx, option)
-        ),
-    )
-    game_request: AnyGameRequest = request
+        has_rate_option=has_rate_option, settings_file_options=frozenset(file_options),
+    )  # fmt: skip
+    request: AnyGameRequest = typed_request
     if assignment:
         from dmplay.evaluation.assignment import read_assignment
 
-        game_request = read_assignment(assignment).build_request(request, trusted=trust)
+        request = read_assignment(assignment).build_request(typed_request, trusted=trust)
     elif not problem:
         raise BadParameter("missing argument 'PROBLEM'; see dmplay play --help")
-    return PlayCommand(
-        game_request, terminal_options, quiet, speed, rate if terminal_options.motion else None
-    )
+    rate = rate if terminal_options.motion else None
+    return PlayCommand(request, terminal_options, quiet, speed, rate)
 
 
 @options.with_terminal_options(json=options.JsonLinesFlag)
@@ -173,7 +154,7 @@ def branch(
     at: Annotated[
         int,
         options.number_option(
-            int, "--at", metavar="TURN", min=0, help="last turn to repeat; new turns begin after it"
+            int, "last turn to repeat; new turns begin after it", min=0, metavar="TURN"
         ),
     ],
     record: Annotated[
@@ -182,7 +163,6 @@ def branch(
     seat: Annotated[
         list[str],
         typer.Option(
-            "--seat",
             metavar="NAME=PLAYER",
             help="player of the seat NAME in the new turns: human or an agent (repeatable)",
         ),
@@ -206,17 +186,11 @@ def branch(
     from dmplay.game.command_line_results import PlayCommand
     from dmplay.game.launch_requests import BranchRequest
 
+    can_ask = current_terminal(terminal_options).can_ask
     request = BranchRequest(
-        file,
-        trust,
-        options.configured_keys(keys),
-        current_terminal(terminal_options).can_ask,
-        at,
-        force,
-        peek,
-        record_path=record,
-        seats=seat,
-    )
+        file, trust, options.configured_keys(keys), can_ask, at, force, peek,
+        record_path=record, seats=seat,
+    )  # fmt: skip
     return PlayCommand(request, terminal_options, quiet)
 
 
@@ -288,15 +262,13 @@ def mcp(
         int | None,
         options.number_option(
             int,
-            metavar="N",
+            "random seed; it gives a series of games (default: a new one)",
             min=0,
             max=2**63 - 1,
-            help="random seed; it gives a series of games (default: a new one)",
         ),
     ] = None,
     turns: Annotated[
-        int | None,
-        options.number_option(int, metavar="N", min=1, help="maximum number of turns per game"),
+        int | None, options.number_option(int, "maximum number of turns per game", min=1)
     ] = None,
     folder: Annotated[
         Path | None,

@@ -17,15 +17,9 @@ def assign(
     variant: options.VariantName = "",
     set_: options.ParameterSettings = [],  # noqa: B006 - typer reads it once
     seeds: Annotated[
-        str,
-        typer.Option("--seeds", metavar="N,N", help="random seeds, one per game (default: new)"),
+        str, typer.Option(metavar="N,N", help="random seeds, one per game (default: new)")
     ] = "",
-    games: Annotated[
-        int,
-        options.number_option(
-            int, "--games", metavar="N", min=1, help="number of games with new seeds"
-        ),
-    ] = 1,
+    games: Annotated[int, options.number_option(int, "number of games with new seeds", min=1)] = 1,
     agent: options.FirstSeatAgent = "human",
     vs: options.OtherAgents = "",
     seat: options.SeatAgents = [],  # noqa: B006
@@ -50,24 +44,16 @@ def assign(
 
     if seeds and not all(number.strip().isdecimal() for number in seeds.split(",")):
         raise BadParameter(f"--seeds: got {seeds!r}, expected whole numbers, such as 7,8")
-    seed_values = (
-        tuple(map(int, seeds.split(","))) if seeds else tuple(new_seed() for _ in range(games))
-    )
+    typed_seeds = map(int, seeds.split(",")) if seeds else ()
+    seed_values = tuple(typed_seeds) or tuple(new_seed() for _ in range(games))
     if games not in {1, len(seed_values)}:
         raise BadParameter(
             f"--games: got {games}, but --seeds has {len(seed_values)}; leave out one option"
         )
-    strictness = "hints" if strict_hints else strict
     request = GameRequest(
-        problem,
-        variant,
-        set_,
-        agent=agent,
-        other_agent=vs,
-        seats=seat,
-        turns=turns,
-        strict=strictness,
-    )
+        problem, variant, set_, agent=agent, other_agent=vs, seats=seat, turns=turns,
+        strict="hints" if strict_hints else strict,
+    )  # fmt: skip
     return write_assignment(request, seed_values, output, force=force)
 
 
@@ -101,11 +87,7 @@ def grade(
     """
     from dmplay.output import grading_report
 
-    report_format = output_format(json=terminal_options.json, csv=csv)
     return grading_report.report_grades(
-        paths,
-        assignment,
-        trusted=trust,
-        output_format=report_format,
-        motion=terminal_options.motion,
-    )
+        paths, assignment, trusted=trust, motion=terminal_options.motion,
+        output_format=output_format(json=terminal_options.json, csv=csv),
+    )  # fmt: skip

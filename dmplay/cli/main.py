@@ -14,9 +14,8 @@ from dmplay.core.parameter_parsing import parse_whole_number
 from dmplay.core.safe_files import remember_sources
 from dmplay.errors import DmplayError
 
-SHELL_BY_NAME_VARIABLE = (
-    "_TYPER_COMPLETE_TEST_DISABLE_SHELL_DETECTION"  # makes Typer accept the name of a shell
-)
+# makes Typer accept the name of a shell
+SHELL_BY_NAME_VARIABLE = "_TYPER_COMPLETE_TEST_DISABLE_SHELL_DETECTION"
 COMPLETION_SCRIPT_OPTIONS = ("--install-completion", "--show-completion")
 USAGE_EXIT_CODE, SYSTEM_ERROR_EXIT_CODE = 2, 1  # invalid usage; failure of the system
 HELP_UNREAD_EXIT_CODE = 1  # Typer's exit code if the output of the help is closed
@@ -34,7 +33,10 @@ def run_command_line() -> int:
     has_no_arguments = len(sys.argv) == 1
     if has_no_arguments:
         if not _has_input():
-            return _print_help_as_error()
+            sys.argv.append("--help")
+            with contextlib.redirect_stdout(sys.stderr):
+                root_command()(standalone_mode=False, prog_name="dmplay")
+            return USAGE_EXIT_CODE
         sys.argv.append("shell")
     if sys.argv[1] in COMPLETION_SCRIPT_OPTIONS and len(sys.argv) > 2:
         os.environ[SHELL_BY_NAME_VARIABLE] = "1"
@@ -56,12 +58,10 @@ def run_command_line() -> int:
         from dmplay.core.text import escape_unprintable
         from dmplay.core.user_code_locations import describe_error_location
 
-        location = "" if os.environ.get("DMPLAY_DEBUG") else describe_error_location(error)
-        if not location:
+        location = escape_unprintable(describe_error_location(error))
+        if not location or os.environ.get("DMPLAY_DEBUG"):
             raise
-        print(
-            f"error: {escape_unprintable(location)}; --debug shows the traceback", file=sys.stderr
-        )
+        print(f"error: {location}; --debug shows the traceback", file=sys.stderr)
         return USAGE_EXIT_CODE
 
 
@@ -91,11 +91,3 @@ def _has_input() -> bool:
     if sys.stdin.isatty():
         return sys.stdout.isatty()
     return bool(cast(io.BufferedReader, sys.stdin.buffer).peek(1))
-
-
-def _print_help_as_error() -> int:
-    """Print the help to stderr and return the exit code for invalid usage."""
-    sys.argv.append("--help")
-    with contextlib.redirect_stdout(sys.stderr):
-        root_command()(standalone_mode=False, prog_name="dmplay")
-    return USAGE_EXIT_CODE

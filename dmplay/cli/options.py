@@ -5,7 +5,7 @@ import io
 import math
 from collections.abc import Callable, Mapping
 from contextlib import redirect_stdout
-from functools import partial, wraps
+from functools import wraps
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -90,28 +90,22 @@ def _complete_safely(complete: Callable[..., list[str]]) -> Callable[..., list[s
 
 def argument(metavar: str, help_text: str, complete: Callable[..., list[str]]) -> Any:
     """Return a Typer argument with its metavar, help text and completion."""
-    return typer.Argument(
-        metavar=metavar, help=help_text, autocompletion=_complete_safely(complete)
-    )
+    completion = _complete_safely(complete)
+    return typer.Argument(metavar=metavar, help=help_text, autocompletion=completion)
 
 
 def _option(
     metavar: str, help_text: str, complete: Callable[..., list[str]], *flags: str, **extra: Any
 ) -> Any:
     """Return a Typer option with its metavar, help text and completion."""
-    return typer.Option(
-        *flags,
-        metavar=metavar,
-        help=help_text,
-        autocompletion=_complete_safely(complete),
-        **extra,
-    )
+    completion = _complete_safely(complete)
+    return typer.Option(*flags, metavar=metavar, help=help_text, autocompletion=completion, **extra)
 
 
 def number_option(
     kind: type[int] | type[float],
-    *flags: str,
     help: str,
+    *,
     min: float | None = None,
     max: float | None = None,
     **extra: Any,
@@ -133,65 +127,53 @@ def number_option(
             raise typer.BadParameter(f"{parsed} is not in the range {bounds}")
         return parsed
 
-    help_text = f"{help}  [{bounds}]" if bounds else help
-    return typer.Option(*flags, help=help_text, parser=number, **extra)
+    options = {"metavar": "N" if kind is int else "X", **extra}
+    return typer.Option(help=f"{help}  [{bounds}]" if bounds else help, parser=number, **options)
 
 
-def _agent_option(help_text: str, *flags: str) -> Any:
+def _agent_option(help_text: str) -> Any:
     """Return a Typer option whose value is an agent."""
-    return _option("AGENT", help_text, _complete_agents, *flags)
-
-
-def _shared_option(
-    name: str, help_text: str, *flags: str, option: Callable[..., Any] = typer.Option, **extra: Any
-) -> Any:
-    """Return a Typer option that an environment variable sets for every command."""
-    return option(
-        *(flags or [f"--{name}"]), envvar=f"DMPLAY_{name.upper()}", help=help_text, **extra
-    )
+    return _option("AGENT", help_text, _complete_agents)
 
 
 def shared_switch(name: str, help_text: str) -> Any:
     """Return an on/off option that an environment variable sets for every command."""
-    return _shared_option(name, help_text, f"--{name}/--no-{name}")
+    return typer.Option(f"--{name}/--no-{name}", envvar=f"DMPLAY_{name.upper()}", help=help_text)
+
+
+def _width_option(help_text: str) -> Any:
+    """Return a Typer option for a width, which an environment variable sets for every command."""
+    return number_option(int, help_text, min=1, envvar="DMPLAY_WIDTH")
 
 
 ProblemName = Annotated[
-    str,
-    argument("PROBLEM", "problem: NAME, NAME:VARIANT or FILE", name_lists.complete_problems),
+    str, argument("PROBLEM", "problem: NAME, NAME:VARIANT or FILE", name_lists.complete_problems)
 ]
 VariantName = Annotated[
     str, _option("NAME", "variant of the problem", _complete_variants, "--variant", "-V")
 ]
 ParameterSettings = Annotated[
     list[str],
-    _shared_option(
-        "set",
-        "parameter of the problem (repeatable)",
-        metavar="NAME=VALUE",
-        autocompletion=_complete_safely(_complete_parameters),
+    _option(
+        "NAME=VALUE", "parameter of the problem (repeatable)", _complete_parameters, "--set",
+        envvar="DMPLAY_SET",
     ),
-]
+]  # fmt: skip
 Seed = Annotated[
     int | None,
     number_option(
         int,
-        "--seed",
-        metavar="N",
-        help="random seed (default: a new one)",
+        "random seed (default: a new one)",
         autocompletion=_complete_safely(name_lists.list_saved_seeds),
     ),
 ]
-FirstSeatAgent = Annotated[str, _agent_option("agent that plays the first seat", "--agent")]
+FirstSeatAgent = Annotated[str, _agent_option("agent that plays the first seat")]
 BatchAgent = Annotated[
     str,
-    _agent_option(
-        "agent that plays the first seat (default: a quick agent; the report names it)", "--agent"
-    ),
+    _agent_option("agent that plays the first seat (default: a quick agent; the report names it)"),
 ]
 GhostAgent = Annotated[
-    str,
-    _agent_option("agent that plays a copy of your game, with the same random numbers", "--ghost"),
+    str, _agent_option("agent that plays a copy of your game, with the same random numbers")
 ]
 PredictionKind = Annotated[
     str,
@@ -199,14 +181,10 @@ PredictionKind = Annotated[
         "KIND",
         "ask for a prediction before each turn is played; KIND: belief, outcome or value",
         name_lists.complete_prediction_kinds,
-        "--predict",
     ),
 ]
 OtherAgents = Annotated[
-    str,
-    _agent_option(
-        "agent that plays all seats but the first (default: see 'dmplay agents')", "--vs"
-    ),
+    str, _agent_option("agent that plays all seats but the first (default: see 'dmplay agents')")
 ]
 SeatAgents = Annotated[
     list[str],
@@ -232,13 +210,9 @@ OptionalProblemName = Annotated[
     ),
 ]
 AssignmentFile = Annotated[
-    Path | None,
-    typer.Option("--assignment", metavar="FILE", help="assignment file from dmplay assign"),
+    Path | None, typer.Option(metavar="FILE", help="assignment file from dmplay assign")
 ]
-PlayerName = Annotated[
-    str,
-    typer.Option("--player", metavar="NAME", help="your name, for the transcript"),
-]
+PlayerName = Annotated[str, typer.Option(metavar="NAME", help="your name, for the transcript")]
 TranscriptPaths = Annotated[
     list[Path],
     argument("PATH...", "transcript files, or folders of them", name_lists.complete_transcripts),
@@ -273,50 +247,37 @@ TrustAssignment = Annotated[
 ]
 KeyPreset = Annotated[
     Literal["vi", "left", "arrows", "digits"] | None,
-    _shared_option(
-        "keys",
-        "keys: vi (hjklyubn), left (wasdezx, for the left hand), arrows or digits",
+    typer.Option(
         metavar="NAME",
+        envvar="DMPLAY_KEYS",
+        help="keys: vi (hjklyubn), left (wasdezx, for the left hand), arrows or digits",
     ),
 ]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="print only errors")]
 PlaybackSpeed = Annotated[
     float,
-    _shared_option(
-        "speed",
-        "turns per second of automatic play (key P)",
-        metavar="X",
-        min=0.1,
-        option=partial(number_option, float),
+    number_option(
+        float, "turns per second of automatic play (key P)", min=0.1, envvar="DMPLAY_SPEED"
     ),
 ]
 RealTimeRate = Annotated[
     float | None,
     number_option(
         float,
-        "--rate",
-        metavar="X",
+        "play in real time; the clock speeds up to X turns per second (--rate alone: 50)",
         min=0.1,
         max=1000,
-        help="play in real time; the clock speeds up to X turns per second (--rate alone: 50)",
     ),
 ]
 EpisodeNumber = Annotated[
     int,
     number_option(
-        int,
-        "--episode",
-        metavar="N",
-        min=0,
-        help="which game of the seed to play: each seed has the games 0, 1, 2, ...",
+        int, "which game of the seed to play: each seed has the games 0, 1, 2, ...", min=0
     ),
 ]
-TurnLimit = Annotated[
-    int | None, number_option(int, "--turns", metavar="N", help="maximum number of turns per game")
-]
+TurnLimit = Annotated[int | None, number_option(int, "maximum number of turns per game")]
 UnattendedTurnLimit = Annotated[
-    int | None,
-    number_option(int, "--turns", metavar="N", help="turn limit; only for games without a person"),
+    int | None, number_option(int, "turn limit; only for games without a person")
 ]
 RecordPath = Annotated[
     Path | None,
@@ -324,18 +285,15 @@ RecordPath = Annotated[
 ]
 KeptMegabytes = Annotated[
     int,
-    _shared_option(
-        "keep",
+    number_option(
+        int,
         "maximum total size of saved games, in megabytes",
-        metavar="MB",
         min=1,
-        option=partial(number_option, int),
+        metavar="MB",
+        envvar="DMPLAY_KEEP",
     ),
 ]
-Frames = Annotated[
-    bool,
-    typer.Option("--frames", help="also record a drawing of every turn"),
-]
+Frames = Annotated[bool, typer.Option("--frames", help="also record a drawing of every turn")]
 Force = Annotated[bool, typer.Option("--force", help="overwrite an existing file")]
 Reveal = Annotated[bool, typer.Option("--reveal", help="show the hidden state")]
 Strict = Annotated[
@@ -351,10 +309,7 @@ Peek = Annotated[
     typer.Option("--peek", help="show the hidden facts of an unfinished game; marks it as peeked"),
 ]
 WorkerCount = Annotated[
-    str,
-    typer.Option(
-        "--workers", metavar="N", help="number of worker processes; auto: all cores for long runs"
-    ),
+    str, typer.Option(metavar="N", help="number of worker processes; auto: all cores for long runs")
 ]
 OutputPath = Annotated[
     Path | None,
@@ -376,31 +331,23 @@ TERMINAL_OPTIONS = {
     "json": JsonFlag,
     "color": Annotated[
         Literal["auto", "always", "never"],
-        _shared_option("color", "when to use colours: auto, always or never", metavar="WHEN"),
+        typer.Option(
+            metavar="WHEN", envvar="DMPLAY_COLOR", help="when to use colours: auto, always or never"
+        ),
     ],
     "ascii": Annotated[bool, shared_switch("ascii", "draw with ASCII characters only")],
     "theme": Annotated[
         Literal["auto", "dark", "light", "default", "mono", "high-contrast"],
-        _shared_option(
-            "theme",
-            "colours: auto (by the background), dark, light, default (the terminal's own), "
-            "mono or high-contrast",
+        typer.Option(
             metavar="NAME",
+            envvar="DMPLAY_THEME",
+            help="colours: auto (by the background), dark, light, default (the terminal's own), "
+            "mono or high-contrast",
         ),
     ],
-    "width": Annotated[
-        int | None,
-        _shared_option(
-            "width",
-            "maximum width in columns",
-            metavar="N",
-            min=1,
-            option=partial(number_option, int),
-        ),
-    ],
+    "width": Annotated[int | None, _width_option("maximum width in columns")],
     "motion": Annotated[
-        bool,
-        shared_switch("motion", "animate moves, and let the key P play turns automatically"),
+        bool, shared_switch("motion", "animate moves, and let the key P play turns automatically")
     ],
     "input": Annotated[
         bool,
@@ -415,16 +362,7 @@ ViewerInput = Annotated[
 AnswerInput = Annotated[
     bool, shared_switch("input", "ask again after an invalid answer; --no-input stops there")
 ]
-ScreenWidth = Annotated[
-    int | None,
-    _shared_option(
-        "width",
-        "width of the screen in columns",
-        metavar="N",
-        min=1,
-        option=partial(number_option, int),
-    ),
-]
+ScreenWidth = Annotated[int | None, _width_option("width of the screen in columns")]
 ProgressMotion = Annotated[bool, shared_switch("motion", "show a progress bar")]
 PagedPlain = Annotated[bool, shared_switch("plain", "print the text without a pager")]
 Command = Callable[..., object]

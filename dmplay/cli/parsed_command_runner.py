@@ -14,69 +14,56 @@ from dmplay.cli.error_messages import USAGE_ERROR, format_error
 from dmplay.core.safe_files import forget_sources
 from dmplay.core.text import escape_unprintable
 from dmplay.errors import BadParameter
-from dmplay.game.command_line_results import (
-    BotServerConfig,
-    CliResult,
-    LearnCommand,
-    McpServerConfig,
-    MistakesCommand,
-    PlayCommand,
-    Printout,
-    PuzzleCommand,
-    ShellCommand,
-    TutorCommand,
-    WatchCommand,
-)
+from dmplay.game import command_line_results as results
+from dmplay.game.command_line_results import PlayCommand, Printout
 from dmplay.terminal.capabilities import Terminal, current_terminal
 
 if TYPE_CHECKING:
     from dmplay.game.game_series import GameController
 
 
-def execute_result(result: CliResult) -> int:
+def execute_result(result: results.CliResult) -> int:
     """Play the game, run the server or print the report of a command; return the exit code."""
     match result:
         case str():
             return _print_report(Printout(result))
         case Printout():
             return _print_report(result)
-        case BotServerConfig():
+        case results.BotServerConfig():
             from dmplay.cli.servers import serve_bot
 
             return serve_bot(*result)
-        case McpServerConfig():
+        case results.McpServerConfig():
             from dmplay.cli.servers import serve_mcp
 
             return serve_mcp(result)
     return _run_user_interface(result)
 
 
-def _run_user_interface(result: PlayCommand | ShellCommand | TutorCommand | WatchCommand) -> int:
-    """Play a game or a lesson, ask questions, run the shell or show an algorithm.
-
-    Return the exit code. The user interfaces are imported here, as a report does not need them.
-    """
+def _run_user_interface(
+    result: PlayCommand | results.ShellCommand | results.TutorCommand | results.WatchCommand,
+) -> int:
+    """Run a user interface, imported here as a report does not need it; return the exit code."""
     from dmplay.ui import game_launcher
 
     match result:
         case PlayCommand():
             return game_launcher.play_game(_make_controller(), result)
-        case ShellCommand():
+        case results.ShellCommand():
             return game_launcher.run_shell(_make_controller(), result)
-        case LearnCommand():
-            from dmplay.ui.lessons.lesson_player import play_lesson
-
-            return play_lesson(current_terminal(result.terminal_options), result)
-        case PuzzleCommand():
-            from dmplay.ui.lessons.question_player import play_puzzle
-
-            return play_puzzle(current_terminal(result.terminal_options), result)
-        case MistakesCommand():
-            from dmplay.ui.lessons.question_player import play_mistakes
-
-            return play_mistakes(current_terminal(result.terminal_options), result)
-        case WatchCommand():
+        case results.WatchCommand():
             return game_launcher.show_algorithm(result)
+
+    from dmplay.ui.lessons import lesson_player, question_player
+
+    terminal = current_terminal(result.terminal_options)
+    match result:
+        case results.LearnCommand():
+            return lesson_player.play_lesson(terminal, result)
+        case results.PuzzleCommand():
+            return question_player.play_puzzle(terminal, result)
+        case results.MistakesCommand():
+            return question_player.play_mistakes(terminal, result)
 
 
 def _print_report(report: Printout) -> int:
@@ -84,7 +71,7 @@ def _print_report(report: Printout) -> int:
     if report.stderr_text:
         print(escape_unprintable(report.stderr_text), file=sys.stderr)
     terminal = current_terminal(report.terminal_options)
-    text = _render_report(report, terminal)
+    text = render_for_terminal(report.text, terminal)
     if report.paged:
         from dmplay.output.pager import print_paged
 
@@ -100,15 +87,10 @@ def _print_report(report: Printout) -> int:
     return report.exit_code
 
 
-def _render_report(report: Printout, terminal: Terminal) -> str:
-    """Return a report's text as it is printed on this terminal."""
-    if isinstance(report.text, str):
-        return escape_unprintable(report.text)
-    return render_for_terminal(report.text, terminal)
-
-
 def render_for_terminal(text: Any, terminal: Terminal) -> str:
     """Return a text as a string for a terminal, in colour and in Unicode if the terminal can."""
+    if isinstance(text, str):
+        return escape_unprintable(text)
     if terminal.ascii:
         from dmplay.views.toolkit.canvas import to_ascii
 
@@ -159,7 +141,6 @@ def interpret_command(words: Sequence[str]) -> PlayCommand | str:
     if isinstance(result, Printout):
         if result.text_chunks:
             return escape_unprintable("".join(result.text_chunks)).removesuffix("\n")
-        return _render_report(
-            result, current_terminal(result.terminal_options)._replace(color=False)
-        ).rstrip("\n")
+        terminal = current_terminal(result.terminal_options)._replace(color=False)
+        return render_for_terminal(result.text, terminal).rstrip("\n")
     return result

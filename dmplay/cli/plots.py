@@ -31,49 +31,34 @@ def plot(
         ),
     ] = "",
     problem: Annotated[
-        str,
-        options.argument("PROBLEM|FILE", "problem or transcript file", _complete_subjects),
+        str, options.argument("PROBLEM|FILE", "problem or transcript file", _complete_subjects)
     ] = "",
     variant: options.VariantName = "",
     set_: options.ParameterSettings = [],  # noqa: B006 - typer reads it once
     turns: Annotated[
         int | None,
         options.number_option(
-            int,
-            "--turns",
-            metavar="N",
-            min=1,
-            help="number of turns left; with returns: maximum number of turns per game",
+            int, "number of turns left; with returns: maximum number of turns per game", min=1
         ),
     ] = None,
     methods: Annotated[
         str,
         typer.Option(
-            "--methods",
             metavar="NAME,...",
             help="with alpha-vectors: optimal, or the approximations qmdp and fib",
         ),
     ] = "",
     agent: options.BatchAgent = "",
     compare: Annotated[
-        str,
-        typer.Option(
-            "--compare", metavar="AGENT,...", help="with returns: more agents for the first seat"
-        ),
+        str, typer.Option(metavar="AGENT,...", help="with returns: more agents for the first seat")
     ] = "",
     vs: options.OtherAgents = "",
     seat: options.SeatAgents = [],  # noqa: B006 - typer reads it once
     episodes: Annotated[
-        int | None,
-        options.number_option(
-            int, "--episodes", metavar="N", min=1, help="number of games (default: 1000)"
-        ),
+        int | None, options.number_option(int, "number of games (default: 1000)", min=1)
     ] = None,
     seed: Annotated[
-        int | None,
-        options.number_option(
-            int, "--seed", metavar="N", min=0, help="random seed of all games (default: 0)"
-        ),
+        int | None, options.number_option(int, "random seed of all games (default: 0)", min=0)
     ] = None,
     output: Annotated[
         Path | None,

@@ -73,29 +73,20 @@ def solve(
     episodes: Annotated[
         int | None,
         options.number_option(
-            int,
-            "--episodes",
-            metavar="N",
-            min=2,
-            help="number of games, if dmplay simulates an agent, for example in 2048",
+            int, "number of games, if dmplay simulates an agent, for example in 2048", min=2
         ),
     ] = None,
     turns: Annotated[
-        int | None,
-        options.number_option(
-            int, "--turns", metavar="N", min=1, help="number of turns of a game or plan"
-        ),
+        int | None, options.number_option(int, "number of turns of a game or plan", min=1)
     ] = None,
     workers: options.WorkerCount = "",
     work: Annotated[
         float | None,
         options.number_option(
             float,
-            "--work",
-            metavar="X",
+            "planning time, if no exact value is known; 2: twice the default",
             min=0.01,
             max=100,
-            help="planning time, if no exact value is known; 2: twice the default",
         ),
     ] = None,
     *,

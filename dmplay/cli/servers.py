@@ -37,8 +37,7 @@ def serve_mcp(config: McpServerConfig) -> int:
 
 
 def make_seat_factory(agent: str, problem_name: str) -> SeatFactory:
-    """Return a function that creates the problem, the seat and the policy that a hello message
-    names.
+    """Return a function that creates the problem, seat and policy that a hello message names.
 
     If the hello message has a turn limit, the agent is the one that suits that many turns.
     """
@@ -47,11 +46,10 @@ def make_seat_factory(agent: str, problem_name: str) -> SeatFactory:
         """Load the problem with its parameters and create the agent in its seat."""
         problem = problems.load_problem(problem_name, **hello["parameters"])
         seat_index, turn_limit = find_seat(problem, hello["seat"]), hello["turns"]
-        agent_name = (
-            agent
-            if turn_limit is None
-            else agents.plan_for_turn_limit(problem, seat_index, agent, turn_limit)
-        )
-        return problem, seat_index, agents.load_agent(problem, seat_index, agent_name)
+        if turn_limit is None:
+            name = agent
+        else:
+            name = agents.plan_for_turn_limit(problem, seat_index, agent, turn_limit)
+        return problem, seat_index, agents.load_agent(problem, seat_index, name)
 
     return create_seat

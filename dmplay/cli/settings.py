@@ -73,31 +73,29 @@ def _iter_file_options(
     command = build_command(command_name)
     available = configurable_options(command)
     annotations = inspect.signature(command.callback).parameters if available else {}
-    general_options = {key: value for key, value in file.options.items() if key in available}
-    if file.key_preset is not None and "keys" in available:
-        general_options["keys"] = file.key_preset
+    presets = {} if file.key_preset is None else {"keys": file.key_preset}
+    general_options = {
+        option: value
+        for option, value in {**file.options, **presets}.items()
+        if option in available
+    }
     command_options = file.commands.get(command_name, {})
     for option, value in {**general_options, **command_options}.items():
-        config_key = {"keys": "keys.preset"}.get(option, option)
-        location = (
-            f"{file.path}: "
-            f"{f'{command_name}.{option}' if option in command_options else config_key}"
-        )
+        general_key = "keys.preset" if option == "keys" else option
+        key = f"{command_name}.{option}" if option in command_options else general_key
+        location = f"{file.path}: {key}"
         if option not in available:
-            raise UnknownName(
-                "setting", option, available, error_prefix=f"{file.path}: [{command_name}]"
-            )
+            prefix = f"{file.path}: [{command_name}]"
+            raise UnknownName("setting", option, available, error_prefix=prefix)
         if option in PROBLEM_OPTIONS:
             command_line = f"{command_name} PROBLEM --{option} ..."
             raise BadParameter(
                 f"{location}: a settings file applies to every problem; type --{option}, or define "
                 f'an alias in your own config.toml, such as [aliases] my = "{command_line}"'
             )
-        # Stands for the flag --strict-hints.
         is_strict_hints = (option, value) == ("strict", "hints")
         if not is_strict_hints:
-            annotation = annotations[available[option].name].annotation
-            _check_value(annotation, value, location)
+            _check_value(annotations[available[option].name].annotation, value, location)
         if not file.is_user_file:
             config_files.check_project_option(option, location)
         yield ("strict-hints", True) if is_strict_hints else (option, value)
@@ -114,9 +112,8 @@ def _reject_unknown_names(file: config_files.ConfigFile) -> None:
             raise UnknownName("table", name, ["keys", "aliases", *COMMANDS], error_prefix=file.path)
     for name in file.aliases:
         if name in COMMANDS:
-            raise BadParameter(
-                f"{file.path}: aliases.{name}: {name} is a command; choose another name"
-            )
+            location = f"{file.path}: aliases.{name}"
+            raise BadParameter(f"{location}: {name} is a command; choose another name")
 
 
 def _check_value(annotation: Any, value: object, location: str) -> None:
@@ -162,9 +159,8 @@ def iter_effective_settings(root: Any) -> Iterator[EffectiveSetting]:
                     "DEFAULT_MAP": path_by_option.get((name, option), ""),
                     "ENVIRONMENT": _variable_name(parameter, context),
                 }.get(source, "default")
-                yield EffectiveSetting(
-                    f"{name}.{option}", context.params.get(parameter.name), origin
-                )
+                value = context.params.get(parameter.name)
+                yield EffectiveSetting(f"{name}.{option}", value, origin)
 
 
 def _option_files() -> dict[tuple[str, str], str]:
@@ -201,14 +197,10 @@ def format_settings(settings: Iterable[EffectiveSetting], *, as_json: bool) -> s
     """
     if as_json:
         return format_json_report({"settings": [setting._asdict() for setting in settings]})
-    rows = [
-        setting
-        for setting in settings
-        if setting.source != "default" or setting.name.startswith("play.")
-    ]
     return "\n".join(
-        f"{setting.name:<18} {_format_value(setting.value):<24} {setting.source}"
-        for setting in rows
+        f"{name:<18} {_format_value(value):<24} {source}"
+        for name, value, source in settings
+        if source != "default" or name.startswith("play.")
     )
 
 

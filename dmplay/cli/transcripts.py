@@ -45,16 +45,14 @@ def verify(
     from dmplay.game.command_line_results import Printout
 
     files = list(transcript_files.iter_transcript_files(paths))
-    diffs, update_errors = (
-        transcript_files.rewrite_files(files, trusted=trust) if update else ([], [])
-    )
+    diffs, errors = transcript_files.rewrite_files(files, trusted=trust) if update else ([], [])
     reports = [
         transcript_files.verify(file, trusted=trust, compares_frames=frames) for file in files
     ]
     accepted = [report.is_ok or (allow_unfinished and report.is_unfinished) for report in reports]
     rows = [*diffs, *transcript_files.format_reports(reports, accepted, json=json, quiet=quiet)]
     code = 0 if all(accepted) else MISMATCH_EXIT_CODE
-    return Printout("\n".join(rows), stderr_text="\n".join(update_errors), exit_code=code)
+    return Printout("\n".join(rows), stderr_text="\n".join(errors), exit_code=code)
 
 
 @options.with_export_formats
@@ -63,16 +61,10 @@ def export(
     file: options.TranscriptPath,
     formats: Sequence[str],
     at: Annotated[
-        int | None,
-        options.number_option(
-            int, "--at", metavar="TURN", help="turn to show, with --svg or --html"
-        ),
+        int | None, options.number_option(int, "turn to show, with --svg or --html", metavar="TURN")
     ] = None,
     height: Annotated[
-        int | None,
-        options.number_option(
-            int, "--height", metavar="N", help="height of the screen in rows", min=1
-        ),
+        int | None, options.number_option(int, "height of the screen in rows", min=1)
     ] = None,
     hint: Annotated[
         bool,
@@ -100,15 +92,13 @@ def export(
     from dmplay.output.transcript_export import ExportOptions, export_transcript
     from dmplay.ui.screen.frame_state import Viewport
 
-    ascii_ = (
-        current_terminal(terminal_options) if str(output or "-") == "-" else terminal_options
-    ).ascii
+    is_printed = str(output or "-") == "-"
+    ascii_ = (current_terminal(terminal_options) if is_printed else terminal_options).ascii
     explicit_options = [
         o for o in ("width", "height", "ascii") if options.option_source(ctx, o) == "COMMANDLINE"
     ]
-    aspect = ExportOptions(
-        Viewport(terminal_options.width or 0, height or 0, ascii_), at, hint, explicit_options
-    )
+    viewport = Viewport(terminal_options.width or 0, height or 0, ascii_)
+    aspect = ExportOptions(viewport, at, hint, explicit_options)
     return export_transcript(ReplayRequest(file, trust, peek), formats, aspect, output, force=force)
 
 

@@ -38,60 +38,32 @@ def watch(
     at: Annotated[
         int | None,
         options.number_option(
-            int,
-            "--at",
-            metavar="TURN",
-            help="with a transcript: turn to work on (default: the last)",
+            int, "with a transcript: turn to work on (default: the last)", metavar="TURN"
         ),
     ] = None,
     seat: Annotated[
-        str, typer.Option("--seat", metavar="NAME", help="seat that the algorithm works for")
+        str, typer.Option(metavar="NAME", help="seat that the algorithm works for")
     ] = "",
-    seed: Annotated[
-        int,
-        options.number_option(int, "--seed", metavar="N", help="seed of the random numbers", min=0),
-    ] = 0,
+    seed: Annotated[int, options.number_option(int, "seed of the random numbers", min=0)] = 0,
     iterations: Annotated[
         int | None,
-        options.number_option(
-            int,
-            "--iterations",
-            metavar="N",
-            help="number of repetitions, such as simulations or rounds",
-            min=1,
-        ),
+        options.number_option(int, "number of repetitions, such as simulations or rounds", min=1),
     ] = None,
     step: Annotated[
         int | None,
         options.number_option(
-            int,
-            "--step",
-            metavar="N",
-            help="begin at step N; in lines and pictures, show only this step",
-            min=1,
+            int, "begin at step N; in lines and pictures, show only this step", min=1
         ),
     ] = None,
     speed: Annotated[
-        float,
-        options.number_option(
-            float,
-            "--speed",
-            metavar="X",
-            help="steps per second of automatic play (key P)",
-            min=0.1,
-        ),
+        float, options.number_option(float, "steps per second of automatic play (key P)", min=0.1)
     ] = 2.0,
     svg: Annotated[bool, typer.Option("--svg", help="write a picture of one step (SVG)")] = False,
     film: Annotated[
         bool, typer.Option("--film", help="write an animated picture of all steps (SVG)")
     ] = False,
     html: Annotated[bool, typer.Option("--html", help="write a page with a slider")] = False,
-    height: Annotated[
-        int,
-        options.number_option(
-            int, "--height", metavar="N", help="height of the picture in rows", min=1
-        ),
-    ] = 24,
+    height: Annotated[int, options.number_option(int, "height of the picture in rows", min=1)] = 24,
     output: options.OutputPath = None,
     force: options.Force = False,
     trust: options.Trust = False,
