@@ -204,7 +204,7 @@ class ActionQuestion:
 
     def check_answer(self, action: int) -> AnswerCheck:
         """Return whether an action is right, with its loss; the best action is not named."""
-        loss = format_number(float(self.values.max() - self.values[action]))
+        loss = self._format_value(float(self.values.max() - self.values[action]))
         if not self._is_right(action):
             reason = f"{self._describe_value(action)}, {loss} less than the best action"
             return AnswerCheck(False, reason)
@@ -222,9 +222,13 @@ class ActionQuestion:
         """Return whether an action is as good as the best one, within the tolerance."""
         return bool(self.values[action] >= self.values.max() - self.tolerance)
 
+    def _format_value(self, value: float) -> str:
+        """Return a value as text."""
+        return format_number(value, self.problem.reward_scale)
+
     def _describe_value(self, action: int) -> str:
         """Return the value of an action as text."""
-        return f"{self.labels[action]} is worth {format_number(float(self.values[action]))}"
+        return f"{self.labels[action]} is worth {self._format_value(float(self.values[action]))}"
 
     def explain_action(self, action: int, *, with_beliefs: bool = False) -> list[str]:
         """Return the outcomes of an action: probability, reward and later value, one a line."""
@@ -244,9 +248,9 @@ class ActionQuestion:
             belief = f", belief {self.format_belief(outcome.belief)}"
         end = "the game ends"
         if not outcome.ends_game:
-            end = f"then worth {format_number(outcome.value_after)}"
+            end = f"then worth {self._format_value(outcome.value_after)}"
         name = "mean reward" if self.problem.partially_observable else "reward"
-        return f"{outcome.text}: {name} {format_number(outcome.reward)}{belief}, {end}"
+        return f"{outcome.text}: {name} {self._format_value(outcome.reward)}{belief}, {end}"
 
     def describe_solution(self, explained_actions: Collection[int] = ()) -> list[str]:
         """Return the belief, and the outcomes of the obvious action and of the best one.
@@ -278,14 +282,14 @@ class ActionQuestion:
         near = self.right_actions[len(best) :]
         if not near:
             return f"{text}."
-        first_loss, last_loss = (format_number(self._compute_loss(near[i])) for i in (0, -1))
+        first_loss, last_loss = (self._format_value(self._compute_loss(near[i])) for i in (0, -1))
         loss = f"only {last_loss}" if first_loss == last_loss else f"at most {last_loss}"
         others = [f"{len(near) - MAX_NAMED_ACTIONS} more"] * (len(near) > MAX_NAMED_ACTIONS)
         names = _join_labels([*near[:MAX_NAMED_ACTIONS], *others], "and")
         lose, count = ("lose", "count") if len(near) > 1 else ("loses", "counts")
         return (
             f"{text}; {names} {lose} {loss} and {count} as right. "
-            f"The limit is {format_number(self.tolerance)}, {RIGHT_LOSS_LIMIT}."
+            f"The limit is {self._format_value(self.tolerance)}, {RIGHT_LOSS_LIMIT}."
         )
 
     def format_belief(self, belief: Reals) -> str:

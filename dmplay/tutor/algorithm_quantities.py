@@ -5,7 +5,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from dmplay.core.arrays import Array, Bools, Reals
-from dmplay.core.best_actions import VALUE_TOLERANCE, mark_best_actions
+from dmplay.core.best_actions import mark_best_actions
 from dmplay.core.problem import Problem, enumerate_possible_outcomes
 from dmplay.core.tabular import Tables, tabulate
 from dmplay.core.text import format_count
@@ -26,13 +26,13 @@ from dmplay.tutor.state_quantities import (
     find_state,
     list_outcomes,
 )
-from dmplay.tutor.truth import Truth, format_number, list_values
+from dmplay.tutor.truth import Truth, format_number, list_best_labels, list_values
 from dmplay.tutor.typed_text import parse_number
 
 MAX_SWEEPS = 1000
 MAX_SIMULATIONS = 2000  # of one search, so that an answer is checked within seconds
 MIN_LISTED_PROBABILITY = 0.001
-MIN_ERROR = 0.05  # smallest regret of a choice that counts as wrong
+MIN_ERROR = 0.05  # smallest regret of a choice that counts as wrong, at a scale of 1
 MAX_SEARCH_DEPTH = 3  # of a forward search, whose outcomes are all listed
 SEARCH_RUNS = 20  # searches with different random numbers whose choices are compared
 
@@ -82,14 +82,15 @@ def last_policy_change(position: PositionInGame, state: str = "") -> Truth:
     optimal counts as an error also if it ties with an optimal one.
     """
     tables, discount = _tabulate(position), position.problem.discount
-    best = mark_best_actions(compute_optimal_q(tables, discount))
+    scale = position.problem.reward_scale
+    best = mark_best_actions(compute_optimal_q(tables, discount), scale)
     rows = [_index_of(position, state)] if state else [*range(len(best))]
     action_values: list[Reals] = []  # before each sweep, in `state`
     values = np.zeros(len(tables.transition))
     last_wrong, last_wrong_anywhere, wrong_counts = 0, 0, []
     for sweep in range(1, MAX_SWEEPS + 1):
         q = compute_action_values(tables, discount, values)
-        is_wrong: Bools = np.any(mark_best_actions(q) & ~best, axis=1)
+        is_wrong: Bools = np.any(mark_best_actions(q, scale) & ~best, axis=1)
         wrong_count = int(is_wrong[rows].sum())
         action_values.append(q[rows[0]])
         values = q.max(axis=1)
@@ -225,9 +226,8 @@ def worst_outcome(position: PositionInGame, action: str, state: str = "") -> Tru
     problem = position.problem
     probabilities = list_outcomes(position, action, find_state(position, state))
     values = {name: max(compute_q(position, name).values()) for name in probabilities}
-    worst = frozenset(
-        name for name, value in values.items() if value <= min(values.values()) + 1e-9
-    )
+    costs = {name: -value for name, value in values.items()}
+    worst = list_best_labels(costs, problem.reward_scale)
 
     def explain(answer: str) -> str:
         """Return the probability and the value of the named state."""
@@ -242,10 +242,14 @@ def worst_outcome(position: PositionInGame, action: str, state: str = "") -> Tru
 
 
 def search_error_share(position: PositionInGame, state: str, simulations: int) -> Truth:
-    """Return the share of 20 tree searches that choose an action with a regret of 0.05 or more."""
+    """Return the share of 20 tree searches that choose an action with a regret of 0.05 or more.
+
+    With rewards below 1 the limit is as much smaller.
+    """
     q = compute_q(position, state)
     choices = _run_searches(position, state, simulations)
-    share = sum(max(q.values()) - q[choice] >= MIN_ERROR for choice in choices) / SEARCH_RUNS
+    min_error = MIN_ERROR * position.problem.reward_scale
+    share = sum(max(q.values()) - q[choice] >= min_error for choice in choices) / SEARCH_RUNS
 
     def explain(_: str) -> str:
         """Return the number of searches that chose each action, and the best two values."""
@@ -316,7 +320,7 @@ def forward_search_action(position: PositionInGame, depth: int) -> Truth:
 
     q = list_legal(_search_forward(problem, s, depth)[0])
     rewards = list_legal(_search_forward(problem, s, 1)[0])
-    best = frozenset(label for label in q if q[label] >= max(q.values()) - VALUE_TOLERANCE)
+    best = list_best_labels(q, problem.reward_scale)
 
     def explain(answer: str) -> str:
         """Return the expected reward of the action now, and of the best later ones."""

@@ -82,7 +82,7 @@ def check_answer(
             return _check_order(truth, text)
     typed = parse_number(text)
     number = abs(typed) if truth.is_cost else typed
-    if abs(number - truth.value) <= max(prediction.tolerance, DEFAULT_TOLERANCE):
+    if abs(number - truth.value) <= max(prediction.tolerance, _get_tolerance(position, truth)):
         exact = format_number(truth.value)
         return AnswerCheck(
             True, f"more precisely, it is {exact}" * (exact != format_number(number))
@@ -129,8 +129,9 @@ def _check_typed_argument(
     if not isinstance(truth.value, float | int):
         raise BadParameter(f"{prediction.quantity.name} is not a number, expected one with asks")
     low, high = prediction.at_least, prediction.at_most
-    is_right = (low is None or truth.value >= low - DEFAULT_TOLERANCE) and (
-        high is None or truth.value <= high + DEFAULT_TOLERANCE
+    tolerance = _get_tolerance(position, truth)
+    is_right = (low is None or truth.value >= low - tolerance) and (
+        high is None or truth.value <= high + tolerance
     )
     result = prediction.result or f"the {prediction.quantity.name.replace('-', ' ')} is then"
     value = format_number(truth.value)
@@ -145,6 +146,15 @@ def _check_typed_argument(
     return AnswerCheck(
         False, f"{sentence}; the answer is right if this number is {bound}{explanation}"
     )
+
+
+def _get_tolerance(position: PositionInGame, truth: Truth) -> float:
+    """Return the difference up to which a number is equal to the truth.
+
+    It is relative to the truth, which may be a probability, and near 0 to the scale of rewards.
+    """
+    assert isinstance(truth.value, float | int)
+    return DEFAULT_TOLERANCE * max(abs(truth.value), min(position.problem.reward_scale, 1.0))
 
 
 def _check_distribution(truth: Truth, prediction: Prediction, text: str) -> AnswerCheck:

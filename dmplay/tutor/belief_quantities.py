@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from dmplay.core.arrays import Reals
-from dmplay.core.best_actions import VALUE_TOLERANCE
+from dmplay.core.best_actions import mark_best_actions
 from dmplay.core.tabular import tabulate
 from dmplay.core.text import format_count
 from dmplay.errors import BadParameter
@@ -97,8 +97,8 @@ def best_action_boundary(
     index = _state_index(position, state)
     grid = np.linspace(0.0, 1.0, GRID_SIZE)
     q = compute_action_values(stage, _make_beliefs(position, index, grid))
-    is_low = q[:, low_action] >= q.max(axis=1) - VALUE_TOLERANCE
-    is_high = q[:, high_action] >= q.max(axis=1) - VALUE_TOLERANCE
+    is_best = mark_best_actions(q, position.problem.reward_scale)
+    is_low, is_high = is_best[:, low_action], is_best[:, high_action]
     changes = np.flatnonzero(is_low[:-1] & is_high[1:] & ~is_high[:-1])
     if not len(changes):
         raise BadParameter(f"the best action never changes from {below} to {above}")
@@ -126,7 +126,7 @@ def belief_loss(position: PositionInGame, action: str, belief: str, turns_left: 
     index = _action_index(position, action)
 
     labels = position.problem.actions[position.seat].labels
-    is_best = q[index] >= q.max() - VALUE_TOLERANCE
+    is_best = mark_best_actions(q, position.problem.reward_scale)[index]
 
     loss = float(q.max() - q[index])
 
@@ -172,7 +172,8 @@ def fewest_turns(position: PositionInGame, action: str, belief: str) -> Truth:
     problem = position.problem
     stages = solve_finite_horizon(tabulate(problem), problem.discount, MAX_COMPARED_TURNS)
     q = [compute_action_values(stage, beliefs)[0] for stage in stages]
-    turns = next((n for n, v in enumerate(q, 1) if v[index] >= v.max() - VALUE_TOLERANCE), 0)
+    is_best = mark_best_actions(np.array(q), problem.reward_scale)[:, index]  # [turns]
+    turns = int(np.argmax(is_best)) + 1 if is_best.any() else 0
     if not turns:
         raise BadParameter(f"{action} is not best with 1 to {MAX_COMPARED_TURNS} turns left")
 
@@ -181,8 +182,9 @@ def fewest_turns(position: PositionInGame, action: str, belief: str) -> Truth:
         typed = min(max(round(parse_number(answer)), 1), MAX_COMPARED_TURNS)
         values = q[typed - 1]
         value, best = (format_number(float(v)) for v in (values[index], values.max()))
-        is_best = values[index] >= values.max() - VALUE_TOLERANCE
-        comparison = "and is already best" if is_best else f"and another action is worth {best}"
+        comparison = f"and another action is worth {best}"
+        if is_best[typed - 1]:
+            comparison = "and is already best"
         return f"with {format_count(typed, 'turn')} left, {action} is worth {value}, {comparison}"
 
     return Truth(float(turns), explain)

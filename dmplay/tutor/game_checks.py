@@ -5,6 +5,7 @@ from collections.abc import Iterator
 from itertools import groupby
 
 from dmplay.agents.base import EXACT_VALUES
+from dmplay.core.best_actions import VALUE_TOLERANCE
 from dmplay.core.session import Session
 from dmplay.core.text import describe_end_reason, format_count
 from dmplay.errors import BadParameter
@@ -15,8 +16,6 @@ from dmplay.tutor.answers import AnswerCheck
 from dmplay.tutor.lesson import GameTask
 from dmplay.tutor.positions import PositionInGame, play_ghost
 from dmplay.tutor.truth import format_number
-
-TOLERANCE = 1e-9
 
 
 def check_game(position: PositionInGame, task: GameTask) -> AnswerCheck:
@@ -57,7 +56,7 @@ def _iter_results(position: PositionInGame, task: GameTask) -> Iterator[AnswerCh
     if task.return_at_least is not None:
         score = session.seat_return(position.seat)
         yield AnswerCheck(
-            score >= task.return_at_least - TOLERANCE,
+            score >= task.return_at_least - _get_tolerance(position),
             f"you scored {format_number(score)}; the goal is at least {task.return_at_least:g}",
         )
     if task.beats:
@@ -75,6 +74,11 @@ def _iter_results(position: PositionInGame, task: GameTask) -> Iterator[AnswerCh
     yield from _check_choices(position, task)
 
 
+def _get_tolerance(position: PositionInGame) -> float:
+    """Return the difference up to which returns are equal."""
+    return VALUE_TOLERANCE * position.problem.reward_scale
+
+
 def _check_visit(session: Session, state_text: str) -> AnswerCheck:
     """Return whether the game visited a state."""
     names = [session.problem.format_state(turn.state) for turn in session.turns]
@@ -87,7 +91,7 @@ def _check_visit(session: Session, state_text: str) -> AnswerCheck:
 def _compare_with_agent(position: PositionInGame, task: GameTask) -> AnswerCheck:
     """Return whether the return is at least that of an agent on the same draws."""
     ghost = play_ghost(position, task.beats)
-    is_enough = ghost.player_lead >= -task.margin - TOLERANCE
+    is_enough = ghost.player_lead >= -task.margin - _get_tolerance(position)
     score = format_number(position.session.seat_return(position.seat))
     scores = f"{task.beats} scored {format_number(ghost.score)} and you {score}"
     less, more = f"at most {task.margin:g} less", f"at least {-task.margin:g} more"
@@ -112,7 +116,7 @@ def check_regret(position: PositionInGame, regret_at_most: float) -> AnswerCheck
     total = total_regret(moves)
     kind = "discounted regret" if discount < 1.0 else "regret"
     text = f"the {kind} is {format_number(total)}; the limit is {regret_at_most:g}"
-    if total <= regret_at_most + TOLERANCE:
+    if total <= regret_at_most + _get_tolerance(position):
         return AnswerCheck(True, text)
     return AnswerCheck(False, f"{text}. {describe_worst_choice(moves)}")
 

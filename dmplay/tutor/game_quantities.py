@@ -7,7 +7,7 @@ import numpy as np
 
 from dmplay.agents.base import SeatPolicy
 from dmplay.core.arrays import Array, Reals
-from dmplay.core.best_actions import VALUE_TOLERANCE, mark_best_actions
+from dmplay.core.best_actions import VALUE_TOLERANCE
 from dmplay.core.policy import Policy
 from dmplay.core.problem import enumerate_possible_outcomes
 from dmplay.core.session import SeatedPolicy, Session
@@ -19,7 +19,7 @@ from dmplay.solvers.games.bimatrix_game import build_payoffs
 from dmplay.tutor.beliefs import describe_belief, remember_history
 from dmplay.tutor.positions import PositionInGame, load_agent
 from dmplay.tutor.state_quantities import find_action, find_state
-from dmplay.tutor.truth import Truth, format_number, list_values
+from dmplay.tutor.truth import Truth, format_number, list_best_labels, list_values
 from dmplay.tutor.typed_text import parse_distribution, parse_number
 
 UNIFORM = "uniform"
@@ -42,9 +42,8 @@ def best_reply(position: PositionInGame, opponent: str) -> Truth:
     payoffs, mix = own_payoffs(position), _parse_mix(position, opponent)
     values = payoffs @ mix
     labels = position.problem.actions[position.seat].labels
-    best = frozenset(
-        labels[a] for a in np.flatnonzero(mark_best_actions(values, position.problem.reward_scale))
-    )
+    payoffs_by_label = dict(zip(labels, map(float, values), strict=True))
+    best = list_best_labels(payoffs_by_label, position.problem.reward_scale)
 
     def explain(answer: str) -> str:
         """Return by how much the expected reward of the action is less than the greatest."""
@@ -53,7 +52,7 @@ def best_reply(position: PositionInGame, opponent: str) -> Truth:
         return f"{answer} pays {loss} less{average} than a best reply"
 
     average = " on average" * bool(mix.max() < 1.0)
-    comparison = list_values(dict(zip(labels, map(float, values), strict=True)), f"pays{average}")
+    comparison = list_values(payoffs_by_label, f"pays{average}")
     return Truth(best, explain, labels, comparison)
 
 

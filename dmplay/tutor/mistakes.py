@@ -25,7 +25,6 @@ from dmplay.tutor.valued_position import find_exact_agent
 
 MAX_MISTAKES = 5  # asked at a time
 MAX_SEARCHED_GAMES = 50  # newest saved games that are searched
-MIN_REGRET = 1e-6
 
 
 def list_mistakes(path: Path, *, trusted: bool = False) -> list[Exercise]:
@@ -61,7 +60,7 @@ def _list_seat_mistakes(game: Playback, path: Path, seat: int) -> Iterator[tuple
             f"{path}: the exact values of this game are not known; dmplay review shows estimates"
         )
     for choice in run_review(game.session, [question]):
-        if choice.regret is not None and choice.regret > MIN_REGRET:
+        if choice.regret:
             exercise = _make_exercise(game, path, hint_agent, choice)
             if choice.chosen not in exercise.question.right_actions:
                 yield choice.discounted_regret, exercise
@@ -80,12 +79,12 @@ def _make_exercise(
         hint_agent,
         obvious_action=session.action_labels(seat).index(choice.chosen),
     )
-    lost = format_number(choice.discounted_regret)
+    lost = format_number(choice.discounted_regret, choice.scale)
     discounted = f" ({lost} discounted)" if choice.discount_factor < 1.0 else ""
     introduction = (
         describe_history(position),
         f"In the game, {choice.chosen} was chosen here. "
-        f"It lost {format_number(regret)}{discounted}.",
+        f"It lost {format_number(regret, choice.scale)}{discounted}.",
     )
     return Exercise(
         f"{_format_key_prefix(path)}{choice.seat} {choice.turn}",

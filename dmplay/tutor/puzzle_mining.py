@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from dmplay.core.problem import Problem
+from dmplay.core.text import VALUE_DECIMALS
 from dmplay.errors import BadParameter
 from dmplay.registry import agents
 from dmplay.registry.problem_name_kinds import CURRENT_FOLDER
@@ -29,7 +30,7 @@ MAX_WALK_TURNS = 20  # turns before a position, if the state is visible
 MAX_HISTORY_TURNS = 7  # turns before a position, if the player must remember them
 SHORT_GAME_TURNS = 6  # turn limit of some of the games
 MIN_LOSS_SHARE = 0.05  # loss of a rule, as a share of the difference of the best and worst values
-MIN_LOSS = 1e-3
+MIN_LOSS = 1e-3  # of a rule, at a scale of 1
 RANDOM_SHARE = 0.4  # of the turns that lead to a position
 
 
@@ -175,6 +176,7 @@ def _examine_position(
 ) -> Iterator[Candidate]:
     """Yield a candidate for each action that a rule of thumb chooses and that loses enough."""
     session, seat, values = position.session, position.seat, position.values
+    scale = position.problem.reward_scale
     after = tuple(
         position.problem.format_action(seat, turn.actions[seat]) for turn in session.turns
     )
@@ -184,7 +186,7 @@ def _examine_position(
             rule,
             position.labels[action],
             position.labels[int(np.argmax(values))],
-            float(values.max() - values[action]),
+            scale * round(float(values.max() - values[action]) / scale, VALUE_DECIMALS),
             describe_situation(position),
             _describe_question(position),
         )
@@ -196,7 +198,10 @@ def _find_losing_rules(
     """Yield the legal actions that lose, each with the first rule that chooses it."""
     values = position.values
     finite = values[np.isfinite(values)]
-    min_loss = max(MIN_LOSS, MIN_LOSS_SHARE * float(finite.max() - finite.min()))
+    min_loss = max(
+        MIN_LOSS * position.problem.reward_scale,
+        MIN_LOSS_SHARE * float(finite.max() - finite.min()),
+    )
     if finite.max() - finite.min() < min_loss:
         return
     tried_actions = set[int]()

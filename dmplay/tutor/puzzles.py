@@ -110,7 +110,7 @@ def make_exercise(puzzle: Puzzle) -> Exercise:
         hint_agent,
         obvious_action=labels.index(puzzle.rule_action),
     )
-    loss, rule = format_number(puzzle.loss), puzzle.rule
+    loss, rule = format_number(puzzle.loss, position.problem.reward_scale), puzzle.rule
     learned = [f"Rule of thumb: {rule.text}. Here it says {puzzle.rule_action} and loses {loss}."]
     if rule.find_belief is not None:
         belief = rule.find_belief(question.valued_position)

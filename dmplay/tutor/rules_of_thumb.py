@@ -57,7 +57,7 @@ def _choose_always(label: str) -> Callable[[ValuedPosition], int]:
 
 def _take_best_reward(position: ValuedPosition) -> int | None:
     """Choose the action with the greatest expected reward of this turn."""
-    return _find_single_best(position.compute_rewards())
+    return _find_best_value(position, position.compute_rewards())
 
 
 def _expect_likeliest(position: ValuedPosition) -> int | None:
@@ -68,7 +68,7 @@ def _expect_likeliest(position: ValuedPosition) -> int | None:
         if outcome is None:
             return None
         values[action] = position.sum_outcomes([outcome._replace(probability=1.0)])
-    return _find_single_best(values)
+    return _find_best_value(position, values)
 
 
 def _trust_likeliest(position: ValuedPosition) -> int | None:
@@ -112,7 +112,7 @@ def _find_best_for_belief(position: ValuedPosition, belief: Reals) -> int | None
         return None
     values = position.hint_agent.policy.action_values((belief[None], *position.memory[1:]))
     assert values is not None
-    return _find_single_best(np.where(position.legal_actions_mask, values[0], -np.inf))
+    return _find_best_value(position, np.where(position.legal_actions_mask, values[0], -np.inf))
 
 
 def _walk_to_nearest_exit(position: ValuedPosition) -> int | None:
@@ -238,7 +238,7 @@ def _reply_to_last(position: ValuedPosition) -> int | None:
     last = _get_last_actions(position)
     if last is None:
         return None
-    return _find_single_best(own_payoffs(position.position)[:, last[1]])
+    return _find_best_value(position, own_payoffs(position.position)[:, last[1]])
 
 
 def _undercut(position: ValuedPosition) -> int | None:
@@ -251,7 +251,9 @@ def _reply_to_counts(position: ValuedPosition) -> int | None:
     """Choose the best reply to how often the other agent chose each action, from two rounds on."""
     payoffs, turns = own_payoffs(position.position), position.session.turns
     replies = [int(turn.actions[1 - position.seat]) for turn in turns]
-    return _find_single_best(payoffs[:, replies].sum(axis=1)) if len(replies) > 1 else None
+    if len(replies) < 2:
+        return None
+    return _find_best_value(position, payoffs[:, replies].sum(axis=1))
 
 
 def _play_pure_equilibrium(position: ValuedPosition) -> int | None:
@@ -262,6 +264,11 @@ def _play_pure_equilibrium(position: ValuedPosition) -> int | None:
     assert probabilities is not None
     is_mixed = probabilities.max() < 1.0 - MIN_PROBABILITY_DIFFERENCE
     return None if is_mixed else int(np.argmax(probabilities))
+
+
+def _find_best_value(position: ValuedPosition, values: Reals) -> int | None:
+    """Return the action with the greatest value `[A]`; None if there are several."""
+    return _find_single_best(values, VALUE_TOLERANCE * position.problem.reward_scale)
 
 
 def _find_single_best(values: Reals, tolerance: float = VALUE_TOLERANCE) -> int | None:

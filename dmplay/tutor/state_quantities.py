@@ -6,7 +6,7 @@ from itertools import combinations
 import numpy as np
 
 from dmplay.core.arrays import Array
-from dmplay.core.best_actions import VALUE_TOLERANCE, mark_best_actions
+from dmplay.core.best_actions import VALUE_TOLERANCE
 from dmplay.core.problem import ContinuousStates, enumerate_possible_outcomes
 from dmplay.core.session import SeatedPolicy
 from dmplay.core.text import format_count
@@ -14,7 +14,7 @@ from dmplay.errors import BadParameter
 from dmplay.registry import agents
 from dmplay.tutor.beliefs import remember_history
 from dmplay.tutor.positions import PositionInGame
-from dmplay.tutor.truth import Truth, format_number, list_values
+from dmplay.tutor.truth import Truth, format_number, list_best_labels, list_values
 from dmplay.tutor.typed_text import list_spellings, parse_distribution
 
 
@@ -49,11 +49,7 @@ def best_action(
 ) -> Truth:
     """Return the actions with the greatest value in a state, or after a history."""
     q = compute_q(position, state, history, turns_left)
-    names, values = [*q], np.array([*q.values()])
-    best = frozenset(
-        names[index]
-        for index in np.flatnonzero(mark_best_actions(values, position.problem.reward_scale))
-    )
+    best = list_best_labels(q, position.problem.reward_scale)
 
     def explain(answer: str) -> str:
         """Return the loss of a wrong action, and its worst outcome."""
@@ -62,7 +58,7 @@ def best_action(
         sentence = f"{answer} scores {loss} less on average than the best action"
         return f"{sentence}; {worst}" if worst else sentence
 
-    return Truth(best, explain, tuple(names), list_values(q))
+    return Truth(best, explain, tuple(q), list_values(q))
 
 
 def action_loss(

@@ -3,10 +3,14 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
+import numpy as np
+
+from dmplay.core import text
+from dmplay.core.best_actions import mark_best_actions
 from dmplay.core.text import format_count
 
 MAX_LISTED_VALUES = 6
-NEGLIGIBLE = 1e-9  # rounding errors below this are printed as 0
+NEGLIGIBLE = 1e-12  # rounding errors below this are printed as 0, at a scale of 1
 MIN_FIXED = 0.01  # smaller numbers are printed with two significant digits
 
 
@@ -32,6 +36,12 @@ class Truth:
     is_cost: bool = False  # whether the value is a number that counts losses as positive
 
 
+def list_best_labels(values: Mapping[str, float], scale: float) -> frozenset[str]:
+    """Return the labels with the greatest value, ties included; `scale` is that of the rewards."""
+    is_best = mark_best_actions(np.array([*values.values()]), scale)
+    return frozenset(label for label, best in zip(values, is_best, strict=True) if best)
+
+
 def list_values(values: Mapping[str, float], verb: str = "") -> str:
     """Return labels with their values, the greatest first; only the first ones of many.
 
@@ -53,8 +63,13 @@ def list_values(values: Mapping[str, float], verb: str = "") -> str:
     return f"{'' if verb else 'the values are '}{', '.join(listed)}{more}"
 
 
-def format_number(value: float) -> str:
-    """Return a number with at most three decimals, or two significant digits if it is small."""
-    if abs(value) < NEGLIGIBLE:
+def format_number(value: float, scale: float = 1.0) -> str:
+    """Return a number with at most three decimals, or two significant digits if it is small.
+
+    `scale` is that of the rewards, if the number is one.
+    """
+    if abs(value) < NEGLIGIBLE * scale:
         return "0"
-    return f"{round(value, 3) + 0.0:g}" if abs(value) >= MIN_FIXED else f"{value:.2g}"
+    if abs(value) < MIN_FIXED:
+        return f"{value:.2g}"
+    return text.format_number(round(value, 3) + 0.0)

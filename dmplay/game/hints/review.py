@@ -54,7 +54,7 @@ class ReviewedAction(NamedTuple):
         """True if the choice lost more than a choice that counts as right may lose."""
         values = [*self.values.values()] or [0.0]
         limit = (max(values) - min(values)) * RIGHT_LOSS_PERCENT / 100
-        return (self.regret or 0.0) > max(limit, VALUE_TOLERANCE)
+        return (self.regret or 0.0) > max(limit, VALUE_TOLERANCE * self.scale)
 
     @property
     def discounted_regret(self) -> float:
