@@ -10,7 +10,7 @@ import numpy as np
 
 from dmplay.algorithms import one_round_game as game
 from dmplay.algorithms.step import Algorithm, Curve, Step, WatchRequest
-from dmplay.core.best_actions import VALUE_TOLERANCE
+from dmplay.core.best_actions import VALUE_TOLERANCE, compute_reward_scale
 from dmplay.core.problem import Problem
 from dmplay.core.uniforms import NATURE_STREAM, generate_uniforms
 
@@ -54,7 +54,7 @@ def iterate_steps(request: WatchRequest) -> Iterator[Step]:
         yield Step(
             f"round {round_number}",
             (
-                *([_describe_end(gains[-1])] if is_last else []),
+                *([_describe_end(gains[-1], compute_reward_scale(payoffs))] if is_last else []),
                 f"{'A random draw chose' if is_first else 'The agents played'}: "
                 f"{game.format_actions(problem, played)}.",
                 f"Best responses to these frequencies: {game.format_actions(problem, actions)}.",
@@ -71,9 +71,9 @@ def _describe_gain(gain: float) -> str:
     return f"An agent that leaves its own frequencies for a best response gains at most {gain:.3g}."
 
 
-def _describe_end(gain: float) -> str:
-    """Return a sentence about the frequencies after the last round."""
-    if gain <= VALUE_TOLERANCE:
+def _describe_end(gain: float, scale: float) -> str:
+    """Return a sentence about the frequencies after the last round; `scale` is of the payoffs."""
+    if gain <= VALUE_TOLERANCE * scale:
         return "The rounds end: no agent gains by leaving its frequencies, a Nash equilibrium."
     return (
         f"The rounds end: an agent gains at most {gain:.3g} by leaving its frequencies; a gain of "

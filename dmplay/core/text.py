@@ -27,9 +27,9 @@ def format_number(value: float, digits: int = 6) -> str:
     return f"{value:.0f}" if is_long else f"{value:.{digits}g}"
 
 
-def format_value(value: float, scale: float) -> str:
+def format_value(value: float, scale: float, digits: int = 6) -> str:
     """Return a value in significant digits, without the rounding errors of its scale."""
-    return format_number((round(value / scale, VALUE_DECIMALS) + 0.0) * scale)
+    return format_number((round(value / scale, VALUE_DECIMALS) + 0.0) * scale, digits)
 
 
 def format_upper_bound(bound: float, digits: int = 1) -> str:

@@ -8,10 +8,10 @@ from typing import NamedTuple
 import numpy as np
 
 from dmplay.core.arrays import Reals
+from dmplay.core.best_actions import compute_reward_scale
 from dmplay.core.policy import Policy
 from dmplay.core.problem import Problem, check_problem
-from dmplay.core.spaces import ACTION_DECIMALS
-from dmplay.core.text import format_count
+from dmplay.core.text import VALUE_DECIMALS, format_count
 from dmplay.core.user_code_locations import describe_error_location
 from dmplay.core.work_budget import ProgressCallback
 from dmplay.errors import BadParameter, BadPolicy, DmplayError, find_policy_seat
@@ -238,7 +238,8 @@ def estimate_difference(
         np.subtract(*sample.T) for sample in (returns, control_variates)
     )
     # Rounded, so that actions of equal value count as equal.
-    adjusted = np.round(return_difference - luck_difference, ACTION_DECIMALS)
+    scale = compute_reward_scale(returns)
+    adjusted = scale * np.round((return_difference - luck_difference) / scale, VALUE_DECIMALS)
     separate_variance, paired_variance = returns.var(axis=0).sum(), adjusted.var()
     return Difference(
         estimate_mean(adjusted) if rule is None else rule.estimate(adjusted),

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from dmplay.core.arrays import Reals
+from dmplay.core.best_actions import VALUE_TOLERANCE
 from dmplay.plots.picture_styles import NOTE_SIZE, REGION_COLOURS, PictureStyles, list_values
 from dmplay.plots.plot_data import (
     BoardPanel,
@@ -53,7 +54,6 @@ LABEL_OFFSETS = {  # of a text from its point, in points, with its alignment
     "above": (0, 6, "center", "bottom"),
     "below": (0, -6, "center", "top"),
 }
-TIE_TOLERANCE = 1e-9
 TRIANGLE_STEPS = 60  # points along a side at which values are drawn
 
 
@@ -295,7 +295,7 @@ def _draw_triangle(ax: "Axes", panel: TrianglePanel, styles: PictureStyles) -> N
 def _divides_actions(panel: TrianglePanel, action: str, belief: Reals) -> bool:
     """Return whether another first action is equally good at a belief."""
     values = panel.alpha_vectors @ belief
-    is_tied = values >= values.max() - TIE_TOLERANCE * max(1.0, float(abs(values).max()))
+    is_tied = values >= values.max() - VALUE_TOLERANCE * abs(panel.alpha_vectors).max()
     return any(panel.actions[index] != action for index in np.flatnonzero(is_tied).tolist())
 
 

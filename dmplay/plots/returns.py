@@ -8,7 +8,8 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from dmplay.core.arrays import Reals
-from dmplay.core.text import format_count
+from dmplay.core.best_actions import compute_reward_scale
+from dmplay.core.text import VALUE_DECIMALS, format_count
 from dmplay.evaluation.many_games import run
 from dmplay.output.evaluation_request import EvaluationRequest, limit_turns, make_lineup
 from dmplay.output.tables import format_mean
@@ -76,11 +77,12 @@ def choose_bin_edges(returns: Reals) -> Reals:
 
     The number of equal bins is that of the Freedman-Diaconis rule, at most MAX_BINS.
     """
-    distinct = np.unique(np.round(returns, 9))
+    scale = compute_reward_scale(returns)
+    distinct = scale * np.unique(np.round(returns / scale, VALUE_DECIMALS))
     if len(distinct) == 1:
-        return np.array([distinct[0] - 0.5, distinct[0] + 0.5])
+        return np.array([distinct[0] - scale / 2, distinct[0] + scale / 2])
     steps = np.diff(distinct)
-    if len(distinct) <= MAX_DISTINCT_RETURNS and np.allclose(steps, steps[0]):
+    if len(distinct) <= MAX_DISTINCT_RETURNS and np.allclose(steps, steps[0], atol=0.0):
         return np.append(distinct - steps[0] / 2, distinct[-1] + steps[0] / 2)
     count = len(np.histogram_bin_edges(returns, "fd")) - 1 if np.ptp(returns) else 1
     return np.linspace(distinct[0], distinct[-1], min(max(count, 10), MAX_BINS) + 1)

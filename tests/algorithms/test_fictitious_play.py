@@ -129,3 +129,17 @@ def test_ties_of_best_responses_are_named() -> None:
     assert "For each agent, rock and scissors are equally good; the first is taken." in (
         third.sentences
     )
+
+
+@pytest.mark.parametrize("scale", [1.0, 1e-8, 1e-12, 1e8])
+def test_the_end_is_an_equilibrium_only_if_no_agent_gains_at_any_scale(scale: float) -> None:
+    for payoffs, is_equilibrium in (
+        ((1, -1, -1, 1, -1, 1, 1, -1), False),
+        ((0.3, 0.7, 0.3, 0.7), True),
+    ):
+        rows = len(payoffs) // 4
+        text = f'NFG 1 R "" {{"a" "b"}} {{{rows} 2}} ' + " ".join(
+            repr(payoff * scale) for payoff in payoffs
+        )
+        last = watch(gambit_nfg.read_nfg("game.nfg", text.encode()), 30)[-1]
+        assert ("no agent gains" in last.sentences[0]) == is_equilibrium

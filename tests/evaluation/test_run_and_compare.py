@@ -208,6 +208,24 @@ def test_an_unknown_control_variate_is_left_blank() -> None:
     assert lines[-1][lines[-2].index("luck")] == "-"
 
 
+@pytest.mark.parametrize("scale", [1e-8, 1e-12, 1e8])
+def test_a_comparison_follows_the_scale_of_the_rewards(tmp_path: Path, scale: float) -> None:
+    pairs = []
+    for number, factor in enumerate((1.0, scale)):
+        path = tmp_path / f"{number}.mdp"
+        path.write_text(
+            "discount: 0.9\nvalues: reward\nstates: low high\nactions: stay go\nstart: low\n"
+            "T: stay identity\nT: go uniform\n"
+            f"R: * : high : * : * {3 * factor!r}\nR: go : * : * : * {-0.1 * factor!r}\n"
+        )
+        words = ("compare", str(path), "optimal", "random", "--episodes", "200", "--turns", "9")
+        (pair,) = json.loads(run_command(*words, "--json"))["pairs"]
+        pairs.append((pair, factor))
+    (pair, _), (scaled, _) = pairs
+    for name in ("difference", "low", "high", "luck"):
+        assert scaled[name] / scale == pytest.approx(pair[name], rel=1e-6)
+
+
 def test_an_agent_is_never_decided_to_be_better_than_itself() -> None:
     optimal = [dmplay.load_agent(HEXWORLD, 0, "optimal")]
     comparison = compare(HEXWORLD, [optimal, optimal], episodes=500, decide=0.05)

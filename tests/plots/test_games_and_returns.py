@@ -143,9 +143,13 @@ def test_the_other_players_are_named() -> None:
     assert "other players: agent2 tit-for-tat" in plot.notes
 
 
-def test_a_few_evenly_spaced_returns_have_a_bar_each() -> None:
-    returns = np.array([-1.0, 0.0, 0.0, 1.0])
-    assert choose_bin_edges(returns).tolist() == [-1.5, -0.5, 0.5, 1.5]
+@pytest.mark.parametrize("exponent", [0, -30, 30])
+def test_a_few_evenly_spaced_returns_have_a_bar_each(exponent: int) -> None:
+    returns = np.array([-1.0, 0.0, 0.0, 1.0]) * 2.0**exponent
+    assert (choose_bin_edges(returns) / 2.0**exponent).tolist() == [-1.5, -0.5, 0.5, 1.5]
+
+
+def test_equal_returns_have_one_bar_and_many_returns_equal_widths() -> None:
     assert choose_bin_edges(np.array([3.0, 3.0])).tolist() == [2.5, 3.5]
     edges = choose_bin_edges(np.linspace(0.0, 1.0, 1000) ** 2)
     assert (edges[0], edges[-1]) == (0.0, 1.0)

@@ -110,7 +110,9 @@ def compute_outcome_shares(better: ActionBreakdown, worse: ActionBreakdown) -> l
     for index, parts in enumerate((better, worse)):
         for outcome in parts.outcomes:
             same_text = by_text.setdefault(outcome.text, [])
-            pair = next((item for item in same_text if _is_same(item[0], outcome)), None)
+            pair = next(
+                (item for item in same_text if _is_same(item[0], outcome, better.scale)), None
+            )
             if pair is None:
                 pair = outcome, [0.0, 0.0]
                 same_text.append(pair)
@@ -128,11 +130,10 @@ def compute_outcome_shares(better: ActionBreakdown, worse: ActionBreakdown) -> l
     return sorted(shares, key=lambda item: -item.share)
 
 
-def _is_same(outcome: PossibleOutcome, other: PossibleOutcome) -> bool:
+def _is_same(outcome: PossibleOutcome, other: PossibleOutcome, scale: float) -> bool:
     """Return whether two outcomes of the same text have the same reward and later value."""
-    return bool(
-        np.allclose(outcome[2:4], other[2:4], rtol=RELATIVE_TOLERANCE, atol=RELATIVE_TOLERANCE**2)
-    )
+    atol = RELATIVE_TOLERANCE**2 * scale
+    return np.allclose(outcome[2:4], other[2:4], rtol=RELATIVE_TOLERANCE, atol=atol)
 
 
 class _Consequences(NamedTuple):

@@ -17,7 +17,7 @@ from dmplay.core.problem import (
     validate_outcome,
 )
 from dmplay.core.session import Session, View, list_active_seats
-from dmplay.core.text import count_probability_decimals, format_number
+from dmplay.core.text import count_probability_decimals, format_number, format_value
 from dmplay.core.work_budget import Budget
 from dmplay.errors import BadParameter, BudgetExceeded
 from dmplay.views.protocol import Forecast
@@ -270,7 +270,8 @@ def _format_payoffs(
     states = np.repeat(session.state[None], reply_count, axis=0)
     row, p, outcome = enumerate_possible_outcomes(problem, states, joint.actions)
     payoffs = np.bincount(row, p * outcome.rewards[:, seat], reply_count)
-    mean = f"{round(float(payoffs @ joint.probabilities), 10) + 0.0:.4g} on average"
+    mean_text = format_value(float(payoffs @ joint.probabilities), problem.reward_scale, 4)
+    mean = f"{mean_text} on average"
     if reply_count > MAX_LISTED_OUTCOMES:
         return f"reward {format_number(payoffs.min())} to {format_number(payoffs.max())}, {mean}"
     decimals = count_probability_decimals(joint.probabilities.tolist())
