@@ -2,7 +2,6 @@
 
 import contextlib
 import errno
-import fcntl
 import gc
 import io
 import os
@@ -17,7 +16,6 @@ BLAS_THREADS_VARIABLE = (
     # OpenBLAS threads that wait for one another cost more time than they save
     "OPENBLAS_DEFAULT_NUM_THREADS"
 )
-ACCESS_MODE_MASK = os.O_RDONLY | os.O_WRONLY | os.O_RDWR  # of the flags of an open file
 THREAD_SECONDS = 1.0  # seconds that threads have to end after the program is done
 # A game keeps most objects that it creates, so frequent collections find no garbage.
 GC_THRESHOLDS = 20_000, 20, 20
@@ -105,7 +103,9 @@ def _report_os_error(error: OSError) -> int:
     from dmplay.errors import clip_message
 
     file_prefix = f"{error.filename}: " if error.filename else ""
-    message = clip_message(f"{file_prefix}{error.strerror or error}")
+    is_closed = error.errno == errno.EBADF and not file_prefix
+    reason = "standard output is closed" if is_closed else error.strerror or error
+    message = clip_message(f"{file_prefix}{reason}")
     try:
         print(f"error: {escape_unprintable(message)}", file=sys.stderr)
     except OSError:
@@ -137,14 +137,21 @@ def _open_streams() -> None:
     """Replace unusable standard streams by the null device and escape undecodable characters.
 
     Without the null device, the next file that is opened would get the number of a closed stream.
-    `nohup` opens the standard input so that it cannot be read.
+    Output to a closed stream fails, and errors are dropped. `nohup` opens the standard input so
+    that it cannot be read.
     """
-    for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
+    for name, mode, flags in (
+        ("stdin", "r", os.O_RDONLY), ("stdout", "w", os.O_RDONLY), ("stderr", "w", os.O_WRONLY)
+    ):  # fmt: skip
         if getattr(sys, name) is None:
-            setattr(sys, name, open(os.devnull, mode, encoding="utf-8"))  # noqa: SIM115 - for good
-    with contextlib.suppress(OSError, ValueError):  # not a file
+            device = os.open(os.devnull, flags)
+            stream = open(device, mode, encoding="utf-8", closefd=False)  # noqa: SIM115 - for good
+            setattr(sys, name, stream)
+    with contextlib.suppress(ImportError, OSError, ValueError):  # on Windows; not a file
+        import fcntl
+
         descriptor = sys.stdin.fileno()
-        if fcntl.fcntl(descriptor, fcntl.F_GETFL) & ACCESS_MODE_MASK == os.O_WRONLY:
+        if fcntl.fcntl(descriptor, fcntl.F_GETFL) & os.O_WRONLY:
             os.dup2(os.open(os.devnull, os.O_RDONLY), descriptor)
     # Bytes that are not text, and characters that the terminal cannot encode, become escapes.
     for stream in (sys.stdin, sys.stdout):

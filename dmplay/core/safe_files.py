@@ -50,9 +50,14 @@ def is_output_device(path: Path) -> bool:
 
 
 def find_device(path: Path) -> Path:
-    """Return a path; for /dev/stdout, that of the descriptor to which dmplay prints."""
+    """Return a path; for /dev/stdout, that of the descriptor to which dmplay prints.
+
+    Raise OSError if that is closed.
+    """
     if str(path) == "/dev/stdout" and sys.__stdout__:
-        return OPEN_FILES_FOLDER / str(sys.__stdout__.fileno())
+        descriptor = sys.__stdout__.fileno()
+        os.write(descriptor, b"")
+        return OPEN_FILES_FOLDER / str(descriptor)
     return path
 
 

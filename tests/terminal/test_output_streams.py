@@ -85,17 +85,48 @@ def test_errors_that_cannot_be_written_do_not_change_the_exit_code(
         os.close(errors)
 
 
-def test_output_that_cannot_be_written_is_never_a_success(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("redirection", "reason"),
+    [(">/dev/full", "No space left on device"), (">&-", "standard output is closed")],
+)
+def test_output_that_cannot_be_written_is_never_a_success(
+    redirection: str, reason: str, tmp_path: Path
+) -> None:
     for words in (("list",), ("--version",), ("hexworld", "--agent", "random"), ("--help",)):
         for variables in ({}, {"PYTHONUNBUFFERED": "1"}):
-            with open("/dev/full", "wb") as full:
-                program = subprocess.run(
-                    [*DMPLAY_COMMAND, *words], stdin=subprocess.DEVNULL, stdout=full,
-                    stderr=subprocess.PIPE, cwd=tmp_path,
-                    env=clean_environment(tmp_path, **variables), check=False,
-                )  # fmt: skip
+            program = run_redirected(words, redirection, tmp_path, variables)
             assert program.returncode == 1, words
-            assert program.stderr.endswith(b"error: No space left on device\n")
+            assert program.stderr.endswith(f"error: {reason}\n")
+    assert run_redirected(["list"], f"{redirection} 2>&-", tmp_path).returncode == 1
+    for line, code in (("bogus", 2), ("hexworld --agent random -q", 0)):
+        assert run_redirected(line.split(), redirection, tmp_path).returncode == code
+    output_file = ("hexworld", "--agent", "random", "-q", "-o", "-")
+    program = run_redirected(output_file, redirection, tmp_path)
+    assert program.returncode != 0
+    assert program.stderr.startswith("error: cannot write /dev/stdout: ")
+
+
+def test_a_closed_input_is_empty_and_closed_errors_are_dropped(tmp_path: Path) -> None:
+    for line, code in (("list", 0), ("hexworld --seed 1", 0), ("bogus", 2)):
+        complete = run_redirected(line.split(), "</dev/null", tmp_path)
+        assert complete.returncode == code
+        program = run_redirected(line.split(), "<&- 2>&-", tmp_path)
+        assert (program.returncode, program.stdout) == (code, complete.stdout)
+        assert program.stderr == ""
+
+
+def run_redirected(
+    words: Sequence[str],
+    redirection: str,
+    folder: Path,
+    variables: Mapping[str, str] = NO_VARIABLES,
+) -> subprocess.CompletedProcess[str]:
+    """Run dmplay in a Unix shell that redirects its standard streams."""
+    return subprocess.run(
+        ["sh", "-c", f'"$@" {redirection}', "sh", *DMPLAY_COMMAND, *words], capture_output=True,
+        stdin=subprocess.DEVNULL, text=True, cwd=folder,
+        env=clean_environment(folder, **variables), check=False,
+    )  # fmt: skip
 
 
 def test_user_code_that_writes_to_descriptor_1_leaves_the_output_alone(tmp_path: Path) -> None:

@@ -197,8 +197,12 @@ def serve(games: ModelGames, input_fd: int, output_fd: int) -> int:
             server = make_server(games)
             server.input_fd, server.output_fd = input_fd, output_fd
             server.run()
-    except* ConnectionError:
-        pass  # the client is gone
+    except ExceptionGroup as group:
+        error: Exception = group
+        while isinstance(error, ExceptionGroup):
+            error = error.exceptions[0]
+        if not isinstance(error, ConnectionError):  # A client that is gone is no error.
+            raise error from None
     finally:
         games.end_all_games()
         report_removed_saves(games.save_removal)

@@ -263,6 +263,19 @@ def test_a_problem_that_uses_the_standard_streams_does_not_reach_the_client(tmp_
             assert f"noise of {source}" in errors
 
 
+def test_an_output_that_cannot_be_written_is_one_error(tmp_path: Path) -> None:
+    message = {"jsonrpc": "2.0", "id": 1, "method": "initialize", "params": INITIALIZE_PARAMS}
+    for redirection in (">&-", ">/dev/full"):
+        program = subprocess.run(
+            ["sh", "-c", f'(echo "$0"; sleep 2) | "$@" {redirection}', json.dumps(message),
+             *DMPLAY_COMMAND, "mcp"], capture_output=True, text=True, check=False,
+            env=clean_environment(tmp_path), cwd=tmp_path,
+        )  # fmt: skip
+        assert program.returncode == 1
+        [line] = program.stderr.splitlines()
+        assert line in ("error: standard output is closed", "error: No space left on device")
+
+
 @pytest.mark.extra("axelrod")
 def test_other_requests_are_answered_while_a_library_of_agents_is_loaded(tmp_path: Path) -> None:
     with open_client(tmp_path) as session:
