@@ -96,6 +96,8 @@ READING_COMMANDS = (
     (("play", "hexworld", "--seat", "agent=bot:sh moves", "--force", "-o"), "moves"),
     (("play", "hexworld", "--force", *GAME_OF_AGENTS), "config/dmplay/config.toml"),
     (("shell", "-e", "export g.dmt --csv --force -o {}"), "g.dmt"),
+    (("shell", "-e", "export g.dmt --csv --force -o {}"), "config/dmplay/config.toml"),
+    (("shell", "-e", "play hexworld --force -o {}"), "config/dmplay/config.toml"),
 )
 
 
