@@ -35,8 +35,9 @@ class StateFile:
 
     @property
     def path(self) -> Path:
-        """The path of the file."""
-        return safe_files.user_folder(os.environ, "XDG_STATE_HOME", ".local", "state") / self.name
+        """The path of the file itself, also if a symbolic link in the state folder names it."""
+        folder = safe_files.user_folder(os.environ, "XDG_STATE_HOME", ".local", "state")
+        return Path(os.path.realpath(folder / self.name))
 
     def read(self) -> dict[str, Any]:
         """Return the valid contents of the file, {} if there are none."""

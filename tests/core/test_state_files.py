@@ -134,3 +134,25 @@ def test_sections_of_others_and_a_second_file_aside_are_kept() -> None:
         PROGRESS_FILE.path.write_text(text)
         change_file(PROGRESS_FILE)
     assert {path.read_text() for path in list_files_aside(PROGRESS_FILE)} == {"first", "second"}
+
+
+@pytest.mark.parametrize(("file", "content"), CASES)
+@pytest.mark.parametrize("damaged", [None, "", "{"])
+def test_a_file_that_a_symbolic_link_names_is_written_through_the_link(
+    file: StateFile,
+    content: dict[str, object],
+    damaged: str | None,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    (tmp_path / "mine").mkdir()
+    target, link = tmp_path / "mine" / "state.json", tmp_path / "dmplay" / file.name
+    if damaged is not None:
+        target.write_text(damaged or json.dumps(content))
+    link.symlink_to(Path("..", "mine", "state.json"))
+    change_file(file)
+    assert link.is_symlink()
+    saved = json.loads(target.read_text())
+    assert saved == {"dmplay": 1, **(content if damaged == "" else {}), "changed": True}
+    aside = [path.read_text() for path in list_files_aside(file)]
+    assert (aside, bool(capsys.readouterr().err)) == ([damaged] * bool(damaged), bool(damaged))
