@@ -150,6 +150,11 @@ class ExternalProblem(Problem, ABC):
         """Return an environment of this problem that has not been reset."""
 
     @property
+    def source(self) -> str:
+        """The name in messages: the file that the problem is read from, else its own name."""
+        return self.name
+
+    @property
     @abstractmethod
     def is_stochastic(self) -> bool:
         """True if nature draws random numbers in it."""
@@ -239,7 +244,7 @@ class ExternalProblem(Problem, ABC):
         ):
             if action not in legal_actions and not time_step.over:
                 raise IllegalAction(
-                    f"{self.name}: got action {action:g}, which is not a legal action now"
+                    f"{self.source}: got action {action:g}, which is not a legal action now"
                 )
         return (
             history if time_step.over else GameHistory(self.name, uniform, tuple(actions), history)

@@ -86,7 +86,7 @@ def list_problem_names() -> list[str]:
 @cache
 def _load_game(name: str) -> Any:
     """Return the game; raise UnknownName or BadParameter with a message of one line."""
-    pyspiel = import_library("pyspiel", PIP_EXTRA, name)
+    pyspiel = import_library("pyspiel", PIP_EXTRA, _get_file_or_name(name))
     text = name.partition(":")[2]
     base_name = text.partition("(")[0]
     if base_name not in pyspiel.registered_names():  # The library itself would print an error.
@@ -403,6 +403,11 @@ def _choose_unique_labels(
 class OpenSpielProblem(ExternalProblem):
     """A game of OpenSpiel. Players wait while another one acts."""
 
+    @property
+    def source(self) -> str:
+        """The file that the game is read from, else its name."""
+        return _get_file_or_name(self.name)
+
     @cached_property
     def is_stochastic(self) -> bool:
         """True if the game has chance events."""
@@ -467,4 +472,4 @@ class OpenSpielProblem(ExternalProblem):
         }
         reason = next((reason for reason, applies in reasons.items() if applies), "")
         if reason:
-            raise BadParameter(f"{_get_file_or_name(self.name)}: {reason}")
+            raise BadParameter(f"{self.source}: {reason}")

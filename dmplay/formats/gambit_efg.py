@@ -132,7 +132,7 @@ class _TreeReader:
         actions = (
             self._read_chance_actions()
             if player == 0
-            else _quote_distinct_labels(lexer.read_strings("action"))
+            else _quote_distinct_labels(lexer.read_strings("an action"))
         )
         earlier_actions = self.actions.setdefault((player, set_number), actions)
         if len(earlier_actions) != len(actions):
@@ -196,7 +196,7 @@ def read_efg(path: str, raw: bytes) -> ExtensiveForm:
     for expected in (("EFG",), ("2",), ("R", "D")):
         lexer.expect(*expected)
     title = lexer.read_string("the title of the game, in quotation marks")
-    players = lexer.read_strings("player")
+    players = lexer.read_strings("a player")
     if lexer.token[:1] == '"':
         lexer.read_string("a comment")
     if lexer.token == "t":

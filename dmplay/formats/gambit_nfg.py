@@ -32,7 +32,7 @@ def read_nfg(path: str, raw: bytes) -> NormalFormGame:
     for expected in (("NFG",), ("1",), ("R", "D")):
         lexer.expect(*expected)
     description = lexer.read_string("the title of the game, in quotation marks")
-    players = lexer.read_strings("player")
+    players = lexer.read_strings("a player")
     actions = _read_strategies(lexer, len(players))
     if lexer.token[:1] == '"':
         description = "\n\n".join(filter(None, (description, lexer.read_string("a comment"))))
@@ -99,9 +99,9 @@ class GambitLexer:
     def read_strings(self, kind: str) -> list[str]:
         """Read and return names in braces."""
         self.expect("{")
-        names = [self.read_string(f"the name of a {kind} in quotation marks")]
+        names = [self.read_string(f"the name of {kind} in quotation marks")]
         while self.token != "}":
-            names.append(self.read_string(f"the name of a {kind} in quotation marks, or }}"))
+            names.append(self.read_string(f"the name of {kind} in quotation marks, or }}"))
         self.expect("}")
         return names
 
@@ -133,7 +133,7 @@ def _read_strategies(lexer: GambitLexer, players: int) -> tuple[Labels, ...]:
         if lexer.token == "{":
             strategies.append(
                 Labels(
-                    make_unique_labels(lexer.read_strings("strategy"), "strategy", RESERVED_WORDS)
+                    make_unique_labels(lexer.read_strings("a strategy"), "strategy", RESERVED_WORDS)
                 )
             )
         else:

@@ -223,6 +223,21 @@ def test_a_short_fully_observable_game_is_solved_by_backward_induction(tmp_path:
     assert solved.result == "value 1 for player-0, 1 for player-1 at the start, exact"
 
 
+def test_messages_name_the_file_of_a_game(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    file = tmp_path / "entry (1).efg"
+    file.write_text(ENTRY_GAME_TEXT)
+    entry = dmplay.load_problem(str(file))
+    state = entry.initial_states(1, ())
+    with pytest.raises(IllegalAction) as illegal_action:
+        entry.resolve_events(state, np.array([[7, 2]]), ())
+    assert str(illegal_action.value) == f"{file}: got action 7, which is not a legal action now"
+    file.write_text(ENTRY_GAME_TEXT.replace("{ 1, 1 }", "{ 3, 3 }"))
+    monkeypatch.setitem(sys.modules, "pyspiel", None)
+    with pytest.raises(BadParameter) as missing_library:
+        dmplay.load_problem(str(file))
+    assert str(missing_library.value).startswith(f"{file}: install the extra openspiel")
+
+
 def test_branches_with_equal_labels_are_different_branches(tmp_path: Path) -> None:
     file = tmp_path / "coin.efg"
     file.write_text(

@@ -143,6 +143,12 @@ def test_a_path_that_is_too_long_for_recursion_is_refused_where_it_becomes_so(ki
         )
 
 
+def test_a_missing_name_is_asked_for_with_the_right_article() -> None:
+    text = 'EFG 2 R "" { "ann" }\np "" 1 1 "" { 5 } 0\n'
+    with pytest.raises(BadFile, match="expected the name of an action in quotation marks"):
+        gambit_efg.normalize_efg("game.efg", text.encode())
+
+
 def test_faults_are_reported_with_line_and_column() -> None:
     for before, after, message in FAULTS:
         assert GAME_TEXT.count(before) == 1, before
