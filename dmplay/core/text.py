@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 
 JSON_SCHEMA = 1  # version of the keys of JSON reports
 MAX_EXTRA_DECIMALS = 2  # decimals added to probabilities so that they sum to 1 as printed
+EXACT_DIGITS, MONEY_DECIMALS = 6, 2  # of a number that is no estimate
 VALUE_DECIMALS = 9  # of a value, at a scale of 1
 MAX_WHOLE_NUMBER = 1e15  # Larger numbers are printed with an exponent.
 MIN_WHOLE_SCORE = 1000  # score from which on no decimals are printed
@@ -21,13 +22,19 @@ def format_score(value: float) -> str:
     return f"{value:.4g}" if abs(value) < MIN_WHOLE_SCORE else f"{value:.0f}"
 
 
-def format_number(value: float, digits: int = 6) -> str:
-    """Return a number in significant digits; without an exponent if it is large but exact."""
-    is_long = 10.0**digits <= abs(value) < MAX_WHOLE_NUMBER
-    return f"{value:.0f}" if is_long else f"{value:.{digits}g}"
+def format_number(value: float, digits: int = EXACT_DIGITS) -> str:
+    """Return a number in significant digits, without an exponent if it is large.
+
+    A number in six digits counts as exact and keeps at least two decimals, so that sums agree.
+    """
+    decimals = MONEY_DECIMALS * (digits == EXACT_DIGITS)
+    if not 10.0 ** (digits - decimals) <= abs(value) < MAX_WHOLE_NUMBER:
+        return f"{value:.{digits}g}"
+    whole, point, fraction = f"{value:.{decimals}f}".partition(".")
+    return f"{whole}{point}{fraction.rstrip('0')}".removesuffix(".")
 
 
-def format_value(value: float, scale: float, digits: int = 6) -> str:
+def format_value(value: float, scale: float, digits: int = EXACT_DIGITS) -> str:
     """Return a value in significant digits, without the rounding errors of its scale."""
     return format_number((round(value / scale, VALUE_DECIMALS) + 0.0) * scale, digits)
 
