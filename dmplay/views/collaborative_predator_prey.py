@@ -143,7 +143,7 @@ def _iter_shaded_maps(
         )
 
     caption = _format_caption(view, options, own_hex)
-    for drawing in map(Text.copy, hexgrid.iter_maps(problem.hexes, draw_cell, options)):
+    for drawing in hexgrid.iter_maps(problem.hexes, draw_cell, options):
         for row in caption:
             drawing.append(f"\n{row[: options.width]}", "dim")
         yield drawing
@@ -313,7 +313,7 @@ def _iter_numbered_maps(
 
     combined_legend = f"% prey, bar: {view.player_label}"
     small_legends = (combined_legend, combined_legend, "bar: prey")
-    drawings = [*map(Text.copy, hexgrid.iter_maps(problem.hexes, draw_cell, options))]
+    drawings = [*hexgrid.iter_maps(problem.hexes, draw_cell, options)]
     legends = [f"o prey, @ {view.player_label}"] * (len(drawings) - len(small_legends)) + [
         *small_legends
     ]

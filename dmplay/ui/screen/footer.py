@@ -1,7 +1,7 @@
 """The last row of the play screen: the keys that work now."""
 
 from collections.abc import Iterable, Iterator, Sequence
-from functools import partial
+from functools import lru_cache, partial
 from typing import NamedTuple
 
 from rich.text import Text
@@ -100,7 +100,8 @@ def format_page_footer(page_index: int, page_count: int, viewport: Viewport) -> 
     return fit_text(Text(f" {next_key}{previous_key}Esc close", style="dim"), viewport)
 
 
-def _format_commands_only(command_rows: Sequence[str], viewport: Viewport) -> Text:
+@lru_cache(64)
+def _format_commands_only(command_rows: tuple[str, ...], viewport: Viewport) -> Text:
     """Return the footer with only the command keys."""
     return _fit_footer([Text("")], command_rows, viewport)
 
@@ -198,8 +199,9 @@ def _iter_ranked_keys(actions: Sequence[ActionKey], hint: Hint | None) -> Iterat
         yield ranked
 
 
+@lru_cache(64)
 def _format_command_tails(
-    navigation_keys: Sequence[str],
+    navigation_keys: tuple[str, ...],
     skipped_count: int,
     excluded_command: str,
     *,

@@ -465,6 +465,7 @@ def _layout_log_below(
     )
 
 
+@lru_cache(256)  # A recording shows the same board and facts many times.
 def _join_board_and_panel(
     plain: str, spans: tuple[Span, ...], panel_facts: PanelFacts, width: int, max_rows: int
 ) -> tuple[Text, ...]:
@@ -489,7 +490,7 @@ def _join_board_and_panel(
 
 @lru_cache(256)
 def _split_board(plain: str, spans: tuple[Span, ...]) -> tuple[Text, ...]:
-    """Return the rows of a drawing; cached, because a recording shows it many times."""
+    """Return the rows of a drawing; cached like the joined rows."""
     return tuple(split_styled_rows(plain, spans))
 
 

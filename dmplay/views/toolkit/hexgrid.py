@@ -143,7 +143,7 @@ def iter_maps(
         last_row = caption.rpartition("\n")[2]
         captions = (f"{caption}{legend}", legend[2:], caption, last_row) if caption else ()
         for text in _draw_captioned_map(tuple(hexes), cells, size, captions):
-            yield text.copy()
+            yield text.blank_copy().append_text(text)  # a sixth of the time of `copy`
 
 
 def _add_coordinates(hex_: Hex, cell: HexCell, size: HexSize) -> HexCell:
