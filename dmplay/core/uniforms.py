@@ -4,6 +4,7 @@ import os
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import lru_cache
+from math import floor
 
 import numpy as np
 from numpy.random.bit_generator import ISeedSequence
@@ -14,11 +15,11 @@ from dmplay.errors import BadParameter
 
 NEW_SEED_LIMIT = 10**9  # new seeds are below this number, so that they are short to type
 NATURE_STREAM = 0  # the stream of nature; seat i uses stream 1 + i
-DROPPED_BITS = np.uint64(11)  # low bits of a raw number that are dropped
+DROPPED_BITS = 11  # low bits of a raw number that are dropped
 UNIFORM_STEPS = 1e9  # steps of a uniform in [0, 1)
 RAW_TO_STEPS = UNIFORM_STEPS * 2.0**-53
-MIN_NUMBERS_IN_PLACE = 1024
-TURNS_PER_BLOCK = 64  # consecutive turns whose seeds are computed together
+MIN_NUMBERS_IN_ARRAYS = 8  # fewer are faster as Python numbers
+TURNS_PER_BLOCK = 256  # consecutive turns whose seeds are computed together
 MAX_CACHED_BLOCKS = 64
 # SeedSequence's initial multiplier and factor of its hashes of the entropy, and of its output; and
 # the factors of two words that it mixes. NumPy promises that its streams never change.
@@ -116,14 +117,11 @@ def _fold_words(words: Words) -> Words:
 
 
 def _raw_to_uniforms(raw: NDArray[np.uint64]) -> Reals:
-    """Return uniforms from raw 64-bit numbers, which are overwritten if there are many.
-
-    For one number, operations in place take twice as long as those that make new arrays.
-    """
-    if raw.size < MIN_NUMBERS_IN_PLACE:
-        steps = np.floor((raw >> DROPPED_BITS).astype(np.float64) * RAW_TO_STEPS)
-        return np.asarray(steps / UNIFORM_STEPS)
-    np.right_shift(raw, DROPPED_BITS, out=raw)
+    """Return uniforms from raw 64-bit numbers, which are overwritten if there are many."""
+    if raw.size < MIN_NUMBERS_IN_ARRAYS:
+        steps = [floor((n >> DROPPED_BITS) * RAW_TO_STEPS) for n in raw.ravel().tolist()]
+        return np.array([step / UNIFORM_STEPS for step in steps]).reshape(raw.shape)
+    raw >>= np.uint64(DROPPED_BITS)
     values = raw.astype(np.float64)  # A product of two different types would be slower.
     values *= RAW_TO_STEPS
     np.floor(values, out=values)
