@@ -176,7 +176,7 @@ def check_not_source(path: Path) -> None:
         return
     modules = [vars(module) for module in [*sys.modules.values()] if isinstance(module, ModuleType)]
     files = _SOURCES[-1].union(filter(None, (module.get("__file__") for module in modules)))
-    if any(os.path.exists(source) and path.samefile(source) for source in files):
+    if any(os.path.exists(source) and os.path.samefile(path, source) for source in files):
         raise BadParameter(f"{path} is a file that dmplay reads; give another path")
 
 

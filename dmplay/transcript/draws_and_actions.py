@@ -14,7 +14,7 @@ def read_uniforms(transcript: Transcript, block: Block, count: int) -> Reals:
     """Return the uniforms `[count]` of a block; raise BadTranscript if they are malformed."""
     values = block.get("draws", [])
     if not isinstance(values, list) or not all(
-        type(u) in (int, float) and 0.0 <= u < 1.0 for u in values
+        [type(u) in (int, float) and 0.0 <= u < 1.0 for u in values]
     ):
         line = block.line_of_key("draws")
         raise transcript.error_at(line, "draws: expected numbers from 0 (included) to 1 (excluded)")

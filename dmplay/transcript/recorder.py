@@ -246,7 +246,7 @@ class Recorder:
             return
         status = os.fstat(self._file)
         try:
-            is_same_file = os.path.samestat(self.path.stat(), status)
+            is_same_file = os.path.samestat(os.stat(self.path), status)
         except FileNotFoundError:
             old_file = self._file
             self._open_new_file(os.O_EXCL)
