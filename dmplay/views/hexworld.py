@@ -31,7 +31,8 @@ def iter_boards(view: View[HexWorld], options: DrawOptions) -> Iterator[Text]:
     """Yield the map in every size, the largest first."""
     problem = view.problem
     # After the game, you are still drawn on the exit that you took.
-    position = _find_position(view) or (_find_position(view, -2) if view.actions else None)
+    position_now = _find_position(view)
+    position = position_now or (_find_position(view, -2) if view.actions else None)
     exits = dict(problem.rewards)
     adjacent = hex_neighbours(position) if position else []
     ghost = (
@@ -65,7 +66,7 @@ def iter_boards(view: View[HexWorld], options: DrawOptions) -> Iterator[Text]:
             return HexCell(probability_text, note, probability_text, style or "bold cyan")
         if (
             hex_ in adjacent
-            and _find_position(view)
+            and position_now
             and position not in exits
             and options.regret is not None
             and not options.overlay
@@ -82,7 +83,7 @@ def iter_boards(view: View[HexWorld], options: DrawOptions) -> Iterator[Text]:
             options.show_keys
             and not (options.overlay and (mark or size.text_rows < 2))
             and hex_ in adjacent
-            and _find_position(view)
+            and position_now
             and reward is None
         ):
             mark, style = hexgrid.get_direction_key(options, adjacent.index(hex_)), style or "green"
