@@ -13,6 +13,7 @@ The grammar is that of ECMA-48, section 5. After ESC, a character introduces a s
     ]            OSC: a string to ST, which is ESC and a backslash, or to BEL
     P X ^ _      DCS, SOS, PM and APC: a string to ST
     backslash    ST itself, which is dropped if no string is open
+    space to /   intermediates of ECMA-35, to a final `0` to `~`; without it, they are keys, too
 
 U+0080 to U+009F are the same functions in one character (ESC and the character 0x40 lower). They
 arrive encoded as UTF-8, or as single bytes, which Python decodes as U+DC80 to U+DC9F. Three forms
@@ -30,7 +31,7 @@ from enum import Enum
 from typing import NamedTuple
 
 ESC, CAN, SUB = "\x1b", "\x18", "\x1a"
-ESCAPE_SECONDS = 0.05  # until an ESC without an introducer is the key Esc
+ESCAPE_SECONDS = 0.05  # until an ESC, alone or with intermediates, is the key Esc
 REPLY_ESCAPE_SECONDS = 0.2  # the same while a reply of the terminal is outstanding
 SILENCE_SECONDS = 1.0  # without input, after which an unfinished sequence ends
 REPLY_SECONDS = 1.0  # during which a reply is outstanding after its query
@@ -38,9 +39,11 @@ MAX_SEQUENCE_CHARS = 4096  # characters of a sequence that are kept; longer ones
 MAX_PASTE_CHARS = 10_000
 PASTE_START, PASTE_END = "\x1b[200~", "\x1b[201~"
 MOUSE_BYTES = 3  # bytes after CSI M
+INTERMEDIATES = " !\"#$%&'()*+,-./"
 
 CONTROL_PATTERN = re.compile(r"[\x1b\x80-\x9f\udc80-\udc9f]")  # what typed text does not contain
 FINAL_PATTERN = re.compile(r"[@-~\x18\x1a\x1b]")
+ESCAPE_FINAL_PATTERN = re.compile(r"[0-~\x18\x1a\x1b]")  # after ESC and intermediates
 BEL_OR_ST_PATTERN = re.compile(r"[\x07\x18\x1a\x1b\x9c\udc9c]")
 ST_PATTERN = re.compile(r"[\x18\x1a\x1b\x9c\udc9c]")
 ANY_PATTERN = re.compile(r"[\s\S]")  # what ends a function key of the Linux console
@@ -109,7 +112,7 @@ class InputSequences:
         """The time at which `expire` changes the state, or None if nothing is unfinished."""
         if self._read == self._read_text:
             return None
-        is_escape = self._read == self._read_introducer
+        is_escape = self._read in (self._read_introducer, self._read_intermediates)
         return self._last_input_at + (self.escape_seconds if is_escape else SILENCE_SECONDS)
 
     def _take_tokens(self) -> list[InputToken]:
@@ -118,9 +121,11 @@ class InputSequences:
         return tokens
 
     def _end_silent_sequence(self) -> None:
-        """Drop what is unfinished; an ESC alone was the key."""
-        if self._read == self._read_introducer:
+        """Drop what is unfinished; an ESC alone was the key, as with Alt and a character."""
+        if self._read in (self._read_introducer, self._read_intermediates):
             self._tokens.append(InputToken(InputKind.SEQUENCE, ESC))
+        if self._read == self._read_intermediates:
+            self._tokens.append(InputToken(InputKind.TEXT, self._unfinished[1:]))
         self._start(self._read_text)
 
     def _start(self, read: Callable[[str, int], int], beginning: str = "") -> None:
@@ -156,6 +161,8 @@ class InputSequences:
     def _read_introducer(self, data: str, start: int) -> int:
         """Read the character after ESC; the ESC is a key if nothing begins."""
         if self._introduce(data[start]):
+            if data[start] in INTERMEDIATES:
+                self._read = self._read_intermediates
             return start + 1
         self._end_silent_sequence()
         return start
@@ -177,6 +184,9 @@ class InputSequences:
             self._end_pattern = BEL_OR_ST_PATTERN if introducer == "]" else ST_PATTERN
         elif introducer == "\\":
             self._start(self._read_text)
+        elif introducer in INTERMEDIATES:
+            self._start(self._read_string, start)
+            self._end_pattern = ESCAPE_FINAL_PATTERN
         else:
             return False
         return True
@@ -198,6 +208,10 @@ class InputSequences:
                 self._keep("\x07" if self._end_pattern in STRING_PATTERNS else final)
                 self._report_sequence()
         return ending.end()
+
+    def _read_intermediates(self, data: str, start: int) -> int:
+        """Read up to the final character of a sequence that begins with intermediates."""
+        return self._read_string(data, start)
 
     def _read_st(self, data: str, start: int) -> int:
         """Read the character after an ESC in a string: a backslash completes the string."""

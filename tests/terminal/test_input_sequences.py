@@ -7,6 +7,7 @@ import pytest
 from prompt_toolkit.key_binding import KeyPress
 
 from dmplay.terminal.input_sequences import (
+    INTERMEDIATES,
     MAX_SEQUENCE_CHARS,
     PASTE_END,
     PASTE_START,
@@ -24,6 +25,7 @@ UNKNOWN_SEQUENCES = [  # from documentation: ECMA-48, and the control sequences 
     "\x9b?62;22;52c", "\x9d4;1;rgb:0/0/0\x9c", "\x90>|hlq\x9c", "\x9fGhlq\x9c", "\x9ehlq\x9c",
     "\x98hlq\x9c", "\x8fl", "\x84", "\x9c", "\udc9b13;2u", "\udc9d0;hlq\udc9c", "\udc90q\x1b\\",
     "\x1b[Mhlq", "\x1b[M \udcc3!", "\x1b[[l", "\x1b[[0",
+    "\x1b(l", "\x1b#8", "\x1b %q", "\x1b$(h", "\x1b(\x18", "\x1b[1\x1b(l",
     "\x1b[12\x18", "\x1b]0;hlq\x1a", "\x1bPhlq\x18",
     "\x1b]0;hlq\x1bl", "\x1b[12\x1bq", "\x1b]0;hlq\x1b[13;2u", "\x1b[1;\x03l",
 ]  # fmt: skip
@@ -59,7 +61,8 @@ def test_a_sequence_that_is_no_known_key_is_dropped_whole(sequence: str) -> None
 def test_an_unknown_sequence_is_dropped_in_any_two_pieces(sequence: str) -> None:
     introducer_chars = 2 if sequence[0] == "\x1b" else 1
     for length in range(introducer_chars, len(sequence)):
-        pieces = (sequence[:length], 0.9, sequence[length:])
+        pause = 0.04 if sequence[1] in INTERMEDIATES else 0.9
+        pieces = (sequence[:length], pause, sequence[length:])
         assert TypedInput().send("n", *pieces, "b") == "nb"
 
 
@@ -83,6 +86,13 @@ def test_a_lone_escape_is_a_key_after_a_twentieth_of_a_second() -> None:
     assert typed.send("\x1b", 0.06) == "\x1b"
     typed.send("l")
     assert [press.key for press in typed.presses] == ["escape", "l"]
+
+
+def test_alt_with_a_character_is_escape_and_the_character_after_a_twentieth_of_a_second() -> None:
+    for character in "l.(/ ":
+        typed = TypedInput()
+        assert typed.send(f"\x1b{character}", 0.051, "h") == f"\x1b{character}h"
+    assert TypedInput().send("\x1b]0;hl\x1b(", 1.1, "h") == "h"
 
 
 def test_an_escape_waits_longer_for_a_reply_that_is_outstanding() -> None:
