@@ -14,6 +14,8 @@ from typing import NamedTuple
 
 from prompt_toolkit.input import PipeInput, create_pipe_input
 from prompt_toolkit.input.ansi_escape_sequences import ANSI_SEQUENCES
+from prompt_toolkit.key_binding import KeyPress
+from prompt_toolkit.keys import Keys
 
 from dmplay.algorithms.registry import find_algorithm
 from dmplay.algorithms.step import WatchRequest
@@ -39,7 +41,7 @@ from tests.support.screens import make_game
 TERMINAL = Terminal(True, "", True, color=True, ascii=False)
 TRANSCRIPTS_FOLDER = Path(__file__).parents[2] / "transcripts"
 GAME_NAMES = ("hexworld", "2048", "crying-baby", "catch", "travelers-dilemma", "simple-regulator")
-SCREEN_NAMES = (*GAME_NAMES, "replay", "watch", "gallery", "lesson")
+SCREEN_NAMES = (*GAME_NAMES, "replay", "watch", "gallery", "lesson", "prompt")
 INTRODUCERS = {"[": 0x9B, "O": 0x8F, "]": 0x9D, "P": 0x90, "X": 0x98, "^": 0x9E, "_": 0x9F}
 PLAYED_TEXTS = (
     "q",
@@ -64,10 +66,33 @@ PIPES = ExitStack()  # open until the process ends
 PROBE, PROBE_KEY = b"\x1b[24~", "f12"  # a key without a meaning, which must still arrive
 
 
+class Prompt:
+    """The input of the shell's prompt, as an event loop: its events are keys, without pastes."""
+
+    def __init__(self, pipe: PipeInput) -> None:
+        self.input, self._key_reader = pipe, attach_key_reader(pipe)
+        self._handle_suspend_key = None
+        self._events: list[tuple[str, Callable[[], Awaitable[None]]]] = []
+
+    def _enqueue_keys(self, presses: list[KeyPress]) -> None:
+        """Keep the keys that the line editor would receive."""
+        keys = [press.key for press in presses if press.key != Keys.BracketedPaste]
+        self._events += [(key.value if isinstance(key, Keys) else key, _ignore_key) for key in keys]
+
+    def _drain_events(self) -> list[tuple[str, Callable[[], Awaitable[None]]]]:
+        """Return the events since the last call."""
+        events, self._events = self._events, []
+        return events
+
+
+async def _ignore_key() -> None:
+    """Do nothing, as a line editor does for the key of the probe."""
+
+
 class InputScreen(NamedTuple):
     """A screen with the event loop that reads its input, and with the clock of its reader."""
 
-    loop: ScreenEventLoop
+    loop: ScreenEventLoop | Prompt
     pipe: PipeInput
     clock: list[float]
 
@@ -82,8 +107,11 @@ def draw_input_case(random: Random) -> Case:
 
 def _draw(random: Random) -> tuple[bytes, bool]:
     """Draw a sequence that is no key; the second value is whether it has no end."""
-    introducer = random.choice("[[[[O]]]PPX^_")
+    introducer = random.choice("[[[[O]]]PPX^_ (#")
     body, is_torn = "", random.random() < 0.1
+    if introducer in " (#":
+        intermediates = "".join(random.choices(" !#$(/", k=random.choice((0, 0, 1, 9))))
+        return f"\x1b{introducer}{intermediates}{random.choice('08lhqB~')}".encode(), False
     if introducer in "[O":
         while (
             introducer + body in ("[M", "[[")
@@ -135,7 +163,8 @@ def _draw_pieces(random: Random, sent: bytes, is_torn: bool) -> Iterator[tuple[f
     cuts = sorted({random.randrange(len(sent)) for _ in range(random.choice((0, 0, 1, 2, 5)))})
     for start, end in zip([0, *cuts], [*cuts, len(sent)], strict=True):
         if start < end or not cuts:
-            is_soon = start == 1 and sent[:1] == b"\x1b"
+            # what follows ESC or an intermediate without a pause
+            is_soon = start and sent[:1] == b"\x1b" and (start == 1 or sent[1] in b" (#")
             yield random.uniform(0, 0.045 if is_soon else 0.95), sent[start:end]
     if is_torn:
         yield 1.05, b""
@@ -196,6 +225,8 @@ def _open_screen(name: str) -> InputScreen:
     """Open a screen whose input is a pipe."""
     clock, pipe = [100.0], PIPES.enter_context(create_pipe_input())
     attach_key_reader(pipe, clock=lambda: clock[0])
+    if name == "prompt":
+        return InputScreen(Prompt(pipe), pipe, clock)
     screen = _make_screen(name)
     terminal_io = StringPainter((80, 24)), pipe, None
     if isinstance(screen, PlayScreen):
