@@ -1,19 +1,20 @@
 """Format errors in command-line arguments as one-line messages."""
 
+import os
 import re
 from typing import Any
 
 import typer
 
-from dmplay.errors import DmplayError, clip_message
+from dmplay.errors import DmplayError, UnknownName, clip_message
 
 # click.UsageError, wherever typer keeps its copy of click
 USAGE_ERROR: type[Exception] = typer.BadParameter.__mro__[1]
 EXTRA_ARGUMENT = "unexpected extra argument"
 # how click ends a message that has suggestions
 SUGGESTION_PATTERN = re.compile(r"(?: \(Possible options: |\. Did you mean )(.+?)[)?]$")
-PYDANTIC_PREFIX = "Value error, "  # before the message for a choice, from Typer 0.29 on
-BOOLEAN_PATTERN = re.compile(r"[^:]*\bvalid boolean\b.*")  # worded differently by each Typer
+CHOICE_PATTERN = re.compile(r"(?:Value error, )?'(.*)' is not one of (.*)", re.DOTALL)
+VALUE_PATTERN = re.compile(r"Option '(.+?)' (requires an argument|does not take a value)")
 
 
 def format_error(error: Exception) -> str:
@@ -29,10 +30,13 @@ def _describe_error(error: Exception) -> str:
     """
     if isinstance(error, DmplayError):
         return str(error)
-    message = getattr(error, "format_message", lambda: str(error))().rstrip(".")
-    message = BOOLEAN_PATTERN.sub(" expected true or false", message.replace(PYDANTIC_PREFIX, ""))
     context, parameter = getattr(error, "ctx", None), getattr(error, "param", None)
-    prefix = _variable_prefix(context, parameter) if context and parameter else ""
+    if isinstance(error, typer.BadParameter) and parameter and error.message:
+        return _describe_value(error.message, context, parameter)
+    message = getattr(error, "format_message", lambda: str(error))().rstrip(".")
+    if option := VALUE_PATTERN.match(message):
+        is_missing = option[2].startswith("requires")
+        return f"{option[1]}: expected {'a' if is_missing else 'no'} value"
     if EXTRA_ARGUMENT in message:
         extra_words = message.partition(EXTRA_ARGUMENT)[2].partition(" (")[2].removesuffix(")")
         message = _describe_missing_value(context) or f"unexpected argument {extra_words!r}"
@@ -42,7 +46,7 @@ def _describe_error(error: Exception) -> str:
     if suggestions:
         message = message[: suggestions.start()]
         advice = f"did you mean {suggestions[1].replace(', ', ' or ')}?".replace("'", "")
-    return f"{prefix}{message[:1].lower()}{message[1:]}; {advice}"
+    return f"{message[:1].lower()}{message[1:]}; {advice}"
 
 
 def _describe_missing_value(context: Any) -> str:
@@ -56,9 +60,14 @@ def _describe_missing_value(context: Any) -> str:
     return ""
 
 
-def _variable_prefix(context: Any, option: Any) -> str:
-    """Return the name of the environment variable that set an option as 'NAME: ', or ''."""
-    source = context.get_parameter_source(option.name)
-    if source is None or source.name != "ENVIRONMENT":
-        return ""
-    return f"{option.envvar or f'{context.auto_envvar_prefix}_{option.name.upper()}'}: "
+def _describe_value(message: str, context: Any, parameter: Any) -> str:
+    """Return the message for a wrong value, after the option or the variable that has it."""
+    name = max(parameter.opts, key=len)
+    if getattr(context.get_parameter_source(parameter.name), "name", "") == "ENVIRONMENT":
+        name = parameter.envvar or f"{context.auto_envvar_prefix}_{parameter.name.upper()}"
+    if choice := CHOICE_PATTERN.match(message):
+        choices = re.findall(r"'(.+?)'", choice[2])
+        return str(UnknownName("value", choice[1], choices, error_prefix=name))
+    if "valid boolean" in message:  # worded differently by each Typer
+        message = f"got {os.environ.get(name, '')!r}, expected true or false"
+    return f"{name}: {message}"

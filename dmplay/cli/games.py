@@ -264,7 +264,7 @@ def mcp(
             int,
             "random seed; it gives a series of games (default: a new one)",
             min=0,
-            max=2**63 - 1,
+            max=options.MAX_WHOLE_NUMBER,
         ),
     ] = None,
     turns: Annotated[

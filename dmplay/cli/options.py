@@ -4,7 +4,7 @@ import inspect
 import io
 import math
 from collections.abc import Callable, Mapping
-from contextlib import redirect_stdout
+from contextlib import redirect_stdout, suppress
 from functools import wraps
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -12,11 +12,14 @@ from typing import Annotated, Any, Literal
 import typer
 
 from dmplay.cli import config_files
+from dmplay.core.parameter_parsing import NUMBER_PATTERN, parse_whole_number
 from dmplay.errors import BadParameter
 from dmplay.game.completion import name_lists
 from dmplay.game.export_formats import EXPORT_FORMATS
 from dmplay.guide.topics import list_topics
 from dmplay.terminal.capabilities import TerminalOptions
+
+MAX_WHOLE_NUMBER = 2**63 - 1  # of a seed in a transcript, and of NumPy
 
 
 def problem_in_context(ctx: typer.Context) -> str:
@@ -112,20 +115,23 @@ def number_option(
 ) -> Any:
     """Return a Typer option for a finite number of this kind, with its range in the help."""
     bounds = "" if min is None else f"x>={min}" if max is None else f"{min}<=x<={max}"
+    limits = (
+        "" if min is None else f" of at least {min}" if max is None else f" from {min} to {max}"
+    )
+    low = -math.inf if min is None else min
+    high = max or (MAX_WHOLE_NUMBER if kind is int else math.inf)
 
     def number(value: Any) -> Any:
         """Return a value as a number; raise BadParameter if it is none, or out of the range."""
-        try:
-            parsed = kind(value)
-        except (ValueError, OverflowError):
-            plain_name = "whole number" if kind is int else "number"
-            raise typer.BadParameter(f"{value!r} is not a {plain_name}") from None
-        # A comparison with NaN is always false, so the range would let it through.
-        if not math.isfinite(parsed):
-            raise typer.BadParameter(f"{value} is not a finite number")
-        if not (parsed if min is None else min) <= parsed <= (parsed if max is None else max):
-            raise typer.BadParameter(f"{parsed} is not in the range {bounds}")
-        return parsed
+        parsed = math.nan
+        with suppress(ValueError):  # as for 1.5 as a whole number
+            parsed = kind(value) if NUMBER_PATTERN.fullmatch(str(value)) else math.nan
+        if low <= parsed <= high and abs(parsed) != math.inf:
+            return parsed
+        expected = ("a whole number" if kind is int else "a number") + limits
+        if high < parsed < math.inf and max is None:
+            expected = f"at most {high}"
+        raise typer.BadParameter(f"got {value!r}, expected {expected}")
 
     options = {"metavar": "N" if kind is int else "X", **extra}
     return typer.Option(help=f"{help}  [{bounds}]" if bounds else help, parser=number, **options)
@@ -321,9 +327,11 @@ def parse_workers(workers: str) -> int | Literal["auto"]:
     """Return the typed number of workers, or "auto"; raise BadParameter for other texts."""
     if workers == "auto":
         return "auto"
-    if not workers.isdecimal():
-        raise BadParameter(f"--workers: got {workers!r}, expected auto or a whole number")
-    return int(workers)
+    count = parse_whole_number(workers)
+    if not count:
+        expected = "auto or a whole number of at least 1"
+        raise BadParameter(f"--workers: got {workers!r}, expected {expected}")
+    return count
 
 
 TERMINAL_OPTIONS = {

@@ -132,8 +132,7 @@ def _check_value(annotation: Any, value: object, location: str) -> None:
         if type(item) not in accepted_types:
             raise BadParameter(f"{location}: got {item!r}, expected {description}")
         if choices and item not in choices:
-            expected = ", ".join(map(repr, choices))
-            raise BadParameter(f"{location}: {item!r} is not one of {expected}")
+            raise UnknownName("value", str(item), choices, error_prefix=location)
         if typer_option.parser:
             try:
                 typer_option.parser(item)

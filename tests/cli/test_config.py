@@ -228,16 +228,13 @@ def test_a_flag_switches_off_a_setting_of_a_file(project_folder: Path) -> None:
 def test_an_invalid_variable_is_named_in_the_error(name: str, project_folder: Path) -> None:
     result = run(project_folder, "hexworld", **{name: "wide"})
     assert result.returncode == 2
-    option = f"--{name.rpartition('_')[2].lower()}"
-    message = f"error: {name}: invalid value for '{option}': 'wide' is not a whole number; see"
-    assert result.stderr.startswith(message)
+    assert result.stderr.startswith(f"error: {name}: got 'wide', expected a whole number")
 
 
 def test_a_switch_of_a_variable_is_true_or_false(project_folder: Path) -> None:
     result = run(project_folder, "hexworld", DMPLAY_PLAIN="maybe")
     assert (result.returncode, result.stdout) == (2, "")
-    message = "error: DMPLAY_PLAIN: invalid value for '--plain': expected true or false; see"
-    assert result.stderr.startswith(message)
+    assert result.stderr == "error: DMPLAY_PLAIN: got 'maybe', expected true or false\n"
 
 
 def test_every_setting_is_shown_with_its_source(
@@ -286,13 +283,13 @@ def test_every_setting_is_shown_with_its_source(
         ("[play]\nturns = 'x'", "dmplay.toml: play.turns: got 'x', expected a whole number"),
         ("[play]\nturns = true", "dmplay.toml: play.turns: got True, expected a whole number"),
         (f"speed = 1{'0' * 400}", "dmplay.toml: speed: got an integer of more than 64 bits"),
-        ("speed = 0", "dmplay.toml: speed: 0.0 is not in the range"),
+        ("speed = 0", "dmplay.toml: speed: got 0, expected a number of at least 0.1"),
         ("plain = 1", "dmplay.toml: plain: got 1, expected true or false"),
         ("keys = 'vi'", "dmplay.toml: keys: got 'vi', expected a table, [keys]"),
         ("[keys]\npreset = 3", "dmplay.toml: keys.preset: got 3, expected text"),
-        ("[keys]\npreset = 'emacs'", "dmplay.toml: keys.preset: 'emacs' is not one of 'vi'"),
-        ("[play]\nkeys = 'emacs'", "dmplay.toml: play.keys: 'emacs' is not one of 'vi', 'left'"),
-        ("color = 'red'", "dmplay.toml: color: 'red' is not one of 'auto', 'always', 'never'"),
+        ("[keys]\npreset = 'emacs'", "dmplay.toml: keys.preset: unknown value 'emacs'; expected"),
+        ("[play]\nkeys = 'emacs'", "dmplay.toml: play.keys: unknown value 'emacs'; expected"),
+        ("color = 'red'", "dmplay.toml: color: unknown value 'red'; expected one of auto"),
         ("[keys]\nhex = 'vi'", "dmplay.toml: keys.hex: got 'vi', expected a table"),
         ("[keys.hexwrld]\na = 'e'", "dmplay.toml: unknown keys 'hexwrld'; did you mean hexworld"),
         ("[keys.hex]\na = 3", "dmplay.toml: keys.hex.a: got 3, expected text"),

@@ -95,7 +95,7 @@ def test_a_problem_of_a_user_is_watched_like_a_built_in_one(tmp_path: Path) -> N
             "watch: choose one of --html, --json",
         ),
         (("value-iteration", "hexworld", "-o", "a.svg"), "-o: choose a format"),
-        (("value-iteration", "hexworld", "--iterations", "0"), "invalid value for '--iterations'"),
+        (("value-iteration", "hexworld", "--iterations", "0"), "--iterations: got '0', expected"),
         (("value-iteration", "hexworld", "--seat", "pilot"), "unknown seat 'pilot'"),
         (("belief-update", "missing.dmt"), "missing.dmt: No such file"),
     ],

@@ -178,6 +178,7 @@ def test_facts_are_the_same_within_the_tolerance(
     assert changed_facts.is_same_fact(first, second) is expected
 
 
+@pytest.mark.extra("openspiel")
 def test_trees_are_drawn_that_are_played_and_that_are_too_deep() -> None:
     tree = KINDS_BY_NAME["tree"]
     results = [run_case(tree, 1, number) for number in range(20)]
