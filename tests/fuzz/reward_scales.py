@@ -7,6 +7,7 @@ import argparse
 import os
 import tempfile
 from collections.abc import Callable
+from itertools import zip_longest
 from math import isclose
 from pathlib import Path
 from random import Random
@@ -14,13 +15,16 @@ from random import Random
 import numpy as np
 
 from dmplay.core.arrays import Reals
+from dmplay.core.problem import Problem
 from dmplay.errors import BadParameter, BudgetExceeded
 from dmplay.evaluation.solutions.solution import Solution
 from dmplay.evaluation.solutions.solve import solve
+from dmplay.formats import cassandra, gambit_nfg
 from dmplay.registry.problems import load_problem
 
 SCALES = (1e-8, 1e-12, 1e8, 1e-3)
 NUMBER_TOLERANCE = 1e-6  # share of a problem's largest value by which scaled values may differ
+PRINTED_DIGIT = 1.01e-4  # of a probability in four decimals
 POMDP_METHODS = {"alpha vectors, infinite horizon", "point-based, infinite horizon"}
 ProblemText = Callable[[float], str]
 
@@ -40,7 +44,7 @@ def _draw_markov(random: Random, suffix: str) -> ProblemText:
     states = range(random.randint(2, 3))
     agents = 2 if suffix == "dpomdp" else 1
     joint = [(a, b) for a in range(2) for b in range(agents)]
-    discount = random.choice(["0.5", "0.9", "0.95"])
+    discount = random.choice(["0.5", "0.8", "0.9"])
     rows = [f"discount: {discount}", "values: reward", f"states: {len(states)}"]
     names = [" ".join(map(str, pair[:agents])) for pair in joint]
     if agents == 2:
@@ -87,9 +91,8 @@ def _draw_markov(random: Random, suffix: str) -> ProblemText:
     )
 
 
-def _draw_normal_form(random: Random) -> ProblemText:
+def _draw_normal_form(random: Random, players: int) -> ProblemText:
     """Return the text of a game of two or three players at each scale."""
-    players = random.choice([2, 2, 3])
     counts = [random.randint(2, 3) for _ in range(players)] if players == 2 else [2] * 3
     size = players
     for count in counts:
@@ -123,16 +126,25 @@ KINDS: dict[str, Callable[[Random], ProblemText]] = {
     "mdp": lambda random: _draw_markov(random, "mdp"),
     "pomdp": lambda random: _draw_markov(random, "pomdp"),
     "dpomdp": lambda random: _draw_markov(random, "dpomdp"),
-    "nfg": _draw_normal_form,
+    "nfg": lambda random: _draw_normal_form(random, 2),
+    "3-player nfg": lambda random: _draw_normal_form(random, 3),
     "efg": _draw_tree,
 }
 
 
 def solve_text(folder: Path, kind: str, text: str) -> Solution:
-    """Return the solution of a problem that is written to a file."""
-    path = folder / f"case.{kind}"
-    path.write_text(text)
-    return solve(load_problem(str(path)), turns=2 if kind == "dpomdp" else None)
+    """Return the solution of a problem; only the library of `.efg` games reads it from a file."""
+    name = f"case.{kind.rpartition(' ')[2]}"
+    problem: Problem
+    if kind == "efg":
+        path = folder / name
+        path.write_text(text)
+        problem = load_problem(str(path))
+    elif name.endswith(".nfg"):
+        problem = gambit_nfg.read_nfg(name, text.encode())
+    else:
+        problem = cassandra.read_markov_file(name, text.encode(), team=kind == "dpomdp")
+    return solve(problem, turns=2 if kind == "dpomdp" else None)
 
 
 def find_difference(number: int, folder: Path, kind: str = "") -> str:
@@ -185,9 +197,19 @@ def _compare(  # noqa: PLR0911 - a return for each kind of solution
             if isinstance(cell, float) and isinstance(scaled_cell, float):
                 if not isclose(cell, scaled_cell / scale, rel_tol=0.0, abs_tol=tolerance):
                     return f"{name} {cell!r}, {scaled_cell / scale!r}"
-            elif name != "state" and cell != scaled_cell:
+            elif name != "state" and not _is_same_text(str(cell), str(scaled_cell)):
                 return f"{name} {cell!r}, {scaled_cell!r}"
     return ""
+
+
+def _is_same_text(text: str, other: str) -> bool:
+    """Return whether two texts are equal up to the last digit of their probabilities."""
+    pairs = [*zip_longest(text.split(), other.split(), fillvalue="")]
+    return all(
+        word == other_word
+        or ("." in word + other_word and abs(float(word) - float(other_word)) < PRINTED_DIGIT)
+        for word, other_word in pairs
+    )
 
 
 def _list_envelope(solution: Solution) -> Reals:
