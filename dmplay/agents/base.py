@@ -33,6 +33,8 @@ ENDS_SOONEST, PAYS_SOONEST = (
     "tie broken by earliest reward",
 )
 MIN_LEAD_ERRORS = 2.0  # standard errors by which an estimate must lead to be the best
+# n samples hardly ever miss all outcomes whose probability is more than this / n together.
+MAX_UNSEEN_SAMPLES = 3.0
 MAX_TABULAR_STATES = 1000  # maximum number of states for which a table of all states is computed
 
 
@@ -82,12 +84,21 @@ class ReturnEstimates(NamedTuple):
     actions: Array  # [K]
     means: Reals  # [K]
     errors: Reals  # [K], infinite if unknown
+    bounds: tuple[float, float] | None = None  # of a return, if they are known
+    sample_count: int = 1  # of each action
 
     def find_clear_best(self) -> float | None:
-        """Return the action of greatest mean; None if it leads by at most two standard errors."""
+        """Return the action of greatest mean; None if it may be another one.
+
+        It must lead by more than two standard errors, and by more than the outcomes that all
+        samples missed can be worth. Their probability is at most 3 / n, as a rule.
+        """
         best = int(self.means.argmax())
         leads = self.means[best] - self.means
         margins = MIN_LEAD_ERRORS * np.hypot(self.errors, self.errors[best])
+        if self.bounds is not None:
+            unseen = np.maximum(self.bounds[1] - self.means, self.means[best] - self.bounds[0])
+            margins = np.maximum(margins, MAX_UNSEEN_SAMPLES / self.sample_count * unseen)
         is_clear = np.delete(leads > margins, best).all()
         return float(self.actions[best]) if is_clear else None
 

@@ -369,7 +369,9 @@ class TreeSearch(BeliefPolicy):
         # Rare outcomes may be missing: the extreme ones count once more.
         extremes = np.stack([returns.min(axis=1), returns.max(axis=1)], axis=1)
         deviations = np.hstack([returns, extremes]).std(axis=1, ddof=1)
-        return ReturnEstimates(actions, returns.mean(axis=1), deviations / np.sqrt(count))
+        errors = deviations / np.sqrt(count)
+        bounds = self.problem.return_bounds
+        return ReturnEstimates(actions, returns.mean(axis=1), errors, bounds, count)
 
     @cached_property
     def _outcome_search(self) -> "TreeSearch":

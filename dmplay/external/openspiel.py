@@ -443,6 +443,14 @@ class OpenSpielProblem(ExternalProblem):
         game = _load_game(self.name)
         return compute_reward_scale(np.array([game.min_utility(), game.max_utility()]))
 
+    @cached_property
+    def return_bounds(self) -> tuple[float, float] | None:
+        """The least and the greatest payoff of a game in a file; 0 if the game is not finished."""
+        if not EFG_FILE_PATTERN.fullmatch(self.name.partition(":")[2]):
+            return None
+        game = _load_game(self.name)
+        return min(game.min_utility(), 0.0), max(game.max_utility(), 0.0)
+
     def make_environment(self) -> ExternalEnvironment:
         """Return a new game that has not been started."""
         return OpenSpielEnvironment(self.name)

@@ -467,7 +467,10 @@ class HintProvider:
                 estimates.actions[order].tolist(), means, errors, strict=True
             )
         ]
-        return f"{TOO_CLOSE}; mean return (standard error): {', '.join(texts)}"
+        text = f"{TOO_CLOSE}; mean return (standard error): {', '.join(texts)}"
+        if estimates._replace(bounds=None).find_clear_best() is None:
+            return text
+        return f"{text}; {estimates.sample_count} samples of each may miss rare outcomes"
 
     def _format_recommended_action(self, action: float) -> str:
         """Return an action as text; a real action is rounded by less than 1e-4 of its interval."""

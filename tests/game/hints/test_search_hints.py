@@ -31,6 +31,27 @@ t "" 5 "" { 0.5 }
 SURE_GAIN = LOTTERY.replace('1/10 "lose" 9/10', '9/10 "lose" 1/10')
 
 
+RARE_GAIN = """EFG 2 R "a rare gain" { "Solo" }
+p "" 1 1 "" { "risk" "sure" } 0
+c "" 1 "" { "win" 1/100 "lose" 99/100 } 0
+t "" 1 "" { 1000 }
+t "" 2 "" { 0 }
+t "" 3 "" { 9 }
+"""
+RARE_LOSS = RARE_GAIN.replace("{ 1000 }", "{ -1000 }").replace("{ 9 }", "{ -9 }")
+RARER_GAIN = RARE_GAIN.replace("1/100", "1/100000").replace("99/100", "99999/100000")
+RARER_GAIN = RARER_GAIN.replace("{ 1000 }", "{ 1000000 }")
+LATE_GAIN = """EFG 2 R "a rare gain after a second choice" { "Solo" }
+p "" 1 1 "" { "risk" "sure" } 0
+p "" 1 2 "" { "on" "back" } 0
+c "" 1 "" { "win" 1/100 "lose" 99/100 } 0
+t "" 1 "" { 1000 }
+t "" 2 "" { 0 }
+t "" 3 "" { 0 }
+t "" 4 "" { 9 }
+"""
+
+
 def make_provider(folder: Path, text: str, seed: int) -> HintProvider:
     pytest.importorskip("pyspiel")
     path = folder / "game.efg"
@@ -47,6 +68,18 @@ def test_a_search_recommends_no_action_that_chance_made_look_good(
     hints = [provider.create_hint() for provider in providers]
     assert not any(hint.endswith(f": {wrong}") for hint in hints)
     assert sum("too close to call; mean return (standard error): " in hint for hint in hints) >= 6
+
+
+@pytest.mark.parametrize(
+    ("text", "wrong"),
+    [(RARE_GAIN, "sure"), (RARE_LOSS, "risk"), (RARER_GAIN, "sure"), (LATE_GAIN, "sure")],
+)
+def test_a_search_claims_nothing_that_a_missed_outcome_could_change(
+    tmp_path: Path, text: str, wrong: str
+) -> None:
+    hints = [make_provider(tmp_path, text, seed).create_hint() for seed in range(10)]
+    assert not any(hint.endswith(f": {wrong}") for hint in hints)
+    assert any(hint.endswith("; 64 samples of each may miss rare outcomes") for hint in hints)
 
 
 def test_a_search_recommends_an_action_that_leads_clearly(tmp_path: Path) -> None:
