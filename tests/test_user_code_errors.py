@@ -508,14 +508,14 @@ PLANTED_FAULTS = [
         "np.ones(len(u), int)",
         "np.zeros(len(u), int)",
         "def choose",
-        "patient: choose: got an action that is not legal",
+        "patient: seed 7, episode 0, turn 1, agent: left is not legal now; expected one of right",
     ),
     (
         "walk",
         "np.ones(len(u), int)",
         "np.full(len(u), 2)",
         "def choose",
-        "patient: choose: got array([2, 2, 2, 2, 2, 2, 2]), expected indices from 0 to 1",
+        "patient: seed 7, episode 0, turn 1, agent: got action 2, expected 0 to 1",
     ),
     ("walk", '"l": "right"', '"l": "rigth"', "", "KEYS: l: unknown action 'rigth'"),
     (

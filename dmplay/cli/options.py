@@ -54,6 +54,11 @@ def _complete_seats(ctx: typer.Context, incomplete: str) -> list[str]:
     return complete_seats(problem_in_context(ctx), incomplete)
 
 
+def _complete_seat_names(ctx: typer.Context) -> list[str]:
+    """Return the names of the typed problem's seats, for completion."""
+    return [seat.removesuffix("=") for seat in _complete_seats(ctx, "")]
+
+
 def _complete_parameters(ctx: typer.Context) -> list[str]:
     """Return the parameters of the typed problem, for completion."""
     from dmplay.game.completion.agents_seats_and_parameters import list_parameters
@@ -195,6 +200,11 @@ OtherAgents = Annotated[
 SeatAgents = Annotated[
     list[str],
     _option("NAME=AGENT", "agent that plays the seat NAME (repeatable)", _complete_seats, "--seat"),
+]
+CheckedAgent = Annotated[str, _agent_option("agent to check")]
+CheckedSeat = Annotated[
+    str,
+    _option("NAME", "seat of the agent to check (default: the first)", _complete_seat_names),
 ]
 TranscriptPath = Annotated[
     Path, argument("FILE", "transcript file", name_lists.complete_transcripts)

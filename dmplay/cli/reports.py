@@ -188,25 +188,36 @@ def check(
     problem: options.ProblemName,
     variant: options.VariantName = "",
     set_: options.ParameterSettings = [],  # noqa: B006 - typer reads it once
+    agent: options.CheckedAgent = "",
+    seat: options.CheckedSeat = "",
     json: options.JsonFlag = False,
 ) -> object:
-    """Check your own problem for errors.
+    """Check your own problem, or your own agent, for errors.
 
-    The checks cover arrays, labels, probabilities, states, agents and drawing. dmplay
-    prints each violation with the line number in your file. If there is a
-    violation, the exit code is 2.
+    The checks of a problem cover arrays, labels, probabilities, states, agents and
+    drawing. dmplay prints each violation with the line number in your file. If there
+    is a violation, the exit code is 2.
+
+    With --agent, the agent plays the problem. Its choices must be legal, the same
+    alone and in a batch of games, and the same in other processes. dmplay prints the
+    first violation, and the exit code is 1.
 
     \b
       dmplay check ./tiger.py
       dmplay check ./shop.py:Shop --set price=9
+      dmplay check crying-baby --agent ./calm.py:Calm
+      dmplay check prisoners-dilemma --agent tit-for-tat --seat agent2
     """
     from dmplay.game.launch_requests import GameRequest
     from dmplay.output import check_report
 
     game_request = GameRequest(problem, variant, set_)
-    return check_report.report_violations(
-        game_request.problem_name, game_request.changed_parameters(), json=json
-    )
+    name, parameters = game_request.problem_name, game_request.changed_parameters()
+    if agent:
+        return check_report.report_agent_trial(name, parameters, agent, seat, json=json)
+    if seat:
+        raise BadParameter("--seat: expected --agent too, which names the agent to check")
+    return check_report.report_violations(name, parameters, json=json)
 
 
 @options.with_terminal_options(

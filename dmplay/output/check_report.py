@@ -9,9 +9,10 @@ from dmplay.core.text import format_count, format_json_report
 from dmplay.formats.problem_classes import FileProblem
 from dmplay.game.command_line_results import Printout
 from dmplay.registry import problems
+from dmplay.validation.agent_trial import EPISODES, AgentTrial, try_agent
 from dmplay.validation.conformance import check
 
-VIOLATION_EXIT_CODE = 2
+VIOLATION_EXIT_CODE, FAILED_AGENT_EXIT_CODE = 2, 1
 EMPTY_ROW_MEANINGS = {
     "T": "no game reaches these states; they lead to themselves",
     "O": "no game reaches these states by these actions; they get the first observation",
@@ -40,6 +41,26 @@ def report_violations(name: str, parameters: Mapping[str, object], *, json: bool
         *notes,
     ]
     return Printout("\n".join(lines), exit_code=exit_code)
+
+
+def report_agent_trial(
+    name: str, parameters: Mapping[str, object], agent: str, seat: str, *, json: bool
+) -> Printout:
+    """Try an agent; return a report of its first violation, or one line that there is none.
+
+    The exit code is FAILED_AGENT_EXIT_CODE if there is a violation, else 0.
+    """
+    violation = try_agent(AgentTrial(name, parameters, agent, seat))
+    exit_code = FAILED_AGENT_EXIT_CODE if violation else 0
+    if json:
+        faults = [violation._asdict()] if violation else []
+        data = {"problem": name, "agent": agent, "faults": faults}
+        return Printout(format_json_report(data), exit_code=exit_code)
+    if violation:
+        return Printout(violation.format_with_name(agent), exit_code=exit_code)
+    games = f"{EPISODES} games of {name}"
+    conditions = "the same alone, in a batch and in other processes"
+    return Printout(f"ok {agent}: legal choices in {games}, {conditions}")
 
 
 def _list_notes(problem: Problem) -> list[str]:

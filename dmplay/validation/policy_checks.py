@@ -1,161 +1,218 @@
-"""Invariants of every agent: its choices are legal, and the same alone as in a batch."""
+"""The checks of an agent: its choices are legal, and the same alone as in a batch of games."""
 
-from collections.abc import Iterator, Sequence
-from typing import NamedTuple
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from dmplay.core.arrays import Array, Bools, Reals
-from dmplay.core.policy import Memory, Policy
-from dmplay.core.problem import Problem, build_percept, make_initial_observation
-from dmplay.core.spaces import Interval, Labels
-from dmplay.core.violation import CheckResult, CheckResults
-from dmplay.simulation.random_play import (
-    is_bitwise_equal,
-    make_arrays_readonly,
-    slice_rows,
-    step_turn,
-    turn_uniforms,
+from dmplay.core.arrays import Array, Bools, Ints, Reals
+from dmplay.core.policy import (
+    Memory,
+    Percept,
+    Policy,
+    call_policy,
+    required_fields,
+    requires_fields,
 )
+from dmplay.core.problem import WAIT_LABEL, Problem
+from dmplay.core.session import call_memory_method, validate_policy_actions
+from dmplay.core.user_code_locations import describe_error_location
+from dmplay.core.violation import Violation, make_violation
+from dmplay.errors import BadPolicy, IllegalAction
+from dmplay.simulation.random_play import SEED, make_arrays_readonly
+from dmplay.simulation.rollouts import rollout
 
-TRIED_TURNS = 3  # turns in which an agent chooses
+CHECKED_TURNS = 3  # turns in which the agents of a problem's module choose
+RELATIVE_TOLERANCE = 1e-9  # difference of action values that is due to the order of a sum
+SINGLE_GAME_REMEDY = "alone; expected the same choice from the same memory, in any batch and order"
+Choices = list[float | None]  # one for each game; None if the agent can only wait
 
 
-class PolicyCall(NamedTuple):
-    """One choice of a policy over a batch, with its inputs."""
+class CheckedTurn(NamedTuple):
+    """The choices of an agent in one turn of B games, with its inputs."""
 
-    memory: Memory
-    legal_actions_mask: Bools | None
-    uniforms: Reals
-    actions: Array
-    action_values: Reals | None
+    episodes: Ints  # [B]
+    legal: Bools | None  # [B, A]
+    u: Reals  # [B, uniform_count]
+    choices: Choices
+    action_values: Reals | None  # [B, A]
 
 
-def check_policy_choices(
-    problem: Problem, seat: int, policies: Sequence[Policy], rows: int
-) -> CheckResults:
-    """Yield checks that an agent chooses legal actions, the same for a row alone as in a batch.
+class CheckedPolicy:
+    """A policy that passes every call on to an agent, checks the answers and records them.
 
-    The `attribute` of each result is the policy's method that is at fault.
+    Its memory is that of the agent, after an array of the numbers of the games.
     """
-    policy = policies[seat]
-    for call in _iter_policy_calls(problem, seat, policies, rows):
-        yield from _check_policy_call(problem.actions[seat], call)
-        row_count = len(call.uniforms)
-        for row_slice in (
-            slice(0, 1),
-            slice(row_count - 1, row_count),
-            slice(row_count // 3, row_count // 2 + 1),
-        ):
-            legal = None if call.legal_actions_mask is None else call.legal_actions_mask[row_slice]
-            single = _call_policy(
-                policy, slice_rows(call.memory, row_slice), legal, call.uniforms[row_slice]
-            )
-            message = (
-                "choose: got a different action in a smaller batch, expected that of "
-                "the whole batch"
-            )
-            yield CheckResult(
-                is_bitwise_equal(single.actions, call.actions[row_slice]), "choose", message
-            )
-            message = (
-                "action_values: got different values in a smaller batch, expected "
-                "those of the whole batch"
-            )
-            if single.action_values is not None and call.action_values is not None:
-                yield CheckResult(
-                    is_bitwise_equal(single.action_values, call.action_values[row_slice]),
-                    "action_values",
-                    message,
+
+    def __init__(self, problem: Problem, seat: int, policy: Policy) -> None:
+        self.problem, self.seat, self.policy = problem, seat, policy
+        self.uniform_count = policy.uniform_count
+        self.update_memory = requires_fields(*required_fields(policy))(partial(self._update_memory))
+        self.turns, self.percepts = list[CheckedTurn](), list[Percept]()
+        self._turn, self.location, self.method = 1, "", "choose"
+
+    @property
+    def choices(self) -> list[Choices]:
+        """The choices of every turn."""
+        return [turn.choices for turn in self.turns]
+
+    def initial_memory(self, observation: Array) -> Memory:
+        """Return the memory of new games, whose calls replace the recorded ones."""
+        self.first_observation = observation
+        self.turns, self.percepts, self._turn = [], [], 1
+        episodes = np.arange(len(observation))
+        return episodes, *self._remember(episodes, "initial_memory", observation)
+
+    def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
+        """Return the agent's choices, and record them if they are legal."""
+        self._turn = len(self.turns) + 1
+        episodes, *own_memory = memory
+        actions, choices, action_values = self._choose(episodes, tuple(own_memory), legal, u)
+        self.turns.append(CheckedTurn(episodes, legal, u, choices, action_values))
+        return actions
+
+    def action_values(self, memory: Memory) -> Reals | None:
+        """Return the agent's values."""
+        return self.policy.action_values(memory[1:])
+
+    def compare_choices(self, other_choices: Sequence[Choices], remedy: str) -> None:
+        """Raise BadPolicy for the first choice that differs from the recorded one."""
+        for turn, (recorded, other) in enumerate(zip(self.turns, other_choices, strict=False), 1):
+            self._turn = turn
+            games = zip(recorded.episodes, recorded.choices, other, strict=False)
+            for episode, choice, other_choice in games:
+                self._compare(episode, choice, other_choice, remedy)
+
+    def check_games_alone(self) -> None:
+        """Let the agent play each game alone, in turns; raise BadPolicy if a choice differs.
+
+        In each turn, the last game comes first, so that an agent that stores anything outside of
+        its memory meets its games in another order.
+        """
+        self._turn = 1
+        memories = [
+            self._remember(np.array([episode]), "initial_memory", self.first_observation[[episode]])
+            for episode in range(len(self.first_observation))
+        ]
+        for turn, (recorded, percept) in enumerate(zip(self.turns, self.percepts, strict=True), 1):
+            self._turn = turn
+            for row, episode in reversed([*enumerate(recorded.episodes)]):
+                single, rows, memory = recorded.episodes[row : row + 1], [row], memories[episode]
+                legal = None if recorded.legal is None else recorded.legal[rows]
+                _, (choice,), values = self._choose(single, memory, legal, recorded.u[rows])
+                self._compare(episode, recorded.choices[row], choice, SINGLE_GAME_REMEDY)
+                self._compare_values(recorded.action_values, row, values)
+                fields: list[Any] = [
+                    field if field is None or not len(field) else field[rows] for field in percept
+                ]
+                memories[episode] = self._remember(
+                    single, "update_memory", memory, Percept(*fields)
                 )
 
+    def _update_memory(self, memory: Memory, percept: Percept) -> Memory:
+        """Return the memory after a turn, and record the percept."""
+        self.percepts.append(percept)
+        episodes = memory[0]
+        return episodes, *self._remember(episodes, "update_memory", memory[1:], percept)
 
-def _check_policy_call(action_space: Labels | Interval, call: PolicyCall) -> CheckResults:
-    """Yield checks that a policy's memory, actions and values have valid shapes and ranges."""
-    row_count, actions = len(call.uniforms), call.actions
-    is_valid = isinstance(call.memory, tuple) and all(
-        len(part) == row_count for part in call.memory
-    )
-    message = f"update_memory: got a memory that is not a tuple of arrays with {row_count} rows"
-    yield CheckResult(is_valid, "update_memory", message)
-    yield CheckResult(
-        isinstance(actions, np.ndarray) and actions.shape == (row_count,),
-        "choose",
-        lambda: f"choose: got {actions!r}, expected an action for each of {row_count} rows",
-    )
-    if isinstance(action_space, Interval):
-        message = (
-            f"choose: got {actions.min():g} to {actions.max():g}, "
-            f"expected {action_space.describe_actions()}"
-        )
-        is_valid = bool(((actions >= action_space.low) & (actions <= action_space.high)).all())
-        yield CheckResult(is_valid, "choose", message)
-        return
-    yield CheckResult(
-        actions.dtype.kind in "iu" and bool(((actions >= 0) & (actions < len(action_space))).all()),
-        "choose",
-        lambda: f"choose: got {actions!r}, expected indices from 0 to {len(action_space) - 1}",
-    )
-    shape = (
-        (row_count, len(action_space))
-        if call.action_values is None
-        else np.shape(call.action_values)
-    )
-    message = f"action_values: got shape {shape}, expected {(row_count, len(action_space))} or None"
-    yield CheckResult(shape == (row_count, len(action_space)), "action_values", message)
-    if call.legal_actions_mask is not None:
-        is_legal = call.legal_actions_mask[np.arange(row_count), actions]
-        message = (
-            "choose: got an action that is not legal, expected one that `legal_actions_mask` allows"
-        )
-        yield CheckResult(bool(is_legal.all()), "choose", message)
+    def _remember(self, episodes: Ints, method: str, *args: object) -> Memory:
+        """Return the memory that a method of the agent returns; raise BadPolicy if it is none."""
+        location = self._locate(episodes, method)
+        function: Callable[..., object] = getattr(self.policy, method)
+        memory = call_memory_method(location, function, len(episodes), *args)
+        return make_arrays_readonly(*memory)
 
-
-def _call_policy(
-    policy: Policy, memory: Memory, legal_actions_mask: Bools | None, u: Reals
-) -> PolicyCall:
-    """Call a policy's `choose` and `action_values`, and return the inputs and results."""
-    return PolicyCall(
-        memory,
-        legal_actions_mask,
-        u,
-        policy.choose(memory, legal_actions_mask, u),
-        policy.action_values(memory),
-    )
-
-
-def _iter_policy_calls(
-    problem: Problem, seat: int, policies: Sequence[Policy], rows: int
-) -> Iterator[PolicyCall]:
-    """Yield the calls of a seat's policy in the first turns of a batch of games."""
-    s = problem.sample_initial_states(turn_uniforms(problem.uniform_counts.start, 0, rows))
-    memories = [
-        policy.initial_memory(make_initial_observation(problem, s, index))
-        for index, policy in enumerate(policies)
-    ]
-    for turn in range(1, TRIED_TURNS + 1):
-        active = ~problem.terminal(s)
-        s = make_arrays_readonly(s[active])[0]
-        memories = [make_arrays_readonly(*(part[active] for part in memory)) for memory in memories]
-        if not len(s):
-            return
-        legal = problem.legal_actions_mask(s)
-        calls = [
-            _call_policy(
-                policy,
-                memory,
-                None if legal is None else legal[:, index],
-                make_arrays_readonly(turn_uniforms(policy.uniform_count, turn, len(s), 1 + index))[
-                    0
-                ],
+    def _choose(
+        self, episodes: Ints, memory: Memory, legal: Bools | None, u: Reals
+    ) -> tuple[Array, Choices, Reals | None]:
+        """Return the agent's actions, the choices, and its action values; raise IllegalAction."""
+        location, count = self._locate(episodes, "choose"), len(episodes)
+        make_arrays_readonly(*memory, u)
+        answer = call_policy(location, self.policy.choose, memory, legal, u)
+        actions = validate_policy_actions(self.policy, answer, count, location)
+        action_set = self.problem.actions[self.seat]
+        choices: Choices = []
+        for row, (episode, action) in enumerate(zip(episodes, actions.tolist(), strict=True)):
+            row_legal = None if legal is None else legal[row]
+            can_only_wait = action_set.describe_actions(row_legal) == WAIT_LABEL
+            self._locate(np.array([episode]), "choose")
+            choices.append(
+                None
+                if can_only_wait
+                else action_set.validate_action(action, self.location, row_legal)
             )
-            for index, (policy, memory) in enumerate(zip(policies, memories, strict=True))
-        ]
-        yield calls[seat]
-        a = np.stack([call.actions for call in calls], axis=1)
-        outcome = step_turn(problem, s, a, turn)
-        memories = [
-            policy.update_memory(memory, build_percept(problem, index, a, outcome))
-            for index, (policy, memory) in enumerate(zip(policies, memories, strict=True))
-        ]
-        s = outcome.state
+        self._locate(episodes, "action_values")
+        values = getattr(self.policy, "action_values", lambda _: None)(memory)
+        if values is not None and action_set.labels:
+            shape = (count, len(action_set.labels))
+            if np.shape(values) != shape:
+                message = f"got action values of shape {np.shape(values)}, expected {shape} or None"
+                raise BadPolicy(f"{self.location}: {message}")
+        return actions, choices, values
+
+    def _compare(
+        self, episode: int, choice: float | None, other: float | None, remedy: str
+    ) -> None:
+        """Raise BadPolicy if another choice in a game is not the recorded one."""
+        if choice is not None and other is not None and choice != other:
+            location = self._locate(np.array([episode]), "choose")
+            first, second = (self.problem.format_action(self.seat, a) for a in (choice, other))
+            raise BadPolicy(f"{location}: chose {first} in a batch of games, and {second} {remedy}")
+
+    def _compare_values(self, values: Reals | None, row: int, single: Reals | None) -> None:
+        """Raise BadPolicy if the action values of a game alone are not those in the batch."""
+        tolerance = RELATIVE_TOLERANCE
+        if values is None or single is None:
+            return
+        if not np.allclose(values[row], single[0], tolerance, tolerance, equal_nan=True):
+            self.method = "action_values"
+            message = "got other action values in a batch of games than alone, expected the same"
+            raise BadPolicy(f"{self.location}: {message}")
+
+    def _locate(self, episodes: Ints, method: str) -> str:
+        """Set and return the games, the turn and the seat of a call of the agent's method."""
+        is_single = len(episodes) == 1
+        games = (
+            f"episode {episodes[0]}" if is_single else f"episodes {episodes[0]} to {episodes[-1]}"
+        )
+        agent = self.problem.agents[self.seat]
+        self.method = method
+        self.location = f"seed {SEED}, {games}, turn {self._turn}, {agent}"
+        return self.location
+
+
+def play_checked_games(
+    checked: CheckedPolicy, policies: Sequence[Policy], episodes: int, turns: int
+) -> None:
+    """Play games with the checked policy in its seat, and these policies in the other seats."""
+    seated = [*policies[: checked.seat], checked, *policies[checked.seat + 1 :]]
+    rollout(checked.problem, seated, episodes=episodes, turn_limit=turns, seed=SEED)
+
+
+def find_agent_violation(
+    problem: Problem, seat: int, policies: Sequence[Policy], episodes: int
+) -> Violation | None:
+    """Return the first violation of a seat's policy in games that these policies play."""
+    checked = CheckedPolicy(problem, seat, policies[seat])
+    try:
+        play_checked_games(checked, policies, episodes, CHECKED_TURNS)
+        checked.check_games_alone()
+    except Exception as error:
+        return describe_agent_error(error, checked)
+    return None
+
+
+def describe_agent_error(error: BaseException, checked: CheckedPolicy | None) -> Violation:
+    """Return the violation of an error that an agent raised; raise any other error again.
+
+    Without a policy, the error is one of its file or of its `__init__`.
+    """
+    source_line, _, sentence = describe_error_location(error).partition(": ")
+    if source_line:
+        return Violation(source_line, f"{checked.location}: {sentence}" if checked else sentence)
+    if not isinstance(error, BadPolicy | IllegalAction):
+        raise error
+    if not checked:
+        return Violation("", str(error))
+    return make_violation(type(checked.policy), checked.method, str(error))

@@ -81,8 +81,8 @@ def test_an_example_runs_without_an_error(line: str, tmp_path: Path) -> None:
     (tmp_path / "dmplay").write_text(f'#!/bin/sh\nexec "{sys.executable}" -m dmplay "$@"\n')
     (tmp_path / "dmplay").chmod(0o755)
     (tmp_path / "commands.txt").write_text(COMMAND_SCRIPT)
-    for name in ("tiger.py", "shop.py"):
-        (tmp_path / name).write_text(extract_file(read_topic("problems"), name))
+    for topic, name in (("problems", "tiger.py"), ("problems", "shop.py"), ("agents", "calm.py")):
+        (tmp_path / name).write_text(extract_file(read_topic(topic), name))
     (tmp_path / "week3").mkdir()
     for name in ("01-cries.toml", "02-more-cries.toml"):
         lesson = extract_file(read_topic("lessons"), "01-cries.toml")

@@ -2,7 +2,6 @@
 
 import pickle
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 import pytest
@@ -12,9 +11,8 @@ from dmplay.core.arrays import Array
 from dmplay.core.policy import Memory
 from dmplay.registry import agents
 from dmplay.simulation.rollouts import rollout
-from dmplay.validation.policy_checks import check_policy_choices
+from dmplay.validation.policy_checks import find_agent_violation
 from tests.support.problem_cases import every_problem, load_problem, load_small_problem
-from tests.support.sampled_turns import list_violations
 from tests.support.seated_agents import seat_agents
 from tests.support.turn_based_games import Peek
 
@@ -33,8 +31,7 @@ def test_an_agent_documents_itself_and_its_parameters(name: str) -> None:
 def test_policies_choose_legal_actions_the_same_alone_as_in_a_batch(name: str) -> None:
     problem = load_small_problem(name)
     for seat, policies in seat_agents(name):
-        invariant = partial(check_policy_choices, problem, seat, policies, ROW_COUNT)
-        assert not list_violations(problem, invariant), type(policies[seat])
+        assert not find_agent_violation(problem, seat, policies, ROW_COUNT)
 
 
 @dataclass(frozen=True)
@@ -49,7 +46,7 @@ class NullObservationPolicy(Random):
 def test_an_agent_gets_its_own_initial_observation() -> None:
     peek = Peek()
     policies = [Random(peek, 0), NullObservationPolicy(peek, 1)]
-    assert not list_violations(peek, partial(check_policy_choices, peek, 1, policies, ROW_COUNT))
+    assert not find_agent_violation(peek, 1, policies, ROW_COUNT)
 
 
 @every_problem
