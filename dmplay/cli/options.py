@@ -142,9 +142,9 @@ def number_option(
     return typer.Option(help=f"{help}  [{bounds}]" if bounds else help, parser=number, **options)
 
 
-def _agent_option(help_text: str) -> Any:
+def _agent_option(help_text: str, *flags: str) -> Any:
     """Return a Typer option whose value is an agent."""
-    return _option("AGENT", help_text, _complete_agents)
+    return _option("AGENT", help_text, _complete_agents, *flags)
 
 
 def shared_switch(name: str, help_text: str) -> Any:
@@ -178,10 +178,13 @@ Seed = Annotated[
         autocompletion=_complete_safely(name_lists.list_saved_seeds),
     ),
 ]
-FirstSeatAgent = Annotated[str, _agent_option("agent that plays the first seat")]
+# Typer 0.27 spells an option like its metavar, unless its flag is given.
+FirstSeatAgent = Annotated[str, _agent_option("agent that plays the first seat", "--agent")]
 BatchAgent = Annotated[
     str,
-    _agent_option("agent that plays the first seat (default: a quick agent; the report names it)"),
+    _agent_option(
+        "agent that plays the first seat (default: a quick agent; the report names it)", "--agent"
+    ),
 ]
 GhostAgent = Annotated[
     str, _agent_option("agent that plays a copy of your game, with the same random numbers")
