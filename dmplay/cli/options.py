@@ -99,7 +99,10 @@ def _complete_safely(complete: Callable[..., list[str]]) -> Callable[..., list[s
 def argument(metavar: str, help_text: str, complete: Callable[..., list[str]]) -> Any:
     """Return a Typer argument with its metavar, help text and completion."""
     completion = _complete_safely(complete)
-    return typer.Argument(metavar=metavar, help=help_text, autocompletion=completion)
+    # Typer would end the command at the first path that cannot be read.
+    return typer.Argument(
+        metavar=metavar, help=help_text, autocompletion=completion, readable=False
+    )
 
 
 def _option(

@@ -56,7 +56,7 @@ def report_grades(
         except (BadParameter, OSError) as error:
             if len(paths) == 1:
                 raise
-            reason = str(error).removeprefix(f"{path}: ")
+            reason = getattr(error, "strerror", "") or str(error).removeprefix(f"{path}: ")
             failures.append(Grade(str(path), verified=False, fault=reason))
     required = read_assignment(assignment) if assignment else None
     with ProgressBar(

@@ -4,6 +4,7 @@ import csv
 import io
 import json
 import shutil
+import stat
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -19,7 +20,7 @@ from dmplay.game.game_setup import start_game, start_new_game
 from dmplay.game.launch_requests import BranchRequest, GameRequest
 from dmplay.output.grading_report import format_grades
 from dmplay.ui.shell.commands import run_line
-from tests.support.programs import run_dmplay
+from tests.support.programs import run_dmplay, run_unprivileged, run_wrapped
 
 ASSIGNMENT_TEXT = (
     'dmplay: 1\nproblem: "hexworld"\nseats: {"agent": "human"}\nseeds: [7, 8]\nturns: 3\n'
@@ -329,10 +330,14 @@ def test_a_path_without_a_transcript_is_named_and_the_others_are_graded(
 ) -> None:
     (tmp_path / "ada").mkdir()
     record_game(tmp_path / "ada" / "game.dmt", COMMANDS_BY_GAME["plain"], player="Ada")
-    (tmp_path / "bo").mkdir()
-    paths = ["ada", "bo", "cy"]
-    outcome = run_dmplay(tmp_path, "grade", *paths, *extra_args)
+    for name in ("bo", "shut"):
+        (tmp_path / name).mkdir()
+    (tmp_path / "shut").chmod(0)
+    paths = ["ada", "bo", "cy", "shut"]
+    outcome = run_wrapped(run_unprivileged, tmp_path, "grade", *paths, *extra_args)
+    (tmp_path / "shut").chmod(stat.S_IRWXU)
     assert outcome.returncode == 3
+    assert "Permission denied" in outcome.stdout
     assert not outcome.stderr
     assert "no .dmt file in this folder" in outcome.stdout
     assert "no such file or folder" in outcome.stdout
