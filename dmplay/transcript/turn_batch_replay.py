@@ -69,6 +69,7 @@ class BatchReplayer:
     def __init__(self, transcript: Transcript, blocks: Sequence[Block], session: Session) -> None:
         self._transcript, self._blocks, self._session = transcript, blocks, session
         self._states_by_text: dict[str, Array] = {}  # states by their text in the file
+        self._actions_by_id: dict[int, list[float]] = {}  # by the id of the value of a block
         problem = session.problem
         sizes = [
             problem.state_count,
@@ -168,7 +169,7 @@ class BatchReplayer:
         Return None if there are none, or if a batch of real-valued states differs from the file.
         """
         problem, uniform_count = self._session.problem, self._session.problem.uniform_counts.step
-        a = self._read_joint_actions(blocks)
+        a = np.array([*map(self._read_block_actions, blocks)])
         turn_count = _count_leading_true(self._playable_mask(s, a))
         if not turn_count:
             return None
@@ -215,23 +216,21 @@ class BatchReplayer:
                 mask &= legal[np.arange(len(s)), seat, a[:, seat].astype(int)]
         return mask
 
-    def _read_joint_actions(self, blocks: Sequence[Block]) -> Array:
-        """Return the joint actions `[T, n]` of blocks; values that blocks share are read once."""
-        index = blocks[0].keys.index("actions")
-        unique_blocks = {id(block.values[index]): block for block in blocks}
-        actions_by_id = {
-            key: self._read_block_actions(block) for key, block in unique_blocks.items()
-        }
-        return np.array([actions_by_id[id(block.values[index])] for block in blocks])
-
     def _read_block_actions(self, block: Block) -> list[float]:
-        """Return the validated actions of a turn."""
-        problem = self._session.problem
-        actions = read_actions(self._transcript, block, problem)
-        return [
-            space.validate_action(action, "")
-            for space, action in zip(problem.actions, actions, strict=True)
-        ]
+        """Return the validated actions of a turn; a value that blocks share is read once."""
+        value_id = id(block["actions"])
+        actions = self._actions_by_id.get(value_id)
+        if actions is None:
+            problem = self._session.problem
+            actions = [
+                space.validate_action(action, "")
+                for space, action in zip(
+                    problem.actions, read_actions(self._transcript, block, problem), strict=True
+                )
+            ]
+            if len(self._actions_by_id) < MAX_CACHED_LINES:
+                self._actions_by_id[value_id] = actions
+        return actions
 
 
 def _count_leading_true(mask: Bools) -> int:
@@ -246,5 +245,4 @@ def split_turns(turns: Turn) -> list[Turn]:
     """
     states = [*turns.state]
     observations = states if turns.observations is turns.state else turns.observations
-    fields = zip(turns.actions, turns.uniforms, states, observations, turns.rewards, strict=True)
-    return [*map(Turn._make, fields)]
+    return [*map(Turn, turns.actions, turns.uniforms, states, observations, turns.rewards)]
