@@ -444,7 +444,14 @@ class Session(NotebookDisplay):
             history.rewards.extend([float(turn.rewards[seat]) for turn in unrecorded_turns])
         return history
 
-    def view(self, seat: int, *, rewards_visible: bool = False) -> View[Problem]:
+    def view(
+        self,
+        seat: int,
+        *,
+        rewards_visible: bool = False,
+        shows_belief: bool = True,
+        player_label: str = View.player_label,
+    ) -> View[Problem]:
         """Return the view of a seat; `rewards_visible` adds rewards that it cannot observe."""
         end_reason = self.end_reason
         rewards_visible = (
@@ -463,13 +470,16 @@ class Session(NotebookDisplay):
             else HistorySnapshot(history.joint_actions),
             rewards=HistorySnapshot(history.rewards) if rewards_visible else None,
             legal_actions_mask=self.legal_actions_mask(seat),
-            beliefs=BeliefHistory(problem, seat, history) if self.has_visible_beliefs else None,
+            beliefs=BeliefHistory(problem, seat, history)
+            if shows_belief and self.has_visible_beliefs
+            else None,
             end_reason=end_reason,
             turn_limit=self.turn_limit,
             state_action_labels=action_labels
             if action_labels != problem.actions[seat].labels
             else None,
             past_action_labels=HistorySnapshot(history.action_labels),
+            player_label=player_label,
         )
 
     def returns(self) -> Reals:

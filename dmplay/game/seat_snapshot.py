@@ -1,6 +1,5 @@
 """Snapshots of a game: the facts that one seat may know at one moment."""
 
-from dataclasses import replace
 from functools import cached_property
 
 from dmplay.core.problem import Problem
@@ -37,9 +36,10 @@ class SeatSnapshot:
     @cached_property
     def view(self) -> View[Problem]:
         """The seat's view; if only agents play, its player label is the agent's name."""
-        view = self.session.view(self.seat, rewards_visible=self.rewards_visible)
-        if not self.shows_belief:
-            view = replace(view, beliefs=None)
-        return (
-            replace(view, player_label=view.problem.agents[self.seat]) if self.agents_only else view
+        agent = self.session.problem.agents[self.seat]
+        return self.session.view(
+            self.seat,
+            rewards_visible=self.rewards_visible,
+            shows_belief=self.shows_belief,
+            player_label=agent if self.agents_only else View.player_label,
         )
