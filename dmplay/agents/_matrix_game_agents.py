@@ -209,6 +209,10 @@ class GradientAscent(_PayoffTablePolicy):
             rounds,
         )
 
+    def choice_probabilities(self, memory: Memory) -> Reals:
+        """Return the strategies."""
+        return memory[0]
+
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
         """Return actions sampled from the strategies."""
         return Categorical.from_probabilities(memory[0]).sample_events(u)

@@ -220,6 +220,10 @@ class MaximinPolicy(_StateAndTurnPolicy):
         assumption = f"if {opponent} plays its maximin strategy"
         return "" if self._are_optimal(opponents) else assumption
 
+    def choice_probabilities(self, memory: Memory) -> Reals:
+        """Return the maximin strategy of each row `[B, A]`."""
+        return self.predict_actions(memory, self.seat)
+
     def predict_actions(self, memory: Memory, seat: int) -> Reals:
         """Return the probability `[B, A]` of each action in the opponent's maximin strategy."""
         probabilities = np.zeros((len(memory[0]), self.problem.action_counts[seat]))
@@ -283,6 +287,10 @@ class BestReplyEquilibrium(ReactivePolicy):
     def describe_assumed_players(self, opponents: Sequence[str]) -> str:
         """Return the assumed play of the other agents, '' if they play so."""
         return "" if {*opponents} == {"equilibrium"} else "if the other agents play the equilibrium"
+
+    def choice_probabilities(self, memory: Memory) -> Reals:
+        """Return the mixed strategy of each row `[B, A]`."""
+        return self.predict_actions(memory, self.seat)
 
     def predict_actions(self, memory: Memory, seat: int) -> Reals:
         """Return the probability `[B, A]` of each action of another seat in the equilibrium."""

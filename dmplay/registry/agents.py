@@ -23,17 +23,22 @@ from dmplay.agents.base import (
 from dmplay.core.parameter_parsing import parse_parameter
 from dmplay.core.parameters import INTEGER_TYPES
 from dmplay.core.policy import Policy
-from dmplay.core.problem import Problem, check_problem
+from dmplay.core.problem import Problem, check_problem, initial_state_distribution
 from dmplay.core.text import format_count
 from dmplay.core.user_code_locations import describe_error_location
-from dmplay.errors import BadParameter, BadPolicy, UnknownName
+from dmplay.errors import BadParameter, BadPolicy, DmplayError, UnknownName
 from dmplay.registry import problem_module_exports
 from dmplay.registry.builtin_names import problem_names, stem_to_name
 from dmplay.registry.problem_name_kinds import names_bot
 from dmplay.registry.problems import builtin_stem, load_problem
 from dmplay.registry.user_code import load_named_attribute, may_name_code
 
-NON_PARAMETER_FIELDS = ("problem", "seat", "policy_lookup")  # fields that are not parameters
+NON_PARAMETER_FIELDS = (
+    "problem",
+    "seat",
+    "policy_lookup",
+    "opponents",
+)  # fields that are not parameters
 MAX_LISTED_PROBLEMS = 4  # maximum number of problems listed for an agent that does not fit
 
 
@@ -185,9 +190,47 @@ def find_hint_provider(problem: Problem, question: AdviceQuestion) -> HintAgent 
     if name is None:
         return None
     try:
-        return load_hint_agent(problem, question, name)
+        agent = load_hint_agent(problem, question, name)
     except BadPolicy:
         return None
+    return (not _values_game_exactly(agent) and _plan_best_response(agent)) or agent
+
+
+def _values_game_exactly(agent: HintAgent) -> bool:
+    """Return whether the values of an agent are exact in the game of its question."""
+    policy, question = agent.policy, agent.question
+    is_other_game = policy.describe_scope(question.turn_limit)
+    is_other_game = is_other_game or policy.describe_assumed_players(question.opponents)
+    return policy.values_name == EXACT_VALUES and not is_other_game
+
+
+def _plan_best_response(agent: HintAgent) -> HintAgent | None:
+    """Return the best response to the players of an agent's question; None if it is not computed.
+
+    It is not tried in games of unknown size that only a search can play, and it does not replace
+    the hint provider of a user's module.
+    """
+    problem, question = agent.policy.problem, agent.question
+    others = [(seat, name) for seat, name in enumerate(question.players) if seat != question.seat]
+    is_known = [
+        name.partition(":")[0] in load_roster(problem, seat).agents for seat, name in others
+    ]
+    is_large = agent.name == "search" and not isinstance(problem.state_count, int)
+    is_of_user = not type(agent.policy).__module__.startswith("dmplay.")
+    is_excluded = problem.partially_observable or is_large or is_of_user
+    if is_excluded or not others or not all(is_known):
+        return None
+    from dmplay.agents.best_response_plan import BestResponsePlan
+
+    try:
+        policies = [_make_roster_agent(problem, seat, name) for seat, name in others]
+        policy = BestResponsePlan(
+            problem, question.seat, question.opponents, question.turn_limit, tuple(policies)
+        )
+        policy.action_values(policy.initial_memory(initial_state_distribution(problem)[1]))
+    except DmplayError:
+        return None
+    return HintAgent("best-response", policy, question)
 
 
 def load_hint_agent(problem: Problem, question: AdviceQuestion, name: str) -> HintAgent:

@@ -19,7 +19,7 @@ from dmplay.tutor.positions import PositionInGame, open_position
 from dmplay.tutor.rules_of_thumb import RuleOfThumb, hits_wall, list_rules
 from dmplay.tutor.valued_position import (
     ValuedPosition,
-    find_puzzle_agent,
+    find_exact_agent,
     is_repeated_game_of_user,
 )
 
@@ -93,7 +93,7 @@ def mine_candidates(name: str) -> list[Candidate]:
     is_exact = False
     for setup in _list_setups(loaded.problem):
         game = _open_game(loaded.name, setup, 0)
-        hint_agent = find_puzzle_agent(game.session, game.question)
+        hint_agent = find_exact_agent(game.session, game.question)
         if hint_agent is None:
             continue
         is_exact = True

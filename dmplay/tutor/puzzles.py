@@ -14,7 +14,7 @@ from dmplay.tutor.puzzle_mining import mine_candidates
 from dmplay.tutor.repetition import load_question_progress
 from dmplay.tutor.rules_of_thumb import RuleOfThumb
 from dmplay.tutor.truth import format_number
-from dmplay.tutor.valued_position import find_puzzle_agent
+from dmplay.tutor.valued_position import find_exact_agent
 
 # The built-in problems with puzzles, in the order in which the puzzles of the day take turns.
 PUZZLE_PROBLEMS = (
@@ -102,7 +102,7 @@ def _key_of(puzzle: Puzzle) -> str:
 def make_exercise(puzzle: Puzzle) -> Exercise:
     """Return the exercise of a puzzle."""
     position = open_position(puzzle.position, CURRENT_FOLDER, trusted=True)
-    hint_agent = find_puzzle_agent(position.session, position.question)
+    hint_agent = find_exact_agent(position.session, position.question)
     assert hint_agent is not None  # a puzzle has exact values
     labels = position.session.action_labels(position.seat)
     question = ActionQuestion(

@@ -5,8 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dmplay.agents.base import EXACT_VALUES, AdviceQuestion, SeatPolicy
-from dmplay.agents.repeated_game_planning import RepeatedGamePlan
+from dmplay.agents.base import EXACT_VALUES, AdviceQuestion
 from dmplay.core.arrays import Array, Bools, Ints, Reals
 from dmplay.core.policy import Memory
 from dmplay.core.problem import Outcome, Problem, build_percept, enumerate_possible_outcomes
@@ -217,17 +216,6 @@ def find_exact_agent(session: Session, question: AdviceQuestion) -> agents.HintA
     return agent if agent is not None and _is_exact(agent) else None
 
 
-def find_puzzle_agent(session: Session, question: AdviceQuestion) -> agents.HintAgent | None:
-    """Return the agent with the exact values of a puzzle; None if there is none.
-
-    The hints of a user's repeated game are estimates, but a plan of its rounds is exact.
-    """
-    if not is_repeated_game_of_user(session.problem):
-        return find_exact_agent(session, question)
-    plan = _plan_rounds(session.problem, question)
-    return plan if _is_exact(plan) else None
-
-
 def _is_exact(agent: agents.HintAgent) -> bool:
     """Return whether the values of an agent are exact in the game of its question."""
     return agent.values_name == EXACT_VALUES and agent.has_exact_regrets
@@ -236,15 +224,3 @@ def _is_exact(agent: agents.HintAgent) -> bool:
 def is_repeated_game_of_user(problem: Problem) -> bool:
     """Return whether a problem is a user-defined game of two with one state, as in .nfg files."""
     return problem.state_count == 1 and len(problem.agents) == 2 and not builtin_stem(problem)
-
-
-def _plan_rounds(problem: Problem, question: AdviceQuestion) -> agents.HintAgent:
-    """Return the plan of the rounds of a user's repeated game against the agent that plays it."""
-
-    def load_opponent(seat: int, name: str) -> SeatPolicy | None:
-        """Return the agent of a seat; None if its choices cannot be predicted."""
-        policy = agents.load_agent(problem, seat, name)
-        return policy if isinstance(policy, SeatPolicy) else None
-
-    plan = RepeatedGamePlan(problem, question.seat).with_policy_lookup(load_opponent)
-    return agents.HintAgent("plan-rounds", plan.adapt_to_game(question), question)

@@ -175,8 +175,8 @@ def test_a_flawless_game_has_no_worst_action() -> None:
 @pytest.mark.parametrize(
     ("name", "opponent", "actions"),
     [
-        ("prisoners-dilemma", "gradient-ascent", ["cooperate", "defect"]),  # no known rule
-        ("predator-prey", "equilibrium", ["e", "w"]),  # the values assume another opponent
+        ("prisoners-dilemma", "search", ["cooperate", "defect"]),  # no known rule
+        ("predator-prey", "search", ["e", "w"]),  # the values assume another opponent
         ("multicaregiver-crying-baby", "search", ["feed", "sing"]),  # assumed to be random
         ("collaborative-predator-prey", "sweep", ["e", "w"]),  # bounds
     ],
@@ -210,8 +210,14 @@ def test_exact_values_against_these_opponents_give_a_regret_but_no_luck(
     assert choices.luck is None
 
 
-def test_values_of_a_shorter_plan_than_the_game_give_no_regret() -> None:
+def test_regrets_against_a_known_rule_count_all_turns_of_a_long_game() -> None:
     game = play("prisoners-dilemma", ["cooperate"] * 101, "tit-for-tat")
+    (choices,) = judge(game).choices
+    assert (choices.regret, choices.best_count) == (1.0, 100)  # in the last turn, defect is best
+
+
+def test_values_of_a_shorter_plan_than_the_game_give_no_regret() -> None:
+    game = play("catch", ["50"] * 21, turns=21)
     assert all(choices.regret is None for choices in judge(game).choices)
 
 

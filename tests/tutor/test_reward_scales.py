@@ -16,7 +16,7 @@ from dmplay.tutor.positions import PositionInGame, open_position
 from dmplay.tutor.puzzles import list_puzzles, make_exercise
 from dmplay.tutor.quantity import compute_truth
 from dmplay.tutor.rules_of_thumb import list_rules
-from dmplay.tutor.valued_position import ValuedPosition, find_puzzle_agent
+from dmplay.tutor.valued_position import ValuedPosition, find_exact_agent
 from tests.support.programs import run_dmplay
 
 FILES: dict[str, Callable[[float], str]] = {
@@ -111,7 +111,7 @@ def test_rules_of_thumb_choose_the_same_on_a_scaled_copy(
     choices: list[list[int | None]] = []
     seats = {"column": "tit-for-tat"} if name.endswith(".nfg") else {}
     for game in open_pair(tmp_path, name, scale, seed=3, turns=6, seats=seats):
-        hint_agent = find_puzzle_agent(game.session, game.question)
+        hint_agent = find_exact_agent(game.session, game.question)
         assert hint_agent is not None
         position, chosen = ValuedPosition(game, hint_agent), []
         for number in range(6):

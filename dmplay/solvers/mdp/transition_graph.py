@@ -1,5 +1,6 @@
 """The transition graph of a finite problem: states, legal joint actions and outcomes."""
 
+from collections.abc import Iterable
 from math import prod
 from typing import NamedTuple
 
@@ -105,7 +106,7 @@ def build_full_graph(problem: Problem) -> TransitionGraph:
     memory = 0.0
     while first < len(states):
         block = states[first : first + step]
-        part = _list_outcomes(problem, block, _list_legal_actions(problem, block))
+        part = _list_outcomes(problem, block, list_joint_actions(problem, block))
         memory += BYTES_PER_JOINT_ACTION * len(part.joint_actions) + BYTES_PER_OUTCOME * len(
             part.probabilities
         )
@@ -133,7 +134,7 @@ def build_reachable_graph(problem: Problem) -> TransitionGraph:
         new_frontier = [frontier[:0]]
         for first in range(0, len(frontier), STATES_PER_BLOCK):
             block = frontier[first : first + STATES_PER_BLOCK]
-            legal_actions = _list_legal_actions(problem, block)
+            legal_actions = list_joint_actions(problem, block)
             budget.check_work(1000.0 * len(legal_actions[0]))
             part = _list_outcomes(problem, block, legal_actions)
             next_states, new_states = _register_states(part.next_states, state_index)
@@ -162,11 +163,19 @@ def _register_states(states: Array, state_index: dict[bytes, int]) -> tuple[Arra
     New states are added to `state_index`.
     """
     flat = np.ascontiguousarray(states)
-    old_count = len(state_index)
-    numbers = [state_index.setdefault(state.tobytes(), len(state_index)) for state in flat]
-    indices = np.array(numbers, np.int32)
+    indices, new = register_rows([state.tobytes() for state in flat], state_index)
+    return indices, flat[new]
+
+
+def register_rows(keys: Iterable[bytes], row_index: dict[bytes, int]) -> tuple[Array, Ints]:
+    """Return the index of each key, and the position of each new one, without duplicates.
+
+    New keys are added to `row_index`.
+    """
+    old_count = len(row_index)
+    indices = np.array([row_index.setdefault(key, len(row_index)) for key in keys], np.int32)
     unique_indices, first_positions = np.unique(indices, return_index=True)
-    return indices, flat[first_positions[unique_indices >= old_count]]
+    return indices, first_positions[unique_indices >= old_count]
 
 
 class _GraphPart(NamedTuple):
@@ -198,7 +207,7 @@ def _list_outcomes(problem: Problem, states: Array, legal_actions: tuple[Ints, I
     )
 
 
-def _list_legal_actions(problem: Problem, states: Array) -> tuple[Ints, Ints]:
+def list_joint_actions(problem: Problem, states: Array) -> tuple[Ints, Ints]:
     """Return the indices of states and the legal joint actions `[R, n]` in them, in pairs."""
     make_planning_budget().check_memory(8.0 * len(states) * prod(problem.action_counts))
     choices = joint_actions(problem)

@@ -10,8 +10,10 @@ from dmplay import SeededUniforms, Session
 from dmplay.agents.base import AdviceQuestion
 from dmplay.errors import BadParameter, UnknownName
 from dmplay.game.game import Game
+from dmplay.game.game_setup import start_new_game
 from dmplay.game.hints.hint_provider import HintProvider
 from dmplay.game.hints.review import format_table, review_actions
+from dmplay.game.launch_requests import GameRequest
 from dmplay.ui.shell.game_commands import (
     assume_player,
     preview_typed_action,
@@ -109,6 +111,39 @@ def test_hint_values_and_forecast_assume_the_agent_that_a_person_chooses() -> No
     )
 
 
+@pytest.mark.parametrize("opponent", ["", "random"])
+@pytest.mark.parametrize(
+    ("name", "partner", "assumed"),
+    [
+        ("multicaregiver-crying-baby", "feed-when-crying", "joint-plan"),
+        ("predator-prey:triangle", "flee", "equilibrium"),
+        ("prisoners-dilemma", "tit-for-tat", "always-defect"),
+        ("chicken.nfg", "frequency", "always-cooperate"),
+    ],
+)
+def test_the_word_actual_returns_to_the_agent_that_plays(
+    tmp_path: Path, name: str, partner: str, assumed: str, opponent: str
+) -> None:
+    if name.endswith(".nfg"):
+        path = tmp_path / name
+        path.write_text('NFG 1 R "" { "a" "b" } { 2 2 }\n6 6 7 2 2 7 0 0\n')
+        name = str(path)
+    game = start_new_game(GameRequest(name, seed=3, turns=4, other_agent=opponent))
+    actual = show_hint(game, "")
+    players = f" {opponent or partner}"
+    assert actual.partition(")")[0].partition(", belief ")[0].endswith(players)
+    assert "exact values: " in actual
+    what_if = preview_typed_action(game, "1")
+    assert f" {assumed}" in assume_player(game, assumed)
+    assert f" {assumed}" in show_hint(game, "").partition(")")[0]
+    assert "conditional values: " in show_hint(game, "")
+    assert f" {assumed}" in preview_typed_action(game, "1")
+    assert assume_player(game, "actual").endswith(players)
+    assert show_hint(game, "") == actual
+    assert preview_typed_action(game, "1") == what_if
+    game.finish()
+
+
 def test_a_caregiver_may_assume_a_partner_that_feeds_a_crying_baby() -> None:
     # Both hear the same. After crying the partner feeds, so the baby is sated after the next turn.
     game = make_game("multicaregiver-crying-baby", "human", "human", turns=6)
@@ -141,7 +176,7 @@ def test_a_belief_names_the_partner_that_it_assumes() -> None:
     ("problem", "agent", "message"),
     [
         ("crying-baby", "feed", "assume: no other agent plays in this game"),
-        ("predator-prey", "equilibrium", "the advice in this game cannot assume equilibrium"),
+        ("predator-prey", "search", "the advice in this game cannot assume search"),
         ("collaborative-predator-prey", "random", "the advice in this game cannot assume random"),
     ],
 )
@@ -163,7 +198,7 @@ def test_an_unknown_agent_is_refused_with_the_nearest_name() -> None:
 
 def test_a_zero_sum_hint_says_that_it_assumes_a_maximin_opponent() -> None:
     session = Session(Soccer(), SeededUniforms(3), turn_limit=3)
-    players = ["human", "random"]
+    players = ["human", "human"]
     provider = HintProvider(session, AdviceQuestion.about(session, 0, players))
     opponent = Soccer().agents[1]
     assert f"3 turns left, if {opponent} plays its maximin strategy): " in provider.create_hint()

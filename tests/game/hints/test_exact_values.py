@@ -6,6 +6,7 @@ distribution over the state and the other agent's memory, by Bayes' rule. No sol
 
 from collections import defaultdict
 from collections.abc import Sequence
+from pathlib import Path
 from typing import cast
 
 import numpy as np
@@ -23,9 +24,11 @@ from dmplay.core.arrays import Reals
 from dmplay.core.policy import Memory
 from dmplay.core.problem import Outcome, Problem, build_percept, enumerate_outcomes
 from dmplay.core.session import Session
-from dmplay.registry.agents import find_hint_provider, load_agent
+from dmplay.formats.gambit_nfg import read_nfg
+from dmplay.registry.agents import find_hint_provider, load_agent, load_roster
 from dmplay.registry.builtin_names import problem_names
 from dmplay.registry.problems import load_variants
+from dmplay.solvers.games.bimatrix_game import build_payoffs
 from tests.support.literature_dec_pomdps import (
     format_broadcast,
     format_dectiger,
@@ -33,7 +36,7 @@ from tests.support.literature_dec_pomdps import (
     parse_team_file,
 )
 from tests.support.literature_pomdps import make_cheese_maze, make_random_problem, make_tiger
-from tests.support.random_problems import RandomProblem
+from tests.support.random_problems import RandomGame, RandomProblem, RandomRivalGame
 from tests.support.tic_tac_toe import Toe
 from tests.support.turn_based_games import Nim
 from tests.support.user_problems import Heap, Key, RevealingVault, Vault
@@ -146,6 +149,10 @@ class Evaluation:
         if self.other.uniform_count:
             probabilities = self.other.choice_probabilities(memory)
             assert probabilities is not None
+            legal = self.problem.legal_actions_mask(self.states[s : s + 1])
+            if legal is not None:
+                probabilities = probabilities * legal[:, self.other.seat]
+                probabilities /= probabilities.sum()
             pairs = [(b, float(p)) for b, p in enumerate(probabilities[0]) if p > 0]
         else:
             pairs = [(int(self._choose(self.other, memory, s)[0]), 1.0)]
@@ -154,10 +161,20 @@ class Evaluation:
         return [((b, action), p) for b, p in pairs]
 
 
+def make_matrix_game(*action_counts: int) -> Problem:
+    """Return a game of one state with random payoffs, read from the text of an .nfg file."""
+    payoffs = np.random.default_rng(5).integers(-9, 9, (np.prod(action_counts), len(action_counts)))
+    names, counts = '"player" ' * len(action_counts), " ".join(map(str, action_counts))
+    numbers = " ".join(map(str, payoffs.flatten().tolist()))
+    text = f'NFG 1 R "" {{ {names}}} {{ {counts} }}\n{numbers}\n'
+    return read_nfg("random.nfg", text.encode())
+
+
 def check_first_values(problem: Problem, turns: int, other: str = "", *, seat: int = 0) -> str:
     """Compare the first values of the hint provider with an evaluation of its policy.
 
-    Exact values are equal to those of the policy, and lower bounds are at most as large. Return the
+    Exact values are equal to those of the policy, and lower bounds are at most as large. Of many
+    actions, some are evaluated. Return the
     name of the values that were compared, '' for estimates and for values of another game.
     """
     players = [other] * len(problem.agents)
@@ -187,7 +204,7 @@ def check_first_values(problem: Problem, turns: int, other: str = "", *, seat: i
     distribution = {(s, other_key): p for s, p in start if p > 0}
     legal = session.legal_actions_mask(seat)
     for action, value in enumerate(values[0].tolist()):
-        if legal is None or legal[action]:
+        if (legal is None or legal[action]) and action % max(len(values[0]) // 4, 1) == 0:
             expected = evaluation.action_value(distribution, memory, turns, action)
             assert value <= expected + 1e-6, (turns, action)
             assert name == LOWER_BOUNDS or value == pytest.approx(expected, abs=1e-6)
@@ -286,6 +303,108 @@ def test_exact_values_of_a_repeated_game_against_a_known_rule(
 @pytest.mark.parametrize("rule", ["level-k", "random"])
 def test_exact_values_of_a_dilemma_with_99_random_replies(rule: str, turns: int) -> None:
     assert check_first_values(dmplay.load_problem("travelers-dilemma"), turns, rule) == EXACT_VALUES
+
+
+SEARCHES = {"search", "human"}  # agents that no advice can predict
+TEAMS = {"collaborative-predator-prey", "team"}  # the advice assumes a plan or random partners
+CHICKEN_SOURCE = """\
+import numpy as np
+from dmplay import Labels, Outcome, Problem, SeatPolicy
+from dmplay.agents.available_agents import Roster
+
+
+class SwitchAfterLoss(SeatPolicy):
+    '''Changes its action after a negative reward.'''
+
+    def initial_memory(self, observation):
+        return (np.zeros(len(observation), int),)
+
+    def update_memory(self, memory, percept):
+        return (np.where(percept.reward < 0, 1 - percept.action, percept.action),)
+
+    def choose(self, memory, legal, u):
+        return memory[0]
+
+
+class Chicken(Problem):
+    '''A game of chicken.'''
+
+    agents = ("one", "two")
+    actions = (Labels(("dare", "swerve")),) * 2
+    state_count = 1
+
+    def initial_chance(self, rows):
+        return ()
+
+    def initial_states(self, rows, events):
+        return np.zeros(rows, int)
+
+    def resolve_events(self, s, a, events):
+        payoffs = np.array([[[-9, -9], [2, 0]], [[0, 2], [1, 1]]], float)
+        return Outcome(s, payoffs[a[:, 0], a[:, 1]], s)
+
+    def format_state(self, s):
+        return "start"
+
+    def parse_state(self, text):
+        return np.array(0)
+
+
+AGENTS = Roster({"switch-after-loss": SwitchAfterLoss})
+"""
+GAMES = {
+    **{name: dmplay.load_problem(name) for name in problem_names()},
+    "predator-prey": dmplay.load_problem("predator-prey:triangle"),
+    "two rows": make_matrix_game(2, 2), "three rows": make_matrix_game(3, 3),
+    "three players": make_matrix_game(2, 3, 2),
+    "turns": Nim(), "board": Toe(), "opposed": RandomRivalGame(), "simultaneous": RandomGame(),
+    "team": parse_team_file(format_dectiger()),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", [name for name, game in GAMES.items() if len(game.agents) > 1])
+def test_advice_assumes_each_agent_of_a_game_that_can_be_computed_with(name: str) -> None:
+    problem = GAMES[name]
+    for seat in range(len(problem.agents))[:2]:
+        for other in {*load_roster(problem, 1 - seat).agents, "human"} - {"axelrod"}:
+            players = [other] * len(problem.agents)
+            players[seat] = "human"
+            agent = find_hint_provider(problem, AdviceQuestion(seat, 2, tuple(players)))
+            assert agent is not None
+            is_known = agent.players in {f"against {other}", f"with {other}"}
+            if name not in TEAMS:
+                assert is_known is (other not in SEARCHES), (seat, other)
+            if agent.values_name == EXACT_VALUES:
+                assert is_known, (seat, other)
+            if is_known and len(problem.agents) == 2:
+                turns = 1 if problem.action_counts[0] > 9 else 2
+                assert check_first_values(problem, turns, other, seat=seat) == EXACT_VALUES
+
+
+@pytest.mark.parametrize("seat", [0, 1])
+def test_advice_assumes_a_rule_of_the_module_that_defines_the_game(
+    tmp_path: Path, seat: int
+) -> None:
+    path = tmp_path / "chicken.py"
+    path.write_text(CHICKEN_SOURCE)
+    problem = dmplay.load_problem(f"{path}:Chicken")
+    for turns in (1, 2, 3):
+        assert check_first_values(problem, turns, "switch-after-loss", seat=seat) == EXACT_VALUES
+
+
+def test_three_players_are_advised_for_the_two_agents_of_the_game() -> None:
+    problem = make_matrix_game(2, 3, 2)
+    players = ("random", "human", "equilibrium")
+    agent = find_hint_provider(problem, AdviceQuestion(1, 2, players))
+    assert agent is not None
+    assert agent.players == "against random and equilibrium"
+    values = agent.policy.action_values(agent.policy.initial_memory(np.zeros(1, int)))
+    assert values is not None
+    equilibrium = cast(SeatPolicy, load_agent(problem, 2, "equilibrium"))
+    replies = equilibrium.choice_probabilities((np.zeros(1, int),))
+    assert replies is not None
+    rewards = build_payoffs(problem)[..., 1].mean(axis=0) @ replies[0]
+    assert values[0] == pytest.approx(rewards + rewards.max())
 
 
 @pytest.mark.parametrize("turns", TURNS)

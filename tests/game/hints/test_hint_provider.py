@@ -166,7 +166,8 @@ def test_a_hint_plans_only_to_the_turn_limit(
         ("flee", "hint by best-response (50 turns left, against flee): "),
         ("random", "hint by best-response (50 turns left, against random): "),
         ("chase", "hint by best-response (50 turns left, against chase): "),
-        ("equilibrium", "hint by best-response (50 turns left, if the other agent plays flee): "),
+        ("equilibrium", "hint by best-response (50 turns left, against equilibrium): "),
+        ("search", "hint by best-response (50 turns left, if the other agent plays flee): "),
         ("human", "hint by best-response (50 turns left, if the other agent plays flee): "),
     ],
 )
@@ -184,7 +185,7 @@ def test_a_hint_is_the_best_response_to_the_opponent_if_possible(rival: str, hin
         assert action_values is not None
         game.choose(0.0)
         (move, *_) = review_actions(game.session, [AdviceQuestion.about(game.session, 0, seats)])
-        assert [*move.values.values()] == action_values[0].tolist()
+        assert [*move.values.values()] == pytest.approx(action_values[0].tolist())
 
 
 @pytest.mark.parametrize(

@@ -201,15 +201,23 @@ def test_a_partner_with_a_plan_for_other_turns_does_not_follow_the_plan(
 
 
 @pytest.mark.parametrize(
-    ("opponent", "is_exact"), [("optimal:horizon=2", True), ("optimal", False), ("random", False)]
+    ("opponent", "players"),
+    [
+        ("optimal:horizon=2", ""),
+        ("optimal", "against optimal"),
+        ("random", "against random"),
+        ("search", "if "),
+    ],
 )
-def test_an_opponent_with_a_plan_for_other_turns_is_an_assumption(
-    opponent: str, *, is_exact: bool
+def test_values_assume_the_opponent_of_the_game_unless_it_searches(
+    opponent: str, players: str
 ) -> None:
     for game in (RandomRivalGame(), Nim()):
         agent = find_hint_provider(game, AdviceQuestion(0, 2, ("human", opponent)))
         assert agent is not None
-        assert (agent.scope == "") is is_exact
+        assert agent.players.startswith(players)
+        assert (agent.values_name == EXACT_VALUES) is (opponent != "search")
+        assert (agent.scope == "") is (opponent != "search")
 
 
 def test_values_of_all_states_are_those_of_the_turns_left() -> None:
@@ -267,14 +275,14 @@ def test_regrets_count_the_rounds_left_against_a_known_rule(
     )
 
 
-@pytest.mark.parametrize("opponent", ["human", "gradient-ascent"])
+@pytest.mark.parametrize("opponent", ["human", "search"])
 def test_no_move_has_a_regret_against_an_unknown_rule(opponent: str) -> None:
     session = play_rounds("prisoners-dilemma", opponent, [0.0] * 10)
     reviewed = list(
         review_actions(session, [AdviceQuestion.about(session, 0, ["human", opponent])])
     )
     assert {move.regret for move in reviewed} == {None}
-    unknown = " and not gradient-ascent" * (opponent != "human")
+    unknown = " and not search" * (opponent != "human")
     assert f"(if agent2 plays one of 11 rules{unknown})" in format_summary(reviewed)
     assert format_summary(reviewed).endswith(
         "no regret, because the values are not exactly about this game"
@@ -286,7 +294,8 @@ def test_no_move_has_a_regret_against_an_unknown_rule(opponent: str) -> None:
     [
         ("rock-paper-scissors", "nash", True),
         ("rock-paper-scissors", "human", False),
-        ("rock-paper-scissors", "gradient-ascent", False),
+        ("rock-paper-scissors", "gradient-ascent", True),
+        ("rock-paper-scissors", "search", False),
         ("travelers-dilemma", "random", True),
         ("travelers-dilemma", "best-response", False),  # it has too many memories to plan against
         ("prisoners-dilemma", "always-defect", True),
@@ -312,7 +321,8 @@ def test_values_have_regrets_only_against_a_rule_that_can_be_planned_against(
         ("predator-prey", "flee", "against flee"),
         ("predator-prey", "random", "against random"),
         ("predator-prey", "human", "if the other agent plays flee"),
-        ("predator-prey", "equilibrium", "if the other agent plays flee"),
+        ("predator-prey", "search", "if the other agent plays flee"),
+        ("predator-prey", "equilibrium", "against equilibrium"),
         ("multicaregiver-crying-baby", "random", "with random"),
         ("multicaregiver-crying-baby", "feed-when-crying", "with feed-when-crying"),
         ("multicaregiver-crying-baby", "search", "assuming a random partner"),
@@ -341,9 +351,9 @@ def test_hint_values_and_review_name_the_other_players(
 @pytest.mark.parametrize(
     ("name", "turns", "unknown"),
     [
-        ("prisoners-dilemma", 10, {"gradient-ascent", "search"}),
-        ("rock-paper-scissors", 10, {"gradient-ascent", "search"}),
-        ("travelers-dilemma", 2, {"gradient-ascent", "search"}),
+        ("prisoners-dilemma", 10, {"search"}),
+        ("rock-paper-scissors", 10, {"search"}),
+        ("travelers-dilemma", 2, {"search"}),
         (
             "travelers-dilemma",
             3,
