@@ -40,7 +40,7 @@ class GameController:
         self.finished_games: dict[Recorder, str] = {}  # problem names by transcript of ended games
         self._previous_recorders: list[Recorder] = []  # the previous game's transcript, if saved
         self.save_removal = saves.SaveRemoval()  # old saves deleted for these games
-        self.open_screen: Callable[[], str] | None = None  # set if a full screen is available
+        self.open_screen: Callable[[], None] | None = None  # set if a full screen is available
         # shows the steps of an algorithm and returns a reply; set if a full screen is available
         self.open_viewer: Callable[[WatchedSteps], str] | None = None
         self.aliases = aliases

@@ -11,7 +11,6 @@ from dmplay.errors import BadParameter, DmplayError
 from dmplay.game import saves
 from dmplay.game.command_line_results import (
     LearnCommand,
-    MistakesCommand,
     PlayCommand,
     ShellCommand,
     WatchCommand,
@@ -25,7 +24,7 @@ from dmplay.terminal.signals import exit_on_signals
 from dmplay.transcript.recorder import Recorder
 from dmplay.ui.gallery.gallery import LESSON_COMMAND, SHELL_COMMAND, Gallery, todays_seed
 from dmplay.ui.gallery.problem_list import list_problem_entries
-from dmplay.ui.screen.full_screen import run_full_screen
+from dmplay.ui.screen.full_screen import run_full_screen, show_game
 from dmplay.ui.screen.play_screen import PlayScreen
 from dmplay.ui.shell.plain_mode import JsonReporter, Reporter, SentenceReporter, play_by_lines
 from dmplay.ui.shell.shell import Shell, run_prompt_loop, run_script
@@ -64,7 +63,7 @@ def _play_game(table: GameController, command: PlayCommand, reporter: Reporter) 
     with _end_game_on_exit(table, quiet=quiet):
         if terminal.full_screen and not quiet:
             screen = PlayScreen(table, terminal, command.speed, command.realtime_rate)
-            code = _show_game(screen)
+            code = show_game(screen)
             table.end_game("interrupted" if code else "quit")
             print(table.game.narrator.describe_result())
         else:
@@ -144,29 +143,10 @@ def _run_gallery_choice(shell: Shell, gallery: Gallery, words: Sequence[str]) ->
     else:
         table.run_cli_words(words)
         screen = PlayScreen(table, shell.terminal, shell.speed)
-        code = _show_game(screen)
+        code = show_game(screen)
     table.end_game("interrupted" if code else "quit")
     if table.has_game:
         gallery.return_from_game(table.game)
-    return code
-
-
-def _show_game(screen: PlayScreen) -> int:
-    """Show a game on the full screen; return the exit code.
-
-    After questions about its mistakes, the game is shown again.
-    """
-    code = run_full_screen(screen, lambda: screen.learns_from_game)
-    while screen.learns_from_game and not code:
-        screen.learns_from_game = False
-        path = screen.game.transcript_path
-        if path is not None:
-            from dmplay.ui.lessons.question_player import play_mistakes
-
-            # This process has already run the code that the transcript names.
-            play_mistakes(screen.terminal, MistakesCommand((path,), trusted=True))
-            read_line("Enter goes back to the game> ", sys.stdin)
-        code = run_full_screen(screen, lambda: screen.learns_from_game)
     return code
 
 

@@ -1,4 +1,4 @@
-"""Run a full screen from its first frame to its last."""
+"""Run a full screen from its first frame to its last, and a game with its questions."""
 
 import contextlib
 import os
@@ -6,13 +6,14 @@ import sys
 import time
 from collections.abc import Callable
 
+from dmplay.game.command_line_results import MistakesCommand
 from dmplay.terminal.background import (
     THEMES_BY_BACKGROUND,
     can_ask_background,
     discard_reply,
     find_background,
 )
-from dmplay.terminal.capabilities import mute_typed_keys
+from dmplay.terminal.capabilities import mute_typed_keys, read_line
 from dmplay.terminal.input_sequences import TERMINAL_INPUT
 from dmplay.terminal.painter import Painter
 from dmplay.ui.screen.play_screen import PlayScreen
@@ -48,3 +49,22 @@ def run_full_screen(
                 painter.leave_screen()
                 if not next_reads_keys():
                     discard_reply(sys.stdin.fileno(), TERMINAL_INPUT)
+
+
+def show_game(screen: PlayScreen) -> int:
+    """Show a game on the full screen; return the exit code.
+
+    After questions about its mistakes, the game is shown again.
+    """
+    code = run_full_screen(screen, lambda: screen.learns_from_game)
+    while screen.learns_from_game and not code:
+        screen.learns_from_game = False
+        path = screen.game.transcript_path
+        if path is not None:
+            from dmplay.ui.lessons.question_player import play_mistakes
+
+            # This process has already run the code that the transcript names.
+            play_mistakes(screen.terminal, MistakesCommand((path,), trusted=True))
+            read_line("Enter goes back to the game> ", sys.stdin)
+        code = run_full_screen(screen, lambda: screen.learns_from_game)
+    return code

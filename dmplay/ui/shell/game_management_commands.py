@@ -251,11 +251,12 @@ def watch_algorithm(controller: GameController, argument: str) -> str:
 
 
 def open_screen(controller: GameController, argument: str) -> str:
-    """Open the full screen; return its message, or a line about the return to the shell.
+    """Open the full screen; return a line about the return to the shell.
 
     Raise BadParameter if there is no terminal.
     """
     game = controller.game
     if controller.open_screen is None:
         raise BadParameter("screen: only available in the shell, on a terminal")
-    return controller.open_screen() or f"{game.problem_name}: back in the shell."
+    controller.open_screen()
+    return f"{game.problem_name}: back in the shell."

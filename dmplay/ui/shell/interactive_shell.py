@@ -29,7 +29,7 @@ from dmplay.terminal.input_sequences import (
 )
 from dmplay.terminal.signals import INTERRUPTED_EXIT_CODE, SIGNAL_EXIT_CODES, exit_on_signals
 from dmplay.ui.screen.command_prompt import HiddenInputProcessor
-from dmplay.ui.screen.full_screen import run_full_screen
+from dmplay.ui.screen.full_screen import run_full_screen, show_game
 from dmplay.ui.screen.key_reader import attach_key_reader
 from dmplay.ui.screen.play_screen import PlayScreen
 from dmplay.ui.shell.commands import PlayerQuit
@@ -161,18 +161,16 @@ def _prepare_prompt() -> None:
         loop.add_signal_handler(number, partial(app.exit, exception=SystemExit(code)))
 
 
-def _show_full_screen(shell: Shell) -> str:
-    """Show the game on the full screen and return ""; raise SystemExit if a signal ended it.
+def _show_full_screen(shell: Shell) -> None:
+    """Show the game on the full screen; raise SystemExit if a signal ended it.
 
     Ctrl-C (SIGINT) does not raise it.
     """
     open_viewer = shell.controller.open_viewer
     screen = PlayScreen(shell.controller, shell.terminal, shell.speed)
-    code = run_full_screen(screen)
+    code = show_game(screen)
     shell.controller.open_viewer = open_viewer  # The screen has shown algorithms itself.
     _exit_on_signal(code)
-    path = screen.game.transcript_path
-    return f"dmplay learn from {path} asks for better actions." * screen.learns_from_game
 
 
 def _show_algorithm(shell: Shell, watched: "WatchedSteps") -> str:

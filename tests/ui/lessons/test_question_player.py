@@ -175,6 +175,16 @@ def test_m_works_in_a_replay(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
+def test_m_in_a_game_opened_from_the_shell_asks_and_goes_back_to_the_game(tmp_path: Path) -> None:
+    game = "play hexworld --seed 3 --turns 4\r"
+    with PseudoTerminal("shell", folder=tmp_path) as terminal:
+        terminal.press(game, "t0]>").press("screen\r", "Tab hint").press("llhh", "M learn")
+        terminal.press("M", "answer>")
+        terminal.press("quit\r", "Enter goes back to the game>").press("\r", "M learn")
+        terminal.press("q", "t4 over]>").press("quit\r", "replay:")
+
+
+@pytest.mark.slow
 def test_m_on_the_terminal_asks_for_a_better_action(tmp_path: Path) -> None:
     words = "hexworld", "--seed", "3", "--turns", "4"
     with PseudoTerminal(*words, folder=tmp_path) as terminal:
