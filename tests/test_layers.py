@@ -146,7 +146,6 @@ def test_every_module_has_a_layer() -> None:
             {
                 "prompt_toolkit",
                 "multiprocessing",
-                "importlib.metadata",
                 "dmplay.formats.cassandra",
                 "dmplay.external.bots.bot_policy",
                 "dmplay.simulation.rollouts",
@@ -246,6 +245,15 @@ def test_first_frames_load_neither_prompt_toolkit_nor_agents() -> None:
         "compose_frame(game, Viewport(80, 24), FrameState(), [])\n"
     )
     assert not list_loaded_modules(code, never)
+
+
+def test_a_built_in_problem_starts_without_a_slow_scan_of_installed_packages() -> None:
+    code = (
+        "import importlib.metadata, sys\nimportlib.metadata.entry_points = None\n"
+        "sys.argv[1:] = ['hexworld', '--agent', 'random', '--quiet']\n"
+        "from dmplay.__main__ import main\nmain()"
+    )
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 
 
 # Public in spite of their underscore: methods of named tuples, and functions of the standard
