@@ -119,17 +119,14 @@ def _report_system_exit(error: SystemExit) -> int:
     If dmplay raised it, for a signal, return its code.
     """
     from dmplay.core.text import escape_unprintable
-    from dmplay.core.user_code_locations import describe_exit_location
+    from dmplay.core.user_code_locations import describe_user_exit
 
-    location = describe_exit_location(error)
-    if not location and isinstance(error.code, int):
+    message = describe_user_exit(error)
+    if not message and isinstance(error.code, int):
         return error.code
-    if not location:
+    if not message:
         raise error
-    print(
-        escape_unprintable(f"error: {location}; user code must not exit the program"),
-        file=sys.stderr,
-    )
+    print(escape_unprintable(f"error: {message}"), file=sys.stderr)
     return USAGE_CODE
 
 

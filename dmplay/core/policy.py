@@ -6,6 +6,7 @@ from typing import NamedTuple, Protocol, TypeGuard, TypeVar
 import numpy as np
 
 from dmplay.core.arrays import Array, Bools, Reals
+from dmplay.core.user_code_locations import describe_user_exit
 from dmplay.errors import BadPolicy
 
 READONLY_ERROR_WORDS = (
@@ -116,3 +117,14 @@ def call_policy(error_prefix: object, method: Callable[..., T], *args: object) -
         raise BadPolicy(
             f"{error_prefix}: {name} modifies an array that it received; copy the array first"
         ) from None
+
+
+def forbid_exit(function: Callable[..., T], *args: object, **options: object) -> T:
+    """Return the result of user code; raise BadPolicy if it would end the program."""
+    try:
+        return function(*args, **options)
+    except SystemExit as error:
+        message = describe_user_exit(error)
+        if not message:  # dmplay ends, for a signal
+            raise
+        raise BadPolicy(message) from None

@@ -37,13 +37,15 @@ def describe_error_location(error: BaseException) -> str:
     return f"{location}: {clip_message(error_text)}"
 
 
-def describe_exit_location(error: SystemExit) -> str:
-    """Return the line of user-defined code that raised SystemExit, and the error; "" if none.
+def describe_user_exit(error: SystemExit) -> str:
+    """Return the line of user-defined code that ends the program, and the error; "" if none.
 
     The result is "" if dmplay itself ends the program, as it does for signals.
     """
     last_frame = traceback.extract_tb(error.__traceback__)[-1]
-    return "" if _is_installed(last_frame.filename) else describe_error_location(error)
+    is_user_exit = not last_frame.filename.startswith(PACKAGE_FOLDER)
+    location = describe_error_location(error) if is_user_exit else ""
+    return f"{location}; user code must not exit the program" if location else ""
 
 
 def _is_installed(file: str) -> bool:

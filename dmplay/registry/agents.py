@@ -22,7 +22,7 @@ from dmplay.agents.base import (
 )
 from dmplay.core.parameter_parsing import parse_parameter
 from dmplay.core.parameters import INTEGER_TYPES
-from dmplay.core.policy import Policy
+from dmplay.core.policy import Policy, forbid_exit
 from dmplay.core.problem import Problem, check_problem, initial_state_distribution
 from dmplay.core.text import format_count
 from dmplay.core.user_code_locations import describe_error_location
@@ -150,7 +150,7 @@ def load_agent(problem: Problem, seat: int, name: str) -> Policy:
         raise
     parameters = _parse_parameters(factory, parameter_text, name) if parameter_text else {}
     try:
-        policy: Policy = factory(problem, seat, **parameters)
+        policy: Policy = forbid_exit(factory, problem, seat, **parameters)
     except TypeError as error:
         if describe_error_location(error):  # raised on a line of user code
             raise

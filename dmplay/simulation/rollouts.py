@@ -12,7 +12,14 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 
 from dmplay.core.arrays import Array, Bools, Ints, Reals, readonly_copy
-from dmplay.core.policy import Memory, Policy, call_policy, check_policies, required_fields
+from dmplay.core.policy import (
+    Memory,
+    Policy,
+    call_policy,
+    check_policies,
+    forbid_exit,
+    required_fields,
+)
 from dmplay.core.problem import (
     Outcome,
     Problem,
@@ -344,9 +351,12 @@ def _run_block_for_entrants(
 
 
 def _call_for_seat(seat: int, method: Callable[..., T], *args: object) -> T:
-    """Return the result of a call, and record the seat in an error that its policy raises."""
+    """Return the result of a call, and record the seat in an error that its policy raises.
+
+    Raise BadPolicy if it would end the program.
+    """
     try:
-        return method(*args)
+        return forbid_exit(method, *args)
     except Exception as error:
         record_seat(error, seat)
         raise

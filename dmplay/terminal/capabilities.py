@@ -55,12 +55,14 @@ def choose_terminal_settings(
     """Return the terminal settings by options, environment and streams, in this priority."""
     term = env.get("TERM", "")
     dumb = term in ("", "dumb")
+    # The `exit` of Python's prompt, which an agent may call, closes the standard input.
+    is_stdin_terminal = not stdin.closed and stdin.isatty()
     reasons = {
         "--plain": options.plain,
         "--json": options.json,
         "--no-input": not options.input,
         "ACCESSIBLE is set": env.get("ACCESSIBLE", "").lower() not in ("", "0", "false"),
-        "stdin is not a terminal": not stdin.isatty(),
+        "stdin is not a terminal": not is_stdin_terminal,
         "stdout is not a terminal": not stdout.isatty(),
         "TERM=dumb": term == "dumb",
         "TERM is empty" if "TERM" in env else "TERM is not set": not term,
@@ -70,13 +72,13 @@ def choose_terminal_settings(
     return Terminal(
         full_screen=not plain_reason,
         plain_reason=plain_reason,
-        is_interactive=stdin.isatty() and options.input,
+        is_interactive=is_stdin_terminal and options.input,
         color=color,
         ascii=options.ascii or _is_c_locale(env) or not _can_encode_unicode(stdout),
         theme=choose_theme(options.theme, find_background(env)) if color else "mono",
         width=options.width,
         motion=options.motion,
-        can_ask=options.input or not stdin.isatty(),
+        can_ask=options.input or not is_stdin_terminal,
         theme_option=options.theme if color else "mono",
     )
 

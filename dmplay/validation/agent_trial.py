@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from dmplay.agents.random_agent import Random
-from dmplay.core.policy import Policy
+from dmplay.core.policy import Policy, forbid_exit
 from dmplay.core.problem import find_seat
 from dmplay.core.violation import Violation
 from dmplay.errors import BadParameter, BadPolicy
@@ -58,8 +58,8 @@ def try_agent(trial: AgentTrial) -> Violation | None:
             if isinstance(choices, Violation):
                 return choices._replace(what=f"{choices.what}, in another process only")
             checked.compare_choices(choices, REMEDY)
-        checked.check_games_alone()
-    except (Exception, SystemExit) as error:
+        forbid_exit(checked.check_games_alone)
+    except Exception as error:
         return describe_agent_error(error, checked)
     return None
 
@@ -76,7 +76,7 @@ def _play_batch(trial: AgentTrial) -> CheckedPolicy | Violation:
         checked = CheckedPolicy(problem, seat, policy)
         others: list[Policy] = [Random(problem, index) for index in range(len(problem.agents))]
         play_checked_games(checked, others, EPISODES, TURNS)
-    except (Exception, SystemExit) as error:
+    except Exception as error:
         return describe_agent_error(error, checked)
     return checked
 

@@ -19,7 +19,7 @@ from dmplay.core.problem import WAIT_LABEL, Problem
 from dmplay.core.session import call_memory_method, validate_policy_actions
 from dmplay.core.user_code_locations import describe_error_location
 from dmplay.core.violation import Violation, make_violation
-from dmplay.errors import BadPolicy, IllegalAction
+from dmplay.errors import BadPolicy, DmplayError, IllegalAction
 from dmplay.simulation.random_play import SEED, make_arrays_readonly
 from dmplay.simulation.rollouts import rollout
 
@@ -203,7 +203,7 @@ def find_agent_violation(
     return None
 
 
-def describe_agent_error(error: BaseException, checked: CheckedPolicy | None) -> Violation:
+def describe_agent_error(error: Exception, checked: CheckedPolicy | None) -> Violation:
     """Return the violation of an error that an agent raised; raise any other error again.
 
     Without a policy, the error is one of its file or of its `__init__`.
@@ -211,8 +211,13 @@ def describe_agent_error(error: BaseException, checked: CheckedPolicy | None) ->
     source_line, _, sentence = describe_error_location(error).partition(": ")
     if source_line:
         return Violation(source_line, f"{checked.location}: {sentence}" if checked else sentence)
-    if not isinstance(error, BadPolicy | IllegalAction):
+    is_bad_policy = isinstance(error, BadPolicy | IllegalAction)
+    if not (is_bad_policy or (checked and not isinstance(error, DmplayError))):
         raise error
     if not checked:
         return Violation("", str(error))
-    return make_violation(type(checked.policy), checked.method, str(error))
+    # NumPy and Python themselves may refuse an answer, or the arguments of a call.
+    sentence = str(error) if is_bad_policy else f"{type(error).__name__}: {error}"
+    is_located = sentence.startswith(f"seed {SEED}, ")
+    sentence = sentence if is_located else f"{checked.location}: {sentence}"
+    return make_violation(type(checked.policy), checked.method, sentence)

@@ -464,6 +464,7 @@ def test_the_cross_table_matches_the_axelrod_package() -> None:
 
 
 FAULTY_AGENTS = """
+import sys
 import numpy as np
 
 class First:
@@ -492,6 +493,15 @@ class Raises(First):
 class Forgets(First):
     def update_memory(self, memory, percept): return 1 / 0
 
+class Exits(First):
+    def choose(self, memory, legal, u): exit()
+
+class Quits(First):
+    def update_memory(self, memory, percept): quit("no more")
+
+class Unmade(First):
+    def __init__(self, problem, seat): sys.exit(0)
+
 class Wrong: pass
 """
 
@@ -502,7 +512,19 @@ def test_agents_that_fail_are_withdrawn_and_the_others_play_on(
 ) -> None:
     (tmp_path / "a.py").write_text(FAULTY_AGENTS)
     (tmp_path / "b.py").write_text("import nothing_of_this_name")
-    classes = ("Seven", "Word", "Nothing", "Nan", "Raises", "Forgets", "Wrong", "Missing")
+    classes = (
+        "Seven",
+        "Word",
+        "Nothing",
+        "Nan",
+        "Raises",
+        "Forgets",
+        "Wrong",
+        "Missing",
+        "Exits",
+        "Quits",
+        "Unmade",
+    )
     faulty = [*(f"./a.py:{name}" for name in classes), "./a.py", "./b.py:A", "./c.py:A"]
     options = ["--turns", "3", "--episodes", "20", "--json"]
     outcome = run_dmplay(

@@ -57,6 +57,10 @@ class Raising(Steady):
     def update_memory(self, memory, percept): raise RuntimeError("two\\nlines")
 class Exiting(Steady):
     def choose(self, memory, legal, u): raise SystemExit
+class Arguments(Steady):
+    def choose(self): pass
+class Ragged(Steady):
+    def choose(self, memory, legal, u): return [[0], [0, 1]]
 class Dying(Steady):
     def choose(self, memory, legal, u):
         if os.environ.get("PYTHONHASHSEED") == "3": os._exit(1)
@@ -80,7 +84,9 @@ FAULTS = {
     "Single": "episodes 0 to 11, turn 1, agent1: ValueError: The truth value",
     "Mutating": "turn 1, agent1: Mutating.update_memory modifies an array that it received",
     "Raising": "episodes 0 to 11, turn 1, agent1: RuntimeError: two",
-    "Exiting": "turn 1, agent1: SystemExit",
+    "Exiting": "SystemExit; user code must not exit the program",
+    "Arguments": "turn 1, agent1: TypeError: Arguments.choose() takes 1 positional argument",
+    "Ragged": "turn 1, agent1: ValueError: setting an array element with a sequence",
     "Dying": "the process in which the agent played has died",
     "Unmakeable": "unknown action 'nothing'",
     "Bare": "cannot construct a policy from (problem, seat)",
@@ -127,7 +133,7 @@ def test_a_correct_agent_passes(problem: str, agent: str, seat: str, folder: Pat
         (("--agent", "./own.py:Steady", "--seat", "agent2"), 0, "ok ./own.py:Steady: legal"),
         (("--agent", "./own.py:Illegal"), 1, "./own.py:14 seed 7, episode 0, turn 4, agent1: got"),
         (("--agent", "./raising.py:Any"), 1, "./raising.py:2 AttributeError: "),
-        (("--agent", "./own.py:Staedy"), 2, "did you mean Steady?"),
+        (("--agent", "./own.py:Staedy"), 2, "did you mean Steady"),
         (("--agent", "./nothing.py:Steady"), 2, "no such file: ./nothing.py"),
         (("--agent", "optimall"), 2, "unknown agent 'optimall'; "),
         (("--agent", "human"), 2, "--agent: a person cannot be checked; name an agent"),
