@@ -17,6 +17,7 @@ POSITIVE_EXIT_STYLE, NEGATIVE_EXIT_STYLE = (
     "bold color(231) on color(25)",
     "bold color(16) on color(214)",
 )  # ANSI palette colours
+EMPTY_CELL = HexCell("")
 KEY_FAMILY, KEYS, SECOND_PLAYER_KEYS = hexgrid.KEY_FAMILY, hexgrid.KEYS, hexgrid.SECOND_PLAYER_KEYS
 
 
@@ -41,9 +42,12 @@ def iter_boards(view: View[HexWorld], options: DrawOptions) -> Iterator[Text]:
         else dict(enumerate(problem.hexes)).get(int(options.ghost_state))
     )
     probabilities = _forecast_hex_probabilities(view, options)
+    marked_hexes = {position, ghost, *exits, *adjacent, *probabilities}
 
     def make_cell(hex_: Hex, size: HexSize) -> HexCell:
         """Return the content of a hex."""
+        if hex_ not in marked_hexes and not options.overlay:
+            return EMPTY_CELL
         reward = exits.get(hex_)
         glyph = "" if reward is None else "◆" if reward > 0 else "✗"
         style = "" if reward is None else POSITIVE_EXIT_STYLE if reward > 0 else NEGATIVE_EXIT_STYLE
