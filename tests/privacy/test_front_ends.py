@@ -252,7 +252,8 @@ def test_the_end_reveals_what_was_hidden(name: str, front: str, game_folder: Pat
 def ask_for_advice(game: Game) -> list[str]:
     """Return the advice on the current turn, without the answers that show the seed."""
     controller = GameController(game)
-    actions = [f"{command} {label}" for command in ("whatif", "why") for label in "fi"]
+    labels = game.session.action_labels(game.viewing_seat)
+    actions = [f"{command} {labels[i]}" for command in ("whatif", "why") for i in (0, -1)]
     return [run_line(controller, line) for line in ("hint", "why", "values", "belief", *actions)]
 
 
@@ -313,3 +314,48 @@ def test_advice_for_a_known_partner_uses_only_what_the_seat_observes(
         assert ask_for_advice(first) == ask_for_advice(second)
         first.finish()
         second.finish()
+
+
+def iter_choice_twins(name: str, opponent: str) -> Iterator[tuple[int, int]]:
+    """Yield the seeds of two games with equal first turns and another choice of the opponent."""
+    problem = dmplay.load_problem(name)
+    policies = [None, make_seat_policy(problem, 1, opponent)]
+    seeds_by_history: dict[str, tuple[int, float]] = {}
+    for seed in count():
+        session = dmplay.Session(
+            problem, SeededUniforms(seed), policies, turn_limit=CAREGIVER_TURNS
+        )
+        states = [session.state.tolist()]
+        for action in [*choose_actions(seed), 0]:
+            session.advance([action % 2, None])
+            states.append(session.state.tolist())
+        *turns, last = [tuple(turn.actions.tolist()) for turn in session.turns]
+        history = str((states[:-1], turns))
+        twin_seed, twin_choice = seeds_by_history.setdefault(history, (seed, last[1]))
+        if twin_choice != last[1]:
+            del seeds_by_history[history]
+            yield twin_seed, seed
+
+
+@pytest.mark.parametrize(
+    ("name", "opponent"),
+    [("prisoners-dilemma", "random"), ("rock-paper-scissors", "nash"),
+     ("predator-prey:triangle", "equilibrium"), ("predator-prey:triangle", "random")],
+)  # fmt: skip
+@pytest.mark.parametrize(
+    "pair_count", [pytest.param(4, id="few"), pytest.param(50, id="many", marks=pytest.mark.slow)]
+)
+def test_advice_against_a_known_opponent_does_not_know_its_next_choice(
+    name: str, opponent: str, pair_count: int
+) -> None:
+    for seeds in islice(iter_choice_twins(name, opponent), pair_count):
+        advice = []
+        for seed in seeds:
+            request = GameRequest(name, seed=seed, other_agent=opponent, turns=CAREGIVER_TURNS)
+            game = start_new_game(request)
+            for action in choose_actions(seed):
+                game.choose(action % 2)
+            advice.append(ask_for_advice(game))
+            game.finish()
+        assert advice[0] == advice[1]
+        assert f"against {opponent}" in advice[0][0]
