@@ -73,13 +73,6 @@ class _StateAndTurnPolicy(SeatPolicy):
         """Return "infinite horizon" if a game of `turns` turns is not planned to its end."""
         return "" if turns in {None, self._game_turns} else WITHOUT_END
 
-    def _are_optimal(self, opponents: Sequence[str]) -> bool:
-        """Return whether these are agents `optimal` that plan the same number of turns."""
-        names = {f"optimal:horizon={self._game_turns}"}
-        if self._game_turns == self.problem.horizon:
-            names.add("optimal")
-        return bool(opponents) and {*opponents} <= names
-
     def _iter_rows_by_turns_left(self, memory: Memory) -> Iterator[tuple[Ints, Array, int | None]]:
         """Yield rows with equally many turns after this one, their states, and that number.
 
@@ -109,8 +102,8 @@ class BackwardInductionPolicy(_StateAndTurnPolicy):
     values_name = EXACT_VALUES
 
     def describe_assumed_players(self, opponents: Sequence[str]) -> str:
-        """Return the assumed play of the other agents, '' if they play so."""
-        if len(self.problem.agents) == 1 or self._are_optimal(opponents):
+        """Return the assumed play of the other agents, '' if there are none."""
+        if len(self.problem.agents) == 1:
             return ""
         has_ties = self._solution.indifferent_seats - {self.seat}
         return f"if the other agents take their {'first ' * bool(has_ties)}best actions"
@@ -215,10 +208,8 @@ class MaximinPolicy(_StateAndTurnPolicy):
     uniform_count = 1  # for the action
 
     def describe_assumed_players(self, opponents: Sequence[str]) -> str:
-        """Return the assumed play of the other agents, '' if they play so."""
-        opponent = self.problem.agents[1 - self.seat]
-        assumption = f"if {opponent} plays its maximin strategy"
-        return "" if self._are_optimal(opponents) else assumption
+        """Return the assumed play of the other agent."""
+        return f"if {self.problem.agents[1 - self.seat]} plays its maximin strategy"
 
     def choice_probabilities(self, memory: Memory) -> Reals:
         """Return the maximin strategy of each row `[B, A]`."""
