@@ -5,7 +5,7 @@ import io
 import os
 import re
 import shlex
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from dmplay.cli.app import root_command
 from dmplay.core.parameter_parsing import parse_whole_number
@@ -24,9 +24,10 @@ Completion = tuple[str, str]  # a word and its help text
 def print_completions() -> int:
     """Print the completions that a shell requests, or its script; return the exit code."""
     instruction, _, shell = os.environ[COMPLETION_VARIABLE].partition("_")
-    formatters = {
-        "bash": _format_for_bash, "zsh": _format_for_zsh, "fish": _format_for_fish,
-        "powershell": _format_for_powershell, "pwsh": _format_for_powershell,
+    formatters: dict[str, Callable[[Sequence[Completion]], list[str]]] = {
+        "bash": _format_for_bash, "zsh": _format_for_zsh, "powershell": _format_for_powershell,
+        "pwsh": _format_for_powershell,
+        "fish": lambda words: ["\t".join(filter(None, word)) for word in words],
     }  # fmt: skip
     if instruction != "complete" or shell not in formatters:
         with contextlib.suppress(SystemExit):
@@ -94,11 +95,6 @@ def _format_for_zsh(completions: Sequence[Completion]) -> list[str]:
     ]
 
 
-def _format_for_fish(completions: Sequence[Completion]) -> list[str]:
-    """Return completions for fish, each with its help text after a tab."""
-    return ["\t".join(filter(None, completion)) for completion in completions]
-
-
 def _format_for_powershell(completions: Sequence[Completion]) -> list[str]:
     """Return completions for PowerShell, each with its help text."""
     return [f"{word}:::{text or ' '}" for word, text in completions]
@@ -121,8 +117,5 @@ def rejoin_bash_words(words: Sequence[str], cursor_word: int) -> tuple[list[str]
         continues = is_break
         if index == cursor_word:
             joined_index, prefix = len(joined_words) - 1, previous + word if is_break else previous
-    return (
-        joined_words,
-        joined_index,
-        prefix.partition("=")[2] if prefix.startswith("--") else prefix,
-    )
+    prefix = prefix.partition("=")[2] if prefix.startswith("--") else prefix
+    return joined_words, joined_index, prefix

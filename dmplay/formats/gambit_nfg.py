@@ -131,11 +131,8 @@ def _read_strategies(lexer: GambitLexer, players: int) -> tuple[Labels, ...]:
     strategies: list[Labels] = []
     for _ in range(players):
         if lexer.token == "{":
-            strategies.append(
-                Labels(
-                    make_unique_labels(lexer.read_strings("a strategy"), "strategy", RESERVED_WORDS)
-                )
-            )
+            names = lexer.read_strings("a strategy")
+            strategies.append(Labels(make_unique_labels(names, "strategy", RESERVED_WORDS)))
         else:
             count = lexer.read_integer(
                 1, np.inf, f"{EXPECTED_STRATEGIES}, for each of {players} players"

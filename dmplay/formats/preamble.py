@@ -120,9 +120,8 @@ def _iter_declarations(source: SourceText, end: int) -> Iterator[tuple[str, Toke
         key_indices, colons, [*key_indices[1:], len(tokens)], strict=True
     ):
         if tokens[first] in HORIZON_KEYS:
-            raise span.error_at(
-                first, f"got {tokens[first]}:, which the format lacks; set --turns instead"
-            )
+            message = f"got {tokens[first]}:, which the format lacks; set --turns instead"
+            raise span.error_at(first, message)
         if tokens[first] not in (*DECLARATION_KEYS, END_STATES_KEY) or (
             colon - first > 1 and tokens[first] != "start"
         ):

@@ -171,8 +171,9 @@ class ProbabilityArray:
         Raise BadFile if another row does not sum to 1.
         """
         entries = self._merge_entries()
-        unreached = ~self._mark_reached_states(entries)[np.arange(self._size) // self._actions]
-        return self._build_rows(text, entries, unreached, np.arange(self._size) // self._actions)
+        states = np.arange(self._size) // self._actions
+        reached = self._find_reached_states(entries.rows // self._actions, entries.columns)
+        return self._build_rows(text, entries, ~reached[states], states)
 
     def build_observations(self, text: SourceText, transitions: SparseMatrix) -> SparseMatrix:
         """Return O; a next state that no game reaches by an action may have an empty row.
@@ -186,10 +187,6 @@ class ProbabilityArray:
         unreached[self._row_index(actions[used], transitions.columns[used])] = False
         first_columns = np.zeros(self._size, np.int64)
         return self._build_rows(text, self._merge_entries(), unreached, first_columns)
-
-    def _mark_reached_states(self, entries: _SparseEntries) -> Bools:
-        """Return the mask `[S]` of the states that games reach, by the entries of T."""
-        return self._find_reached_states(entries.rows // self._actions, entries.columns)
 
     def _find_reached_states(self, sources: Ints, next_states: Ints) -> Bools:
         """Return the mask `[S]` of the states that lead from a start by these transitions."""

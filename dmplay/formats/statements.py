@@ -91,12 +91,9 @@ def iter_statements(
 
     Raises BadFile also for O: statements in a file without observations.
     """
-    grammar = grammars["T"]
-    # A name may also be T, O or R.
-    has_statement_names = any(
+    uses_lines = grammars["T"].team or any(  # A name may also be T, O or R.
         kind in field.index_by_name for field in grammars["R"].fields for kind in "TOR"
     )
-    uses_lines = grammar.team or has_statement_names
     pattern = LINE_STATEMENT_PATTERN if uses_lines else STATEMENT_PATTERN
     matches = [*pattern.finditer(source.content)]
     if not matches:
@@ -136,12 +133,9 @@ def _parse_statement(grammar: StatementGrammar, offset: int, span: TokenSpan) ->
         )
     values = span.slice(first + name_count)
     if len(selections) < grammar.min_named_fields:
-        raise values.error_at(
-            0,
-            f"expected {format_count(grammar.min_named_fields, 'name')}, "
-            f"{'each ' * (grammar.min_named_fields > 1)}followed by a colon, "
-            "then numbers",
-        )
+        names = format_count(grammar.min_named_fields, "name")
+        names += ", each" if grammar.min_named_fields > 1 else ","
+        raise values.error_at(0, f"expected {names} followed by a colon, then numbers")
     if not values.tokens:
         raise values.error_at(0, f"expected {' or '.join(('numbers', *grammar.keywords))}")
     if grammar.team and not is_number(values.tokens[0]) and is_number(values.tokens[-1]):

@@ -1,6 +1,6 @@
 """The program's side of the bot protocol: a policy that plays in another program's game."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from typing import TextIO
 
 import numpy as np
@@ -77,13 +77,11 @@ class BotServer:
             )
         _check_hello(message)
         self._seat = self._make_seat(message)
-        policy = self._seat[2]
-        wants = [offer for offer in message.get("offers", []) if offer == MANY_GAMES_OFFER]
         facts = {
             "protocol": PROTOCOL_VERSION,
             "name": self._agent_name,
-            "draws": policy.uniform_count,
-            "wants": wants,
+            "draws": self._seat[2].uniform_count,
+            "wants": [offer for offer in message.get("offers", []) if offer == MANY_GAMES_OFFER],
         }
         return encode_message("hello", facts)
 
@@ -100,9 +98,8 @@ class BotServer:
                     raise KeyError(name)
             self._memories[game] = policy.update_memory(memory, turn_percept)
         else:
-            self._memories[game] = policy.initial_memory(
-                decode_observation(problem, seat, message["observation"], initial=True)
-            )
+            observation = decode_observation(problem, seat, message["observation"], initial=True)
+            self._memories[game] = policy.initial_memory(observation)
 
     def _memory_of(self, game: int) -> Memory:
         """Return the memory of a game; raise BadParameter before its turn 0."""
@@ -114,9 +111,8 @@ class BotServer:
         """Return the policy's action as the answer to an `act` message."""
         uniforms = _decode_uniforms(message.get("luck", []), policy.uniform_count)
         memory = self._memory_of(_decode_count(message, "game", 0))
-        (choice,) = policy.choose(
-            memory, _decode_legal_mask(problem, seat, message["legal"]), uniforms
-        )
+        legal = _decode_legal_mask(problem, seat, message["legal"])
+        (choice,) = policy.choose(memory, legal, uniforms)
         action = problem.actions[seat].to_json_value(float(choice))
         return encode_message("act", {"id": message["id"], "action": action})
 
@@ -176,14 +172,8 @@ def _decode_uniforms(values: object, count: int) -> Reals:
 
 def serve_lines(server: BotServer, lines: TextIO, output: TextIO) -> None:
     """Read lines and write the answers until the input ends or the game sends `quit`."""
-    for text in _read_until_quit(server, lines):
+    while not server.over and (text := lines.readline()):
         answer = server.answer(text)
         if answer:
             output.write(answer)
             output.flush()
-
-
-def _read_until_quit(server: BotServer, lines: TextIO) -> Iterator[str]:
-    """Yield lines until the input ends or the game has sent `quit`."""
-    while not server.over and (text := lines.readline()):
-        yield text

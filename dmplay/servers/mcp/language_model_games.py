@@ -60,11 +60,10 @@ class ModelGames:
         self._problem_names: dict[str, str] = {}
         for name in config.problems or _builtin_problem_names():
             problems.resolve_problem(name, {})  # raises UnknownName before a client connects
-            if self._problem_names.setdefault(_problem_id(name), name) != name:
-                raise BadParameter(
-                    f"{name}: the id {_problem_id(name)} already belongs to "
-                    f"{self._problem_names[_problem_id(name)]}"
-                )
+            problem = _problem_id(name)
+            owner = self._problem_names.setdefault(problem, name)
+            if owner != name:
+                raise BadParameter(f"{name}: the id {problem} already belongs to {owner}")
         if config.transcript_folder:
             _make_folder(config.transcript_folder)
         self._seats: dict[str, ModelSeat] = {}
@@ -72,18 +71,12 @@ class ModelGames:
 
     def list_problems(self) -> list[dict[str, str]]:
         """Return the id, the kind and a short description of each problem."""
-        loaded_problems = (
-            (name, problems.load_problem(problem_name))
-            for name, problem_name in self._problem_names.items()
-        )
-        return [
-            {
-                "problem": name,
-                "kind": problem.kind,
-                "about": problems.full_description(problem).partition("\n")[0],
-            }
-            for name, problem in loaded_problems
-        ]
+        facts = []
+        for name, problem_name in self._problem_names.items():
+            problem = problems.load_problem(problem_name)
+            about = problems.full_description(problem).partition("\n")[0]
+            facts.append({"problem": name, "kind": problem.kind, "about": about})
+        return facts
 
     def problem_info(self, problem: str) -> dict[str, object]:
         """Return the facts of a problem that a player may know before a game."""
@@ -124,7 +117,9 @@ class ModelGames:
         try:
             game.play_until_choice()
         except BaseException:
-            _remove_transcript(game.recorder)  # as if the game had not been started
+            if game.recorder:  # As if the game had not been started, its transcript is removed.
+                game.recorder.close()
+                game.recorder.path.unlink(missing_ok=True)
             raise
         self._seats.pop(discarded_game, None)
         self._started_count += 1
@@ -157,12 +152,9 @@ class ModelGames:
         next_turn = len(current_game.session.turns) + 1
         if turn and turn != next_turn and not current_game.session.over:
             raise BadParameter(f"turn: got {turn}, expected {next_turn}")
-        space = (
-            view.action_labels
-            if view.state_action_labels
-            else current_game.problem.actions[seat.seat]
-        )
-        current_game.choose(space.parse_action(action))
+        space = current_game.problem.actions[seat.seat]
+        labels = view.action_labels if view.state_action_labels else space
+        current_game.choose(labels.parse_action(action))
         return self._report_status(game)
 
     def get_hint(self, game: str) -> JsonObject:
@@ -201,13 +193,8 @@ class ModelGames:
         recorder = seat.game.recorder
         was_open = recorder and recorder.is_open
         seat.game.finish(reason)
-        if (
-            recorder
-            and was_open
-            and not saves.remove_unplayed_save(recorder)
-            and recorder.write_error
-        ):
-            self.failed_recorders.append(recorder)
+        if recorder and was_open and not saves.remove_unplayed_save(recorder):
+            self.failed_recorders += [recorder] if recorder.write_error else []
 
     def _problem_name(self, problem: str) -> str:
         """Return the name of the problem with an id; raise UnknownName if there is none."""
@@ -259,18 +246,12 @@ class ModelGames:
 
 def _encode_turn_percept(seat: ModelSeat, turn: int) -> JsonObject:
     """Return the seat's percept of a turn as facts; of turn 0, the initial observation."""
-    session, seat_index = seat.game.session, seat.seat
-    if not turn:
-        facts = {
-            "observation": encode_observation(
-                session.problem, seat_index, session.observation_after(seat_index, 0)
-            )
-        }
-    else:
-        facts = encode_percept(
-            session.problem, seat_index, session.build_percept(seat_index, turn), 0
-        )
-    return {"turn": turn} | facts
+    session, index = seat.game.session, seat.seat
+    if turn:
+        facts = encode_percept(session.problem, index, session.build_percept(index, turn), 0)
+        return {"turn": turn} | facts
+    observation = session.observation_after(index, 0)
+    return {"turn": 0, "observation": encode_observation(session.problem, index, observation)}
 
 
 def _builtin_problem_names() -> list[str]:
@@ -280,13 +261,6 @@ def _builtin_problem_names() -> list[str]:
         for name in problem_names()
         for variant in problems.load_variants(name)
     ]
-
-
-def _remove_transcript(recorder: Recorder | None) -> None:
-    """Remove the transcript of a game, if it has one."""
-    if recorder:
-        recorder.close()
-        recorder.path.unlink(missing_ok=True)
 
 
 def _make_folder(folder: Path) -> None:

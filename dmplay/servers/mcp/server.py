@@ -46,21 +46,14 @@ class McpServer(MCPServer[None]):
         """Return the result of a call; raise ToolError with a message of one line."""
         for tool in await self.list_tools():
             properties = tool.input_schema["properties"]
-            unknown_names = [
-                argument
-                for argument in arguments
-                if tool.name == name and argument not in properties
-            ]
-            if unknown_names:
-                raise ToolError(
-                    _format_error(
-                        UnknownName("argument", unknown_names[0], properties, error_prefix=name)
-                    )
-                )
+            unknown = next((word for word in arguments if word not in properties), None)
+            if tool.name == name and unknown is not None:
+                error = UnknownName("argument", unknown, properties, error_prefix=name)
+                raise ToolError(_format_error(error))
         try:
             return await super().call_tool(name, arguments, context)
-        except ToolError as error:
-            raise ToolError(_format_error(error.__cause__ or error)) from None
+        except ToolError as failure:
+            raise ToolError(_format_error(failure.__cause__ or failure)) from None
 
     async def run_stdio_async(self) -> None:
         """Serve a client on the standard streams until it disconnects or a signal arrives."""
@@ -84,10 +77,8 @@ def _format_error(error: BaseException) -> str:
         return escape_newlines("; ".join(messages))
     if isinstance(error, DmplayError | ToolError):
         return escape_newlines(escape_unprintable(str(error)))[:MAX_ERROR_CHARACTERS]
-    print(
-        f"error: {escape_unprintable(describe_error_location(error) or repr(error))}",
-        file=sys.stderr,
-    )
+    location = escape_unprintable(describe_error_location(error) or repr(error))
+    print(f"error: {location}", file=sys.stderr)
     return f"unexpected {type(error).__name__}; dmplay mcp printed its location to stderr"
 
 
@@ -186,10 +177,7 @@ def _make_tools(games: ModelGames) -> Sequence[Callable[..., object]]:
 
 
 def serve(games: ModelGames, input_fd: int, output_fd: int) -> int:
-    """Serve a client on two descriptors until it disconnects.
-
-    Return the exit code.
-    """
+    """Serve a client on two descriptors until it disconnects, and return the exit code."""
     if os.isatty(input_fd):
         print(TERMINAL_NOTICE, file=sys.stderr)
     try:
