@@ -33,12 +33,7 @@ from dmplay.registry.problem_name_kinds import names_bot
 from dmplay.registry.problems import builtin_stem, load_problem
 from dmplay.registry.user_code import load_named_attribute, may_name_code
 
-NON_PARAMETER_FIELDS = (
-    "problem",
-    "seat",
-    "policy_lookup",
-    "opponents",
-)  # fields that are not parameters
+NON_PARAMETER_FIELDS = ("problem", "seat", "policy_lookup", "opponents")
 MAX_LISTED_PROBLEMS = 4  # maximum number of problems listed for an agent that does not fit
 
 
@@ -114,16 +109,12 @@ def load_roster(problem: Problem, seat: int = 0) -> Roster:
     module_name = builtin_stem(problem)
     if not module_name or find_spec(f"dmplay.agents.{module_name}") is None:
         module_name = "user_defined_problems"
-    specific, general = (
-        _load_module_roster(module_name, problem, seat),
-        _load_module_roster("random_agent", problem, seat),
-    )
+    specific = _load_module_roster(module_name, problem, seat)
+    general = _load_module_roster("random_agent", problem, seat)
     merged = replace(specific, agents={**specific.agents, **general.agents})
-    return (
-        merged
-        if builtin_stem(problem)
-        else problem_module_exports.merge_module_agents(problem, seat, merged)
-    )
+    if builtin_stem(problem):
+        return merged
+    return problem_module_exports.merge_module_agents(problem, seat, merged)
 
 
 def load_agent(problem: Problem, seat: int, name: str) -> Policy:
@@ -156,18 +147,13 @@ def load_agent(problem: Problem, seat: int, name: str) -> Policy:
             raise
         _raise_if_for_other_problems(problem, seat, source)
         raise BadPolicy(f"{name}: cannot construct a policy from (problem, seat)") from None
-    missing = [
-        member
-        for member in ("uniform_count", "initial_memory", "update_memory", "choose")
-        if not hasattr(policy, member)
-    ]
+    members = ("uniform_count", "initial_memory", "update_memory", "choose")
+    missing = [member for member in members if not hasattr(policy, member)]
     if missing:
         raise BadPolicy(f"{name}: not a policy, because it lacks {', '.join(missing)}")
     if not isinstance(policy.uniform_count, INTEGER_TYPES) or policy.uniform_count < 0:
-        raise BadPolicy(
-            f"{name}: uniform_count: got {policy.uniform_count!r}, expected a whole number, "
-            "0 or more"
-        )
+        got = f"{name}: uniform_count: got {policy.uniform_count!r}"
+        raise BadPolicy(f"{got}, expected a whole number, 0 or more")
     return policy
 
 
@@ -257,11 +243,8 @@ def default_agent(problem: Problem, seat: int, turn_limit: int | None = None) ->
     It is the roster's batch agent, else the hint provider, else the default partner.
     """
     seat_roster = load_roster(problem, seat)
-    hint_provider = (
-        seat_roster.hint_provider_for(turn_limit)
-        if find_hint_provider(problem, AdviceQuestion(seat, turn_limit))
-        else None
-    )
+    has_provider = find_hint_provider(problem, AdviceQuestion(seat, turn_limit))
+    hint_provider = seat_roster.hint_provider_for(turn_limit) if has_provider else None
     return seat_roster.batch_agent or hint_provider or seat_roster.default_partner
 
 
@@ -292,10 +275,8 @@ def plan_for_turn_limit(problem: Problem, seat: int, name: str, turn_limit: int)
         or "horizon" in _parse_parameters(agent_class, parameter_text, base)
     ):
         return name
-    return _format_agent_name(
-        base,
-        _make_roster_agent(problem, seat, name).adapt_to_game(AdviceQuestion(seat, turn_limit)),
-    )
+    agent = _make_roster_agent(problem, seat, name)
+    return _format_agent_name(base, agent.adapt_to_game(AdviceQuestion(seat, turn_limit)))
 
 
 def default_parameters(agent_class: type[SeatPolicy]) -> dict[str, object]:
@@ -305,10 +286,8 @@ def default_parameters(agent_class: type[SeatPolicy]) -> dict[str, object]:
 
 def parameter_meanings(agent_class: type[SeatPolicy]) -> dict[str, str]:
     """Return the parameters of an agent with their descriptions, '' if there is none."""
-    return {
-        parameter.name: parameter.metadata.get("meaning", "")
-        for parameter in _parameter_fields(agent_class)
-    }
+    parameters = _parameter_fields(agent_class)
+    return {parameter.name: parameter.metadata.get("meaning", "") for parameter in parameters}
 
 
 def _load_module_roster(module: str, problem: Problem, seat: int) -> Roster:

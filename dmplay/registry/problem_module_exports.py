@@ -29,11 +29,8 @@ def problem_classes(module: ModuleType) -> dict[str, type[Problem]]:
     """Return the playable problem classes that a module defines, by name."""
     classes = [value for value in vars(module).values() if isinstance(value, type)]
     module_classes = [kind for kind in classes if kind.__module__ == module.__name__]
-    return {
-        kind.__name__: kind
-        for kind in module_classes
-        if issubclass(kind, Problem) and _is_playable_class(kind, module_classes)
-    }
+    kinds = [kind for kind in module_classes if issubclass(kind, Problem)]
+    return {kind.__name__: kind for kind in kinds if _is_playable_class(kind, module_classes)}
 
 
 def _is_playable_class(kind: type[Problem], module_classes: list[type]) -> bool:
@@ -46,10 +43,9 @@ def module_variants(module: ModuleType) -> dict[str, Problem]:
     """Return the variants that a module defines in VARIANTS, by name."""
     variants_by_name = getattr(module, "VARIANTS", {})
     if not isinstance(variants_by_name, Mapping):
-        raise BadParameter(
-            f"{_format_module_file(module)}: VARIANTS: got "
-            f"{variants_by_name!r}, expected a mapping of names to problems"
-        )
+        location = f"{_format_module_file(module)}: VARIANTS"
+        expected = "expected a mapping of names to problems"
+        raise BadParameter(f"{location}: got {variants_by_name!r}, {expected}")
     return {
         str(name): to_problem(f"VARIANTS: {name}", value)
         for name, value in variants_by_name.items()
@@ -98,14 +94,9 @@ def merge_module_agents(problem: Problem, seat: int, default_roster: "Roster") -
         return default_roster
     for name, agent_class in module_roster.agents.items():
         _check_agent(location, name, agent_class)
-    agents = {
-        **module_roster.agents,
-        **{
-            agent_name: default_class
-            for agent_name, default_class in default_roster.agents.items()
-            if agent_name not in module_roster.agents
-        },
-    }
+    agents = {**module_roster.agents}
+    for agent_name, default_class in default_roster.agents.items():
+        agents.setdefault(agent_name, default_class)
     roles = {
         name: getattr(module_roster, name)
         for name in (
@@ -121,16 +112,12 @@ def merge_module_agents(problem: Problem, seat: int, default_roster: "Roster") -
             raise BadParameter(
                 f"{location}: {role}: got {role_agent!r}, expected one of {', '.join(agents)}"
             )
-    planner = (
-        module_roster.finite_horizon_hint_provider
-        if module_roster.hint_provider
-        else default_roster.finite_horizon_hint_provider
-    )
+    provider = module_roster if module_roster.hint_provider else default_roster
     return replace(
         module_roster,
         agents=agents,
-        hint_provider=module_roster.hint_provider or default_roster.hint_provider,
-        finite_horizon_hint_provider=planner,
+        hint_provider=provider.hint_provider,
+        finite_horizon_hint_provider=provider.finite_horizon_hint_provider,
     )
 
 

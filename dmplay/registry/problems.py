@@ -96,10 +96,8 @@ def find_problem(
     result = source.load(name)
     if not parameters:
         return LoadedProblem(result.name, result.problem, {}, result.origin)
-    problem, defaults = (
-        with_parameters(result.problem, parameters),
-        parameter_values(result.problem),
-    )
+    problem = with_parameters(result.problem, parameters)
+    defaults = parameter_values(result.problem)
     changed = {
         key: value for key, value in parameter_values(problem).items() if value != defaults[key]
     }
@@ -121,11 +119,9 @@ def load_variants(name: str) -> dict[str, Problem]:
         return {}
     module = source.load_module(name)
     classes = problem_module_exports.problem_classes(module)
-    standard = (
-        {"": problem_module_exports.to_problem(name, *classes.values())}
-        if len(classes) == 1
-        else {}
-    )
+    standard = {}
+    if len(classes) == 1:
+        standard[""] = problem_module_exports.to_problem(name, *classes.values())
     return standard | problem_module_exports.module_variants(module)
 
 
@@ -244,10 +240,8 @@ def _installed_module(name: str) -> ModuleType:
 def _load_installed(name: str) -> LookupResult:
     """Return the problem of an entry point, `MODULE` or `MODULE:PROBLEM`."""
     base, _, variant = name.partition(":")
-    attribute_name, module = (
-        entry_point_targets()[_base_name(name)].partition(":")[2],
-        _installed_module(name),
-    )
+    attribute_name = entry_point_targets()[_base_name(name)].partition(":")[2]
+    module = _installed_module(name)
     if attribute_name and not variant:
         return LookupResult(
             name, problem_module_exports.to_problem(name, getattr(module, attribute_name))

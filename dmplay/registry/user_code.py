@@ -23,11 +23,9 @@ def names_module(name: str) -> bool:
 def load_named_module(name: str) -> ModuleType:
     """Return the module that a name points into: a path or a dotted name before the colon."""
     source = name.partition(":")[0]
-    return (
-        module_loader.load_module_from_file(source)
-        if names_python_file(source)
-        else module_loader.load_module_by_name(source, name)
-    )
+    if names_python_file(source):
+        return module_loader.load_module_from_file(source)
+    return module_loader.load_module_by_name(source, name)
 
 
 def load_named_attribute(name: str) -> Any:

@@ -54,12 +54,8 @@ def complete_line(controller: GameController, text_before_cursor: str) -> list[s
     words = text_before_cursor.split()
     if not words:
         problem_names = [] if controller.has_game else name_lists.complete_problems()
-        return [
-            *list_actions(controller),
-            *(entry.name for entry in COMMANDS),
-            *controller.aliases,
-            *problem_names,
-        ]
+        names = (entry.name for entry in COMMANDS)
+        return [*list_actions(controller), *names, *controller.aliases, *problem_names]
     command, *arguments = words
     last_word = arguments[-1] if arguments else ""
     if command == "play" or (not controller.has_game and command in name_lists.complete_problems()):
@@ -130,11 +126,8 @@ def _list_seat_assignments(problem: str) -> list[str]:
 
 def _list_current_seed(controller: GameController) -> list[str]:
     """Return the seed of the current game if it may be shown."""
-    return (
-        [str(controller.game.seed)]
-        if controller.has_game and controller.game.is_seed_visible
-        else []
-    )
+    is_visible = controller.has_game and controller.game.is_seed_visible
+    return [str(controller.game.seed)] if is_visible else []
 
 
 def _list_current_parameters(controller: GameController) -> list[str]:

@@ -84,13 +84,9 @@ def _play_agent_turns(game: Game, command: str, turn_count: int) -> str:
     reports = [
         game.narrator.describe_change(game.snapshot(), previous_count) for previous_count in steps
     ]
-    if len(reports) > 1:
-        return TurnReports("\n".join(reports))
-    return (
-        reports[0]
-        if reports
-        else f"the game is over ({describe_end_reason(game.session.end_reason)})"
-    )
+    if not reports:
+        return f"the game is over ({describe_end_reason(game.session.end_reason)})"
+    return TurnReports("\n".join(reports)) if len(reports) > 1 else reports[0]
 
 
 def show_situation(game: Game, argument: str) -> str:
@@ -139,10 +135,8 @@ def show_belief(game: Game, argument: str) -> str:
     entries = [f"{game.problem.format_state(states[i])} {belief[i]:.3f}" for i in order]
     omitted_count = len(states) - len(order)
     if omitted_count:
-        entries.append(
-            f"{format_count(omitted_count, 'other state')} "
-            f"{max(1.0 - belief[order].sum(), 0.0):.3f}"
-        )
+        omitted = format_count(omitted_count, "other state")
+        entries.append(f"{omitted} {max(1.0 - belief[order].sum(), 0.0):.3f}")
     other_count = len(game.problem.agents) - 1
     others = "the other agents act" if other_count > 1 else "the other agent acts"
     model = f", if {others} at random" if other_count else ""
@@ -272,10 +266,8 @@ def show_transcript(game: Game, argument: str) -> str:
     if game.transcript_path is None:
         return "transcript: this game is not recorded; --record FILE records it from the start"
     relation = "in" if game.recorder else "replayed from"
-    path = (
-        f"transcript: {format_count(len(game.session.turns), 'turn')} "
-        f"{relation} {game.transcript_path}"
-    )
+    count = format_count(len(game.session.turns), "turn")
+    path = f"transcript: {count} {relation} {game.transcript_path}"
     return format_reply(
         [path, "", *format_lines(game.narrator.visible_turn_facts(game.snapshot()))]
     )

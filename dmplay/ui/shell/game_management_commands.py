@@ -51,10 +51,8 @@ def _append_warning(controller: GameController, reply: str) -> str:
 def restart_with_seed(controller: GameController, argument: str) -> str:
     """Restart the current game with the typed seed; without an argument, return the seed."""
     if not argument:
-        return (
-            "seed: "
-            f"{controller.game.seed if controller.game.is_seed_visible else 'shown after the game'}"
-        )
+        game = controller.game
+        return f"seed: {game.seed if game.is_seed_visible else 'shown after the game'}"
     number = parse_whole_number(argument)
     if number is None:
         raise BadParameter(f"seed: got {argument!r}, expected a whole number, such as 7")
@@ -78,11 +76,8 @@ def seat_agent(controller: GameController, argument: str) -> str:
     seats = [*(game.request.seats if game.request else ()), f"{name}={player}"]
     players = [*game.player_names]
     players[find_seat(game.problem, name)] = player
-    cleared_options = (
-        {}
-        if list_human_seats(players)
-        else {"player": "", "ghost_agent": "", "is_handed_in": False}
-    )
+    personal_options = {"player": "", "ghost_agent": "", "is_handed_in": False}
+    cleared_options = {} if list_human_seats(players) else personal_options
     return controller.confirmation_question(f"agent {argument}") or controller.restart(
         seats=seats, **cleared_options
     )
@@ -110,11 +105,8 @@ def save_transcript(controller: GameController, argument: str) -> str:
     """
     game, recorder = controller.game, controller.game.recorder
     if recorder is None and not (argument and game.request):
-        replay_message = (
-            f"this is a replay; its transcript is {game.transcript_path}"
-            if game.transcript_path
-            else ""
-        )
+        path = game.transcript_path
+        replay_message = f"this is a replay; its transcript is {path}" if path else ""
         missing_message = "this game is not recorded; --record FILE records it from the start"
         raise BadParameter(f"save: {replay_message or missing_message}")
     if recorder and not argument:

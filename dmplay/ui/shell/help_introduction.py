@@ -33,13 +33,8 @@ def lesson_lines(game: Game, *, shows_map: bool = False) -> list[str]:
     cost = content.costs + discount_note
     mark = f" On the map you are {content.map_mark}." if shows_map and content.map_mark else ""
     hidden_rewards = [] if problem.rewards_observable or game.reveal else [HIDDEN_REWARDS_NOTE]
-    return [
-        f"{content.role}.{mark}",
-        f"{content.objective}.",
-        f"{cost}.",
-        *hidden_rewards,
-        describe_example_turn(problem, view.seat, content),
-    ]
+    example = describe_example_turn(problem, view.seat, content)
+    return [f"{content.role}.{mark}", f"{content.objective}.", f"{cost}.", *hidden_rewards, example]
 
 
 def describe_other_players(game: Game) -> list[str]:
@@ -102,8 +97,6 @@ def _choose_legal_action(session: Session, seat: int, preferred: float | None) -
     if isinstance(actions, Interval):
         return (actions.low + actions.high) / 2 if preferred is None else preferred
     legal_actions = np.arange(len(actions)) if legal is None else np.flatnonzero(legal)
-    return (
-        preferred
-        if preferred in legal_actions and preferred is not None
-        else float(legal_actions[len(legal_actions) // 2])
-    )
+    if preferred is not None and preferred in legal_actions:
+        return preferred
+    return float(legal_actions[len(legal_actions) // 2])

@@ -76,25 +76,16 @@ class SentenceReporter(Reporter):
         """
         seed = f", seed {game.seed}" if game.is_seed_visible else ""
         if not game.human_seats:
-            print(
-                (
-                    f"{escape_unprintable(game.problem_name)}{seed}. "
-                    f"{', '.join(map(escape_unprintable, game.player_names))}."
-                ),
-                flush=True,
-            )
+            players = ", ".join(map(escape_unprintable, game.player_names))
+            print(f"{escape_unprintable(game.problem_name)}{seed}. {players}.", flush=True)
             return
         help_ = "type help, look, legal, or an action."
         print(
             f"plain mode ({self._terminal.plain_reason}). "
             f"{escape_unprintable(game.problem_name)}{seed}. {help_}"
         )
-        print(
-            *game.picture_rows(),
-            game.narrator.describe_situation(game.snapshot()),
-            sep="\n",
-            flush=True,
-        )
+        situation = game.narrator.describe_situation(game.snapshot())
+        print(*game.picture_rows(), situation, sep="\n", flush=True)
 
     def report_turn(self, game: Game) -> None:
         """Print one line on the last turn.
@@ -166,10 +157,8 @@ class JsonReporter(Reporter):
         """Print an undo, a hint, its reasons, or the text of the reply."""
         turn_count, hint = len(game.session.turns), game.hint_provider.current_hint
         if turn_count < before:
-            self._print_event(
-                "undo",
-                {"turns": before - turn_count} | game.narrator.visible_turn_facts(game.snapshot()),
-            )
+            facts = game.narrator.visible_turn_facts(game.snapshot())
+            self._print_event("undo", {"turns": before - turn_count} | facts)
         elif isinstance(text, DataReply):
             self._print_event(text.event, {**text.data, "text": str(text)})
         elif hint and text.startswith("hint"):
@@ -196,10 +185,8 @@ class JsonReporter(Reporter):
         if game.open_question:
             return ""
         seat, legal = game.viewing_seat, game.session.legal_actions_mask(game.viewing_seat)
-        facts = {
-            "turn": len(game.session.turns) + 1,
-            "legal": describe_choices(game.problem, seat, legal),
-        }
+        choices = describe_choices(game.problem, seat, legal)
+        facts = {"turn": len(game.session.turns) + 1, "legal": choices}
         self._print_event("ask", {"seat": game.problem.agents[seat]} | facts)
         return ""
 
@@ -338,11 +325,9 @@ def wait_for_handover(controller: GameController) -> str:
         getpass.getpass(f"pass the keyboard to {name}; press Enter when ready. ")
     controller.complete_handover()
     snapshot = game.snapshot()
-    return (
-        game.narrator.describe_turn(snapshot)
-        if snapshot.turn
-        else game.narrator.describe_situation(snapshot)
-    )
+    if snapshot.turn:
+        return game.narrator.describe_turn(snapshot)
+    return game.narrator.describe_situation(snapshot)
 
 
 def read_choice(controller: GameController, prompt: str, stdin: TextIO) -> str:

@@ -138,11 +138,9 @@ class Shell:
                 game.viewing_seat
             )  # Names are typed here, not keys.
             typed_labels = {label: label for label in labels if len(label) <= 2}
-            board = game.draw_board(
-                options._replace(
-                    show_keys=game.choosing_seat is not None, keys_by_action=typed_labels
-                )
-            )
+            shows_keys = game.choosing_seat is not None
+            options = options._replace(show_keys=shows_keys, keys_by_action=typed_labels)
+            board = game.draw_board(options)
             print(to_ansi(board, self.terminal.theme))
         elif is_new_game:
             print(game.narrator.describe_situation(game.snapshot()))
