@@ -8,9 +8,10 @@ import os
 import tempfile
 from collections.abc import Callable
 from itertools import zip_longest
-from math import isclose
+from math import inf, isclose
 from pathlib import Path
 from random import Random
+from time import monotonic
 
 import numpy as np
 
@@ -24,6 +25,7 @@ from dmplay.registry.problems import load_problem
 
 SCALES = (1e-8, 1e-12, 1e8, 1e-3)
 NUMBER_TOLERANCE = 1e-6  # share of a problem's largest value by which scaled values may differ
+MIN_SIZE = 1e-3  # of the largest value at a scale of 1; below it are rounding errors
 PRINTED_DIGIT = 1.01e-4  # of a probability in four decimals
 POMDP_METHODS = {"alpha vectors, infinite horizon", "point-based, infinite horizon"}
 ProblemText = Callable[[float], str]
@@ -190,7 +192,7 @@ def _compare(  # noqa: PLR0911 - a return for each kind of solution
     if len(first.rows) != len(second.rows):
         return f"{len(first.rows)} rows, {len(second.rows)} rows"
     numbers = [abs(v) for row in first.rows for v in row.values() if isinstance(v, float)]
-    tolerance = NUMBER_TOLERANCE * max(numbers, default=0.0)
+    tolerance = NUMBER_TOLERANCE * max([MIN_SIZE, *numbers])
     for row, scaled_row in zip(first.rows, second.rows, strict=True):
         for name, cell in row.items():
             scaled_cell = scaled_row[name]
@@ -232,15 +234,17 @@ def main() -> None:
     parser.add_argument("--cases", type=int, default=1000)
     parser.add_argument("--first", type=int, default=0)
     parser.add_argument("--kind", default="")
+    parser.add_argument("--seconds", type=float, default=inf, help="begin no case after this time")
     options = parser.parse_args()
-    faults = 0
+    end, faults, number = monotonic() + options.seconds, 0, options.first
     with tempfile.TemporaryDirectory() as folder:
-        for number in range(options.first, options.first + options.cases):
+        while number < options.first + options.cases and monotonic() < end:
             difference = find_difference(number, Path(folder), options.kind)
+            number += 1
             if difference:
                 faults += 1
                 print(difference, flush=True)
-    print(f"{options.cases} cases, {faults} faults")
+    print(f"{number - options.first} cases, {faults} faults")
 
 
 if __name__ == "__main__":
