@@ -22,15 +22,16 @@ def format_score(value: float) -> str:
     return f"{value:.4g}" if abs(value) < MIN_WHOLE_SCORE else f"{value:.0f}"
 
 
-def format_number(value: float, digits: int = EXACT_DIGITS) -> str:
+def format_number(value: float, digits: int = EXACT_DIGITS, sign: str = "") -> str:
     """Return a number in significant digits, without an exponent if it is large.
 
     A number in six digits counts as exact and keeps at least two decimals, so that sums agree.
+    With the sign "+", positive numbers have one.
     """
     decimals = MONEY_DECIMALS * (digits == EXACT_DIGITS)
     if not 10.0 ** (digits - decimals) <= abs(value) < MAX_WHOLE_NUMBER:
-        return f"{value:.{digits}g}"
-    whole, point, fraction = f"{value:.{decimals}f}".partition(".")
+        return f"{value:{sign}.{digits}g}"
+    whole, point, fraction = f"{value:{sign}.{decimals}f}".partition(".")
     return f"{whole}{point}{fraction.rstrip('0')}".removesuffix(".")
 
 

@@ -269,7 +269,9 @@ def _format_histograms(results: Sequence[SettingResult]) -> str:
     for result in results:
         for seat, name in enumerate(result.lineup.agent_names):
             bars, low, high = draw_histogram(result.run.rollout.returns[:, seat])
-            rows.append(f"{low:>9.4g} {bars} {high:<9.4g} {result} {name}".rstrip())
+            rows.append(
+                f"{format_score(low):>9} {bars} {format_score(high):<9} {result} {name}".rstrip()
+            )
     return "\n".join(rows)
 
 
@@ -414,6 +416,11 @@ def _pair_row(agent: str, opponent: str, difference: Difference) -> Row:
     }
 
 
+def _format_signed(number: object, digits: int = 4) -> str:
+    """Return a number in significant digits with its sign."""
+    return format_number(float(str(number)), digits, "+")
+
+
 def _pair_table_row(row: Row) -> Row:
     """Return the difference between two agents as a table row, from its row of data."""
     games_saved = row["games saved"]
@@ -425,9 +432,11 @@ def _pair_table_row(row: Row) -> Row:
     return {
         "agent": row["agent"],
         "against": row["against"],
-        "difference": format_mean(row["difference"], row["standard error"], "+.4g"),
-        "luck": f"{row['luck']:+.2g}" if row["luck"] else MISSING_CELL,
-        "interval": f"{row['low']:+.4g} to {row['high']:+.4g}" if has_error else MISSING_CELL,
+        "difference": format_mean(row["difference"], row["standard error"], 4, "+"),
+        "luck": _format_signed(row["luck"], 2) if row["luck"] else MISSING_CELL,
+        "interval": f"{_format_signed(row['low'])} to {_format_signed(row['high'])}"
+        if has_error
+        else MISSING_CELL,
         "ahead": f"{100 * float(str(row['ahead'])):.3g} %",
         "behind": f"{100 * float(str(row['behind'])):.3g} %",
         "games with separate seeds": independent_games,

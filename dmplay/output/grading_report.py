@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from textwrap import fill
 
-from dmplay.core.text import escape_newlines, format_count, format_json_report
+from dmplay.core.text import escape_newlines, format_count, format_json_report, format_number
 from dmplay.errors import BadParameter
 from dmplay.evaluation.assignment import read_assignment
 from dmplay.evaluation.grading import GRADING_LIMITS, Grade, GradingReport
@@ -149,7 +149,7 @@ def _table_row(grade: Grade) -> Row:
         "return": "-" if grade.discounted_return is None else grade.discounted_return,
         "regret": "-"
         if grade.regret is None
-        else f"{grade.regret:.3g} ({grade.best_count}/{grade.valued_count} best)",
+        else f"{format_number(grade.regret, 3)} ({grade.best_count}/{grade.valued_count} best)",
         "undo": grade.undone_turn_count,
         "reroll": grade.reroll_count,
         "hints": grade.hint_count,

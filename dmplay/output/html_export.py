@@ -11,7 +11,7 @@ from typing import IO, NamedTuple
 
 from dmplay.core.problem_summary import score_label
 from dmplay.core.session import belief_size
-from dmplay.core.text import escape_unprintable, format_count
+from dmplay.core.text import escape_unprintable, format_count, format_score
 from dmplay.errors import BadParameter
 from dmplay.game.playback import Playback
 from dmplay.output.html_markup import (
@@ -230,7 +230,7 @@ def _render_plot(title: str, lines: Sequence[PlotLine]) -> str:
     # The plot is stretched to the width of the page, so its labels are not part of it.
     end_labels = "".join(
         f'<span class="label" style="top: {100 * y(value) / PLOT_VIEW_HEIGHT:.1f}%">'
-        f"{value:.3g}</span>"
+        f"{format_score(value)}</span>"
         for value in sorted({low, high})
     )
     cursor = (
@@ -238,7 +238,7 @@ def _render_plot(title: str, lines: Sequence[PlotLine]) -> str:
         f'y1="{PLOT_MARGIN}" y2="{PLOT_MARGIN + PLOT_HEIGHT}"/>'
     )
     legend = ", ".join(
-        f'<span class="{color}">{escape_html(line.name)} {line.values[-1]:.4g}</span>'
+        f'<span class="{color}">{escape_html(line.name)} {format_score(line.values[-1])}</span>'
         for line, color in zip(lines, _line_colors(len(lines)), strict=True)
     )
     view_box = (

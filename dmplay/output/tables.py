@@ -60,15 +60,14 @@ def _collapse_blanks(text: str) -> str:
     return BLANK_PATTERN.sub(" ", escape_unprintable(text)).strip(" ")
 
 
-def format_mean(mean: object, error: object, number_format: str = ".5g") -> str:
+def format_mean(mean: object, error: object, digits: int = 5, sign: str = "") -> str:
     """Return a mean and its standard error as text, or the mean alone if it has no error."""
-    has_mean = format_cell(mean) != MISSING_CELL
-    text = f"{mean:{number_format}}" if has_mean else MISSING_CELL
-    return (
-        text
-        if not has_mean or error is None or format_cell(error) == MISSING_CELL
-        else f"{text} ± {error:.2g}"
-    )
+    if not isinstance(mean, float) or not isfinite(mean):
+        return format_cell(mean)
+    text = format_number(mean, digits, sign)
+    if not isinstance(error, float) or not isfinite(error):
+        return text
+    return f"{text} ± {format_number(error, 2)}"
 
 
 def format_csv(rows: Sequence[Row]) -> str:

@@ -9,7 +9,7 @@ import numpy as np
 from dmplay.core.arrays import Reals
 from dmplay.core.policy import Policy
 from dmplay.core.problem import Problem
-from dmplay.core.text import format_count, format_json_report, format_upper_bound
+from dmplay.core.text import format_count, format_json_report, format_score, format_upper_bound
 from dmplay.errors import BadParameter
 from dmplay.evaluation.executors import open_execution_backend
 from dmplay.evaluation.return_bounds import compute_return_bounds
@@ -196,7 +196,9 @@ def _cross_table(tournament: TournamentResult) -> list[Row]:
     for name, row_returns in zip(tournament.entrants, tournament.mean_returns, strict=True):
         row: Row = {"first seat": name}
         for opponent, returns in zip(tournament.entrants, row_returns, strict=True):
-            row[opponent] = "-" if np.isnan(returns).any() else "{:.4g}, {:.4g}".format(*returns)
+            row[opponent] = (
+                "-" if np.isnan(returns).any() else ", ".join(map(format_score, returns))
+            )
         rows.append(row)
     return rows
 
@@ -238,7 +240,7 @@ def _standing_table_row(row: Row) -> Row:
     cells["mean return"] = format_mean(cells["mean return"], cells.pop("standard error"))
     for name, error in (("share in equilibrium", "share error"), ("regret", "regret error")):
         if name in cells:
-            cells[name] = format_mean(cells[name], cells.pop(error), ".4g")
+            cells[name] = format_mean(cells[name], cells.pop(error), 4)
     if "exact regret" in cells:
-        cells["exact regret"] = format_mean(cells["exact regret"], cells.pop("exact error"), ".4g")
+        cells["exact regret"] = format_mean(cells["exact regret"], cells.pop("exact error"), 4)
     return cells

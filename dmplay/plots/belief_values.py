@@ -13,7 +13,7 @@ from dmplay.core.arrays import Reals
 from dmplay.core.belief import initial_belief
 from dmplay.core.problem import Problem
 from dmplay.core.tabular import tabulate
-from dmplay.core.text import format_count, format_upper_bound
+from dmplay.core.text import format_count, format_score, format_upper_bound
 from dmplay.errors import BadParameter, UnknownName
 from dmplay.plots.plot_data import (
     LinePanel,
@@ -61,7 +61,7 @@ def plot_alpha_vectors(subject: PlottedProblem, methods: Sequence[str] = METHODS
     start = initial_belief(subject.problem)
     start_values = [float((result.vectors @ start).max()) for result in results.values()]
     notes = [
-        f"value {value:.4g} at the start; {METHOD_NOTES[method]}"
+        f"value {format_score(value)} at the start; {METHOD_NOTES[method]}"
         for method, value in zip(methods, start_values, strict=True)
     ]
     notes += _describe_gaps(results) + subject.horizon_notes

@@ -4,7 +4,7 @@ import numpy as np
 
 from dmplay.core.arrays import Array
 from dmplay.core.problem import Problem
-from dmplay.core.text import format_count
+from dmplay.core.text import format_count, format_score
 from dmplay.errors import BadParameter
 from dmplay.game.hints.review import ReviewedAction, append_scope, total_regret
 from dmplay.game.launch_requests import ReplayRequest
@@ -78,7 +78,9 @@ def plot_regret(recording: ReplayRequest) -> Plot:
     ]
     total = total_regret(reviewed_actions)
     first = reviewed_actions[0]
-    notes = [f"total regret {total:.4g} in {format_count(len(reviewed_actions), 'choice')}"]
+    notes = [
+        f"total regret {format_score(total)} in {format_count(len(reviewed_actions), 'choice')}"
+    ]
     game_text = ", ".join(filter(None, (first.scope, first.about)))
     notes += [f"the values in turn {first.turn} are about: {game_text}"] if game_text else []
     return Plot(f"{_title(game)}: regret by turn", panels, notes=notes)

@@ -7,7 +7,7 @@ from dmplay.core.arrays import Reals
 from dmplay.core.best_actions import mark_best_actions, select_greedy_actions
 from dmplay.core.problem import Problem
 from dmplay.core.tabular import tabulate
-from dmplay.core.text import format_count
+from dmplay.core.text import format_count, format_score
 from dmplay.plots.plot_data import (
     GridPanel,
     HexPanel,
@@ -236,7 +236,7 @@ def _plot_state_table(subject: PlottedProblem, what: str) -> Plot:
     q, states = compute_state_action_values(subject), problem.enumerate_states()
     is_best = mark_best_actions(q, problem.reward_scale) & ~problem.terminal(states)[:, None]
     cells = [
-        [f"{row.max():.4g}", format_actions(problem, mask)]
+        [format_score(row.max()), format_actions(problem, mask)]
         for row, mask in zip(q, is_best, strict=True)
     ]
     names = [problem.format_state(s) for s in states]

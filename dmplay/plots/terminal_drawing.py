@@ -13,6 +13,7 @@ import numpy as np
 from rich.text import Text
 
 from dmplay.core.arrays import Reals
+from dmplay.core.text import format_score
 from dmplay.plots.plot_data import (
     BoardPanel,
     Box,
@@ -245,11 +246,16 @@ def _draw_grid(panel: GridPanel, columns: int, actions: dict[str, str]) -> Text:
         area.draw_cell(area.column_of(x), area.row_of(y), MARK_GLYPH, "bold red")
     lines = [area.to_text()]
     if not panel.categories:
-        legend = f"{panel.value_label}: blank {low:.4g} to {VALUE_LEVELS[-1]} {high:.4g}"
-        lines.append(Text(legend, "cyan"))
+        lines.append(_draw_value_legend(panel.value_label, low, high))
     if panel.marks:
         lines.append(Text(f"{MARK_GLYPH} {panel.mark_label}", "bold red"))
     return Text("\n").join(lines)
+
+
+def _draw_value_legend(label: str, low: float, high: float) -> Text:
+    """Return the numbers of the lowest and the highest level."""
+    numbers = f"blank {format_score(low)} to {VALUE_LEVELS[-1]} {format_score(high)}"
+    return Text(f"{label}: {numbers}", "cyan")
 
 
 def _draw_hexes(panel: HexPanel, columns: int) -> Text:
@@ -314,9 +320,7 @@ def _draw_triangle(panel: TrianglePanel, actions: dict[str, str], *, is_small: b
     lines = [Text(f"top: {top}", "dim"), canvas.to_text()]
     lines.append(Text(f"left: {left}; right: {right}", "dim"))
     if panel.shows_values:
-        lines.append(
-            Text(f"{panel.value_label}: blank {low:.4g} to {VALUE_LEVELS[-1]} {high:.4g}", "cyan")
-        )
+        lines.append(_draw_value_legend(panel.value_label, low, high))
     return Text("\n").join(lines)
 
 

@@ -1,5 +1,6 @@
 """Tests that solutions follow the scale of the rewards."""
 
+import re
 from pathlib import Path
 
 import pytest
@@ -12,6 +13,7 @@ from dmplay.evaluation.solutions.solve import solve
 from dmplay.game.hints.hint_provider import HintProvider, count_decimals, format_fixed
 from dmplay.registry.problems import load_problem
 from tests.fuzz.reward_scales import KINDS, find_difference
+from tests.support.programs import run_dmplay
 
 SMALL_MDP = """
 discount: 0.95
@@ -138,6 +140,29 @@ def test_large_numbers_have_no_exponent_and_small_ones_do(
     value: float, digits: int, text: str
 ) -> None:
     assert format_number(value, digits) == text
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        "run FILE --agent random --episodes 30 --turns 4",
+        "compare FILE optimal random --episodes 30 --turns 4",
+        "plot returns FILE --agent random --episodes 30 --turns 4",
+        "plot values FILE",
+        "solve FILE",
+        "solve FILE --turns 4",
+        "watch value-iteration FILE --iterations 3",
+        "play FILE --seed 2 --turns 3",
+    ],
+)
+def test_no_report_prints_large_rewards_with_an_exponent(tmp_path: Path, command: str) -> None:
+    text = SMALL_MDP.replace("2e-9", "1250100").replace("-1e-9", "-1250100.5")
+    path = write_file(tmp_path, "mdp", text.replace("1e-10", "1250000"))
+    typed_lines = "hint\nwhy\nwhatif try\ntry\nhelp\nreview\nundo\nrest\nrest\nrest\n"
+    words = command.replace("FILE", path).split()
+    output = run_dmplay(tmp_path, *words, stdin=typed_lines).stdout
+    assert re.search(r"[0-9]{7}", output)
+    assert not re.search(r"[0-9]e\+[0-9]", output), output
 
 
 def test_a_discount_near_1_gets_no_false_word_about_convergence(tmp_path: Path) -> None:

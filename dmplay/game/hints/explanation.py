@@ -10,7 +10,7 @@ from dmplay.core.arrays import Reals
 from dmplay.core.best_actions import VALUE_TOLERANCE
 from dmplay.core.problem import ContinuousStates
 from dmplay.core.session import Session
-from dmplay.core.text import count_probability_decimals
+from dmplay.core.text import count_probability_decimals, format_score
 from dmplay.game.hints.action_breakdown import (
     END_PREFIX,
     ActionBreakdown,
@@ -297,7 +297,8 @@ class _ValueExplainer:
         """Return the value after an outcome, and its reward if those of the actions differ."""
         problem = self._session.problem
         differ = _has_different_rewards(*breakdowns)
-        reward = f"reward {outcome.reward:.4g}" if differ and problem.rewards_observable else ""
+        shows_reward = differ and problem.rewards_observable
+        reward = f"reward {format_score(outcome.reward)}" * shows_reward
         after = f"then {self._worth} {self._number(outcome.value_after)}" * (
             not breakdowns[0].is_last_turn
         )

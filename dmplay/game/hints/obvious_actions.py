@@ -9,6 +9,7 @@ from dmplay.agents.base import SeatPolicy
 from dmplay.core.arrays import Reals
 from dmplay.core.best_actions import VALUE_TOLERANCE
 from dmplay.core.session import SeatedPolicy, Session
+from dmplay.core.text import format_score
 from dmplay.game.hints.action_breakdown import ActionBreakdown
 from dmplay.views.protocol import load_view_module
 
@@ -122,5 +123,5 @@ def _repeat_success(
     """Yield the last action if its visible reward was positive and it is legal now."""
     view = session.view(seat)
     if view.rewards and view.rewards[-1] > 0.0 and int(view.actions[-1]) in breakdowns:
-        reward = f"{view.rewards[-1]:.4g}"
+        reward = format_score(view.rewards[-1])
         yield ObviousAction(int(view.actions[-1]), f"which just paid {reward}")

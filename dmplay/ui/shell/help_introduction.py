@@ -6,6 +6,7 @@ from dmplay.agents.base import SeatPolicy, address_opponent
 from dmplay.core.problem import ContinuousStates, Problem
 from dmplay.core.session import Session
 from dmplay.core.spaces import Interval
+from dmplay.core.text import format_score
 from dmplay.core.uniforms import SeededUniforms
 from dmplay.game.game import Game
 from dmplay.game.verdict import RANDOM_AGENT, name_compared_agent
@@ -88,7 +89,7 @@ def describe_example_turn(problem: Problem, seat: int, lesson: Lesson) -> str:
     start = phrase.format(*words)
     start = start if shows_state else "one turn"
     turn_text = load_view_module(problem).describe_turn(session.view(seat))
-    return f"For example, {start}: {turn_text} The reward is {reward:.4g}."
+    return f"For example, {start}: {turn_text} The reward is {format_score(reward)}."
 
 
 def _choose_legal_action(session: Session, seat: int, preferred: float | None) -> float:

@@ -178,7 +178,7 @@ def _draw_vector_table(picture: AlphaVectorSet, options: DrawOptions) -> Text:
     heading += ", best at the belief first" if picture.belief is not None else ""
     canvas.write_text(0, 0, heading[: options.width], "dim")
     for y, index in enumerate(rows[: max(options.height - 1, 1)], 1):
-        numbers = " ".join(f"{value:.4g}" for value in picture.vectors[index])
+        numbers = " ".join(map(format_score, picture.vectors[index].tolist()))
         canvas.write_text(
             0, y, f"{picture.action_labels[index]:<{label_columns}} {numbers}"[: options.width]
         )

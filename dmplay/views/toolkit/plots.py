@@ -7,6 +7,7 @@ import numpy as np
 from rich.text import Text
 
 from dmplay.core.arrays import Reals
+from dmplay.core.text import format_number
 from dmplay.views.toolkit.canvas import Canvas
 
 TICK_STEPS = (1.0, 2.0, 5.0, 10.0)
@@ -21,7 +22,11 @@ class Axis:
     low: float
     high: float
     is_whole: bool = False  # whether only whole numbers are marked, as for turns
-    tick_format: str = "{:.6g}"
+    tick_format: str = ""  # instead of that of other numbers
+
+    def format_tick(self, value: float) -> str:
+        """Return the text at a mark."""
+        return self.tick_format.format(value) if self.tick_format else format_number(value)
 
 
 class PlotArea:
@@ -34,7 +39,7 @@ class PlotArea:
     def __init__(self, x: Axis, y: Axis, columns: int, rows: int) -> None:
         self.x, self.y, self.rows = x, y, rows
         y_ticks = _choose_ticks(y, max(rows // 4, 2))
-        labels = [y.tick_format.format(value) for value in y_ticks]
+        labels = [y.format_tick(value) for value in y_ticks]
         self.left = max(map(len, labels)) + 2
         self.columns = columns - self.left
         self.canvas = Canvas()
@@ -48,7 +53,7 @@ class PlotArea:
         self.canvas.write_text(self.left - 1, rows + 1, "└" + "─" * self.columns, "dim")
         end = 0
         for value in _choose_ticks(x, max(self.columns // 12, 2)):
-            label, column = x.tick_format.format(value), self.column_of(value)
+            label, column = x.format_tick(value), self.column_of(value)
             self.canvas.write_text(self.left + column, rows + 1, "┴", "dim")
             start = min(max(self.left + column - len(label) // 2, 0), columns - len(label))
             if start >= end:
