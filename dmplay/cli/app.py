@@ -5,6 +5,7 @@ import shlex
 from contextlib import suppress
 from difflib import get_close_matches
 from functools import cache
+from itertools import pairwise
 from typing import Any
 
 import typer
@@ -91,8 +92,17 @@ def _check_misspelling(name: str) -> None:
 
 
 def _check_repeated_options(args: list[str]) -> None:
-    """Raise BadParameter if an option for one seat is typed twice; only the last would count."""
+    """Raise BadParameter if one seat or parameter is set twice; only the last would count."""
     options = [word.partition("=")[0] for word in args]
+    pairs = [*pairwise([*args, ""])]
+    for option in ("--seat", "--set"):
+        values = [value for word, value in pairs if word == option]
+        values += [word.partition("=")[2] for word in args if word.startswith(f"{option}=")]
+        names = [value.partition("=")[0].strip() for value in values]
+        repeated = next((name for name in names if names.count(name) > 1), None)
+        if repeated is not None:
+            count = names.count(repeated)
+            raise BadParameter(f"{option}: got {repeated} {count} times, expected each name once")
     for option, remedy in SINGLE_OPTIONS.items():
         if options.count(option) > 1:
             raise BadParameter(f"{option}: got {options.count(option)}, expected one; {remedy}")

@@ -502,6 +502,21 @@ def test_an_agent_that_would_be_ignored_is_an_error(tmp_path: Path) -> None:
     assert result.stderr.startswith("error: --agent: got 2, expected one; --seat NAME=AGENT sets")
 
 
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("--seat", "agent1=grim", "--seat=agent1=tit-for-tat"), "--seat: got agent1 2 times"),
+        (("--set", "discount=0.9", "--set", "discount=0.8"), "--set: got discount 2 times"),
+    ],
+)
+def test_a_setting_that_would_be_ignored_is_an_error(
+    tmp_path: Path, words: tuple[str, ...], message: str
+) -> None:
+    result = run_dmplay(tmp_path, "run", "prisoners-dilemma", *words, "--episodes", "2")
+    assert result.returncode == 2
+    assert result.stderr == f"error: {message}, expected each name once\n"
+
+
 def test_a_problem_may_follow_two_hyphens(tmp_path: Path) -> None:
     for words in (["hexworld", "--agent", "random", "--seed", "1"], ["list"], ["guide", "mcp"]):
         expected = run_dmplay(tmp_path, *words)
