@@ -103,7 +103,9 @@ def make_server(games: ModelGames) -> McpServer:
 
 
 def _format_number(value: object) -> object:
-    """Return a number as text, and any other value unchanged."""
+    """Return a number as text, without a decimal point if it is whole; return others unchanged."""
+    if isinstance(value, float) and value.is_integer():
+        value = int(value)
     return str(value) if isinstance(value, int | float) else value
 
 

@@ -157,7 +157,7 @@ def test_every_tool_returns_typed_content_and_disabled_tools_do_not_exist(
                 "info": {"problem": "catch"},
                 "new": {"problem": "catch"},
                 "look": {"game": "g1"},
-                "act": {"game": "g1", "action": 50},
+                "act": {"game": "g1", "action": 50.0},
                 "hint": {"game": "g1"},
                 "over": {"game": "g1"},
             }
