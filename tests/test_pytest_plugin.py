@@ -130,7 +130,12 @@ def test_update_keeps_the_line_ends_of_a_checkout(tmp_path: Path, transcript_pat
 
 @pytest.mark.parametrize(
     ("marker", "position", "line_end"),
-    [(b"<<<<<<< HEAD", 0.0, b"\n"), (b"=======", 0.5, b"\r\n"), (b">>>>>>> other", 1.0, b"\n")],
+    [
+        (b"<<<<<<< HEAD", 0.0, b"\n"),
+        (b"=======", 0.5, b"\r\n"),
+        (b">>>>>>> other", 1.0, b"\n"),
+        (b"||||||| base", 0.5, b"\n"),
+    ],
 )
 def test_a_merge_conflict_is_named_with_its_line(
     tmp_path: Path, transcript_path: Path, marker: bytes, position: float, line_end: bytes

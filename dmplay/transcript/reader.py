@@ -35,7 +35,7 @@ COMPLETE_END_LINE_PATTERN = re.compile(r'^end: .*"sha256": "[0-9a-f]+"\}$', re.M
 BLANKS = " \t\n"
 BLOCK_SEPARATOR = "\n\n"
 HINT_PATTERN = re.compile(r"^help: .*$", re.MULTILINE)
-CONFLICT_PATTERN = re.compile(r"^(?:<{7} |={7}$|>{7} )", re.MULTILINE)  # of git and others
+CONFLICT_PATTERN = re.compile(r"^(?:<{7} |={7}$|>{7} |\|{7} )", re.MULTILINE)  # of git and others
 NOTES_PATTERN = re.compile(r"(#.*\n)+\Z")
 
 
