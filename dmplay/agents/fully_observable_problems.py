@@ -21,6 +21,7 @@ from dmplay.agents.belief_policy_bases import MAX_HORIZON
 from dmplay.core.arrays import Array, Bools, Ints, Reals
 from dmplay.core.best_actions import compute_tolerance, select_greedy_actions
 from dmplay.core.chance import Categorical
+from dmplay.core.memoization import memoize
 from dmplay.core.parameters import parameter
 from dmplay.core.policy import Memory, Percept, requires_fields
 from dmplay.core.problem import Problem
@@ -55,8 +56,9 @@ class _StateAndTurnPolicy(SeatPolicy):
 
     @requires_fields("observation")
     def update_memory(self, memory: Memory, percept: Percept) -> Memory:
-        """Return the new state and one more turn done."""
-        return (percept.observation, memory[1] + 1)
+        """Return the new state and one more turn done; without an end, turns are not counted."""
+        turns_done = (memory[1] + 1) % self._game_turns if self._game_turns else memory[1]
+        return (percept.observation, turns_done)
 
     def adapt_to_game(self, question: AdviceQuestion) -> Self:
         """Return a policy that plans all turns of the game."""
@@ -72,6 +74,13 @@ class _StateAndTurnPolicy(SeatPolicy):
     def describe_scope(self, turns: int | None) -> str:
         """Return "infinite horizon" if a game of `turns` turns is not planned to its end."""
         return "" if turns in {None, self._game_turns} else WITHOUT_END
+
+    def _are_optimal(self, opponents: Sequence[str]) -> bool:
+        """Return whether these are agents `optimal` that plan the same number of turns."""
+        names = {f"optimal:horizon={self._game_turns}"}
+        if self._game_turns == self.problem.horizon:
+            names.add("optimal")
+        return bool(opponents) and {*opponents} <= names
 
     def _iter_rows_by_turns_left(self, memory: Memory) -> Iterator[tuple[Ints, Array, int | None]]:
         """Yield rows with equally many turns after this one, their states, and that number.
@@ -102,10 +111,12 @@ class BackwardInductionPolicy(_StateAndTurnPolicy):
     values_name = EXACT_VALUES
 
     def describe_assumed_players(self, opponents: Sequence[str]) -> str:
-        """Return the assumed play of the other agents, '' if there are none."""
+        """Return the assumed play of the other agents, '' if they play so."""
         if len(self.problem.agents) == 1:
             return ""
         has_ties = self._solution.indifferent_seats - {self.seat}
+        if self._are_optimal(opponents) and not has_ties:
+            return ""
         return f"if the other agents take their {'first ' * bool(has_ties)}best actions"
 
     @cached_property
@@ -208,8 +219,10 @@ class MaximinPolicy(_StateAndTurnPolicy):
     uniform_count = 1  # for the action
 
     def describe_assumed_players(self, opponents: Sequence[str]) -> str:
-        """Return the assumed play of the other agent."""
-        return f"if {self.problem.agents[1 - self.seat]} plays its maximin strategy"
+        """Return the assumed play of the other agents, '' if they play so."""
+        opponent = self.problem.agents[1 - self.seat]
+        assumption = f"if {opponent} plays its maximin strategy"
+        return "" if self._are_optimal(opponents) else assumption
 
     def choice_probabilities(self, memory: Memory) -> Reals:
         """Return the maximin strategy of each row `[B, A]`."""
@@ -291,9 +304,7 @@ class BestReplyEquilibrium(ReactivePolicy):
     @cached_property
     def _solution(self) -> BestResponseResult:
         """The policies that best-response dynamics lead to, over the reachable states."""
-        return best_response_dynamics.find_equilibrium(
-            self.problem, transition_graph.build_reachable_graph(self.problem)
-        )
+        return _find_best_reply_equilibrium(self.problem)
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
         """Return actions drawn from the mixed strategy in each state."""
@@ -307,6 +318,13 @@ class BestReplyEquilibrium(ReactivePolicy):
         return self._solution.q[self.seat][
             self._solution.graph.find_state_indices(self.problem, memory[0])
         ]
+
+
+@memoize
+def _find_best_reply_equilibrium(problem: Problem) -> BestResponseResult:
+    """Return the policies that best-response dynamics lead to, over the reachable states."""
+    graph = transition_graph.build_reachable_graph(problem)
+    return best_response_dynamics.find_equilibrium(problem, graph)
 
 
 def list_single_agent_policies(problem: Problem) -> dict[str, type[SeatPolicy]]:

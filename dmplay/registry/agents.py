@@ -183,11 +183,14 @@ def find_hint_provider(problem: Problem, question: AdviceQuestion) -> HintAgent 
 
 
 def _values_game_exactly(agent: HintAgent) -> bool:
-    """Return whether the values of an agent are exact in the game of its question."""
+    """Return whether the values are exact in the game of a question, by a model of its players."""
     policy, question = agent.policy, agent.question
-    is_other_game = policy.describe_scope(question.turn_limit)
-    is_other_game = is_other_game or policy.describe_assumed_players(question.opponents)
-    return policy.values_name == EXACT_VALUES and not is_other_game
+    return (
+        policy.values_name == EXACT_VALUES
+        and policy.has_opponent_model
+        and not policy.describe_scope(question.turn_limit)
+        and not policy.describe_assumed_players(question.opponents)
+    )
 
 
 def _plan_best_response(agent: HintAgent) -> HintAgent | None:
