@@ -3,9 +3,10 @@
 import os
 import random
 from collections.abc import Iterator, Mapping
-from concurrent.futures import BrokenExecutor, Future, ProcessPoolExecutor
 from contextlib import ExitStack
-from multiprocessing import get_context
+from multiprocessing import get_context, parent_process
+from multiprocessing.connection import Connection
+from threading import Thread
 from typing import NamedTuple
 
 import numpy as np
@@ -86,30 +87,42 @@ def _iter_choices_of_processes(trial: AgentTrial) -> Iterator[list[Choices] | Vi
 
     Raise BadPolicy if a process ends early.
     """
-    hash_seed = os.environ.get(HASH_SEED_VARIABLE)
+    hash_seed, context = os.environ.get(HASH_SEED_VARIABLE), get_context("spawn")
     with ExitStack() as stack:
-        futures = list[Future[list[Choices] | Violation]]()
+        receivers = list[Connection]()
         try:
             for number in range(1, PROCESSES + 1):
                 os.environ[HASH_SEED_VARIABLE] = str(number)  # read by a process when it starts
-                executor = stack.enter_context(ProcessPoolExecutor(1, get_context("spawn")))
-                futures.append(executor.submit(_record_choices, trial, number))
+                receiver, sender = context.Pipe(duplex=False)
+                process = context.Process(target=_send_choices, args=(trial, number, sender))
+                process.start()
+                stack.callback(process.kill)  # it may hang when dmplay ends
+                sender.close()
+                receivers.append(receiver)
         finally:
             del os.environ[HASH_SEED_VARIABLE]
             os.environ |= {} if hash_seed is None else {HASH_SEED_VARIABLE: hash_seed}
-        for future in futures:
+        for receiver in receivers:
             try:
-                yield future.result()
-            except BrokenExecutor:
+                yield receiver.recv()
+            except EOFError:
                 raise BadPolicy("the process in which the agent played has died") from None
 
 
-def _record_choices(trial: AgentTrial, random_state: int) -> list[Choices] | Violation:
-    """Return the choices of an agent in this process, whose output is dropped."""
+def _send_choices(trial: AgentTrial, random_state: int, sender: Connection) -> None:
+    """Send the choices of an agent in this process, whose output is dropped."""
+    Thread(target=_exit_with_parent, daemon=True).start()
     null_device = os.open(os.devnull, os.O_WRONLY)
     os.dup2(null_device, 1)
     os.dup2(null_device, 2)
     random.seed(random_state)
     np.random.seed(random_state)  # noqa: NPY002 - the state that an agent must not use
     checked = _play_batch(trial)
-    return checked if isinstance(checked, Violation) else checked.choices
+    sender.send(checked if isinstance(checked, Violation) else checked.choices)
+
+
+def _exit_with_parent() -> None:
+    """Exit this process when the one that started it has ended, as its agent may hang."""
+    if parent := parent_process():
+        parent.join()
+        os._exit(1)
