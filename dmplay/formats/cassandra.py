@@ -34,10 +34,7 @@ def read_markov_file(path: str, raw: bytes, *, team: bool = False) -> FileProble
     if header.observations:
         fields["O"] = (actions, states, header.observations)
     fields["R"] = (actions, states, states, header.observations or SINGLE_OBSERVATION)
-    grammars = {
-        kind: StatementGrammar(kind, declarations, team=team)
-        for kind, declarations in fields.items()
-    }
+    grammars = {kind: StatementGrammar(kind, names, team=team) for kind, names in fields.items()}
     memory = ReadingMemory()
     name_bytes = states.byte_count + actions.byte_count
     name_bytes += header.observations.byte_count if header.observations else 0
@@ -56,10 +53,8 @@ def read_markov_file(path: str, raw: bytes, *, team: bool = False) -> FileProble
     matrices = {"T": probability_arrays["T"].build_transitions(source)}
     if "O" in probability_arrays:
         matrices["O"] = probability_arrays["O"].build_observations(source, matrices["T"])
-    rewards = (
-        reward_array.build_rewards(matrices["T"]) * (-1.0 if header.rewards_are_costs else 1.0)
-        + 0.0
-    )
+    sign = -1.0 if header.rewards_are_costs else 1.0
+    rewards = reward_array.build_rewards(matrices["T"]) * sign + 0.0  # no -0.0
     tables = SparseTables(
         matrices["T"], np.tile(rewards[:, None], (1, len(header.agents))), matrices.get("O")
     )

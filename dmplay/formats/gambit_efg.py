@@ -129,17 +129,14 @@ class _TreeReader:
                 )
             return self.actions[player, set_number]
         position = lexer.position
-        actions = (
-            self._read_chance_actions()
-            if player == 0
-            else _quote_distinct_labels(lexer.read_strings("an action"))
-        )
+        if player == 0:
+            actions = self._read_chance_actions()
+        else:
+            actions = _quote_distinct_labels(lexer.read_strings("an action"))
         earlier_actions = self.actions.setdefault((player, set_number), actions)
         if len(earlier_actions) != len(actions):
-            raise lexer.unexpected_token(
-                f"{len(earlier_actions)} actions, as at an earlier node of the information set",
-                position,
-            )
+            expected = "actions, as at an earlier node of the information set"
+            raise lexer.unexpected_token(f"{len(earlier_actions)} {expected}", position)
         # A player who saw other labels at another node of the set could tell the nodes apart.
         return earlier_actions if player else actions
 
@@ -157,10 +154,8 @@ class _TreeReader:
         if min(probabilities) < 0 or abs(sum(probabilities) - 1) > SUM_TOLERANCE:
             raise lexer.unexpected_token("probabilities that sum to 1", position)
         total = sum(probabilities)
-        return [
-            f"{label} {p / total!r}"
-            for label, p in zip(_quote_distinct_labels(names), probabilities, strict=True)
-        ]
+        labels = _quote_distinct_labels(names)
+        return [f"{label} {p / total!r}" for label, p in zip(labels, probabilities, strict=True)]
 
     def _read_payoffs(self, payoffs_so_far: PayoffVector) -> PayoffVector:
         """Return the sum of payoffs up to this node, whose outcome may be 0 (none)."""

@@ -47,11 +47,8 @@ def read_nfg(path: str, raw: bytes) -> NormalFormGame:
     # the first player's strategy varies fastest
     table = payoff_rows.reshape(*reversed(counts), len(players))
     payoffs = np.ascontiguousarray(np.moveaxis(table.T, 0, -1))
-    return NormalFormGame(
-        payoff_table=PayoffTable(
-            tuple(make_unique_labels(players, "player")), actions, payoffs, description
-        )
-    )
+    labels = tuple(make_unique_labels(players, "player"))
+    return NormalFormGame(payoff_table=PayoffTable(labels, actions, payoffs, description))
 
 
 class GambitLexer:
@@ -159,9 +156,5 @@ def _read_outcomes(lexer: GambitLexer, players: int, cells: int) -> Reals:
         lexer.expect("}")
     lexer.expect("}")
     last = len(payoffs) - 1
-    return np.array(payoffs)[
-        [
-            lexer.read_integer(0, last, f"the number of an outcome, 0 to {last}")
-            for _ in range(cells)
-        ]
-    ]
+    expected = f"the number of an outcome, 0 to {last}"
+    return np.array(payoffs)[[lexer.read_integer(0, last, expected) for _ in range(cells)]]

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import chain
 
 import numpy as np
 
@@ -18,11 +19,7 @@ END_STATES_KEY = "E"
 HORIZON_KEYS = ("horizon", "turns")  # of other formats
 START_LIST_KEYS = ("include", "exclude")
 # words that are not names, because a line or a value begins with them
-KEYWORDS = {
-    *DECLARATION_KEYS,
-    *START_LIST_KEYS,
-    *(word for words in VALUE_KEYWORDS.values() for word in words),
-}
+KEYWORDS = {*DECLARATION_KEYS, *START_LIST_KEYS, *chain.from_iterable(VALUE_KEYWORDS.values())}
 UNIFORM_START = ("start", "uniform")  # the only keyword after a declaration key
 VALUE_KINDS = ("reward", "cost", "rewards", "costs")
 # largest difference from 1 of a sum of probabilities, as in 0.333 0.333 0.333
@@ -74,23 +71,17 @@ def parse_preamble(source: SourceText, end: int, *, team: bool) -> Preamble:
         raise lines.spans_by_key["agents"].error_at(
             0, "got an agents: line, expected none; only .dpomdp files have one"
         )
-    states = Declaration.parse(
-        "state",
-        lines.require_span("states", "line; expected the names of the states, or their number"),
-    )
-    actions = _parse_joint_declaration(
-        "action",
-        lines.require_span("actions", "line; expected the names of the actions, or their number"),
-        len(agents),
-    )
+    expected = "line; expected the names of the states, or their number"
+    states = Declaration.parse("state", lines.require_span("states", expected))
+    expected = "line; expected the names of the actions, or their number"
+    action_span = lines.require_span("actions", expected)
+    actions = _parse_joint_declaration("action", action_span, len(agents))
     observation_span = lines.spans_by_key.get("observations")
     if team and observation_span is None:
         lines.require_span("observations", "line; expected the observations of each agent")
-    observations = (
-        _parse_joint_declaration("observation", observation_span, len(agents))
-        if observation_span
-        else None
-    )
+    observations = None
+    if observation_span:
+        observations = _parse_joint_declaration("observation", observation_span, len(agents))
     if END_STATES_KEY in lines.spans_by_key:
         states.parse_mask(lines.spans_by_key[END_STATES_KEY])
     discount = lines.require_span("discount", "line; expected a number from 0 to 1")

@@ -151,19 +151,14 @@ class ProbabilityArray:
             return _SparseEntries(s, column, matrix[s, column])
         if named_count == 3:
             row = np.full(len(columns), values.parse_probability())
+        elif statement.keyword == "reset":
+            row = self._initial_belief
         elif statement.keyword:
-            row = (
-                self._initial_belief
-                if statement.keyword == "reset"
-                else np.full(len(columns), 1 / len(columns))
-            )
+            row = np.full(len(columns), 1 / len(columns))
         else:
             row = values.parse_probabilities(self._columns)
-        return _SparseEntries(
-            np.repeat(states, len(columns)),
-            np.tile(columns, len(states)),
-            np.tile(row, len(states)),
-        )
+        rows, count = np.repeat(states, len(columns)), len(states)
+        return _SparseEntries(rows, np.tile(columns, count), np.tile(row, count))
 
     def build_transitions(self, text: SourceText) -> SparseMatrix:
         """Return T; a state that no game reaches may have empty rows, which lead back to it.
@@ -224,10 +219,8 @@ class ProbabilityArray:
     def _merge_entries(self) -> _SparseEntries:
         """Return the last value of each entry, sorted by row and column, without zeros."""
         self._flush_single_entries()
-        pieces = [
-            _SparseEntries(*(np.zeros(0, dtype) for dtype in (int, int, float))),
-            *self._entries,
-        ]
+        no_entries = _SparseEntries(*(np.zeros(0, dtype) for dtype in (int, int, float)))
+        pieces = [no_entries, *self._entries]
         self._entries = []
         row, column, value = (np.concatenate(items) for items in zip(*pieces, strict=True))
         is_valid = np.arange(len(row)) >= self._row_resets[row]
@@ -245,10 +238,8 @@ class ProbabilityArray:
         location = f"{self._kind}: {actions.kind} {actions.name_at(a)}, state {states.name_at(s)}"
         offset = int(self._row_offsets[row])
         if offset < 0:
-            offset, explanation = (
-                len(source.content.rstrip()),
-                "got no probabilities, expected a sum of 1",
-            )
+            offset = len(source.content.rstrip())
+            explanation = "got no probabilities, expected a sum of 1"
         else:
             explanation = f"got probabilities that sum to {sums[row]:.6g}, not 1"
         return source.error_at(offset, f"{location}: {explanation}")

@@ -60,14 +60,8 @@ class RewardArray:
 
         The shape is `[S * A]`, `[N]` or `[N * O]`. Rewards that no statement sets are 0.
         """
-        filler = _RewardFiller(
-            self._memory,
-            transitions,
-            self._actions,
-            self._states,
-            self._depth,
-            self._n_observations,
-        )
+        counts = self._actions, self._states, self._depth, self._n_observations
+        filler = _RewardFiller(self._memory, transitions, *counts)
         for selections, values in self._entries:
             filler.fill_entry(selections, values)
         return filler.array.reshape(-1)
@@ -105,10 +99,8 @@ class _RewardFiller:
         column_count = self.array.shape[1]
         self._budget.spend_work(STATEMENT_COST + len(indices) * column_count)
         if len(selections) == 4:
-            self.array[
-                indices[:, None],
-                to_index_array(observation, column_count) if column_count > 1 else 0,
-            ] = values[0]
+            columns = to_index_array(observation, column_count) if column_count > 1 else 0
+            self.array[indices[:, None], columns] = values[0]
         else:
             rows = values.reshape(-1, self._n_observations)
             self.array[indices] = rows[
@@ -129,11 +121,9 @@ class _RewardFiller:
         """
         if next_state is None or (type(action) is int and type(state) is int):
             entries, _ = self._transitions.entries_of_rows(self._transition_rows(action, state))
-            return (
-                entries
-                if next_state is None
-                else entries[self._transitions.columns[entries] == next_state]
-            )
+            if next_state is not None:
+                entries = entries[self._transitions.columns[entries] == next_state]
+            return entries
         order, offsets = self._entries_by_next_state
         assert type(next_state) is int
         entries = order[offsets[next_state] : offsets[next_state + 1]]

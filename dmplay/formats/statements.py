@@ -13,10 +13,8 @@ STATEMENT_PATTERN = re.compile(r"(?<!\S)([TOR])\s*:")
 LINE_STATEMENT_PATTERN = re.compile(
     r"^[ \t]*([TOR])[ \t]*:", re.MULTILINE
 )  # for .dpomdp files, in which R can also be a name inside a line
-FIELD_COUNT, SINGLE_ENTRY_TOKENS = (
-    3,
-    6,
-)  # fields that T: and O: statements name; tokens of a statement of one entry
+FIELD_COUNT = 3  # fields that T: and O: statements name
+SINGLE_ENTRY_TOKENS = 6  # tokens of a statement of one entry
 PAIR_LENGTH = 2  # numbers in a row that looks like a column and its value
 VALUE_KEYWORDS = {"T": ("uniform", "identity", "reset"), "O": ("uniform", "reset"), "R": ()}
 
@@ -155,10 +153,8 @@ def _count_name_tokens(grammar: StatementGrammar, span: TokenSpan, named_count: 
         return len(tokens) - 1
     if grammar.team or not is_number(tokens[0]):  # a name, possibly a wrong one
         return int(not grammar.team)
-    fits_values, fits_name_and_values = (
-        len(tokens) == grammar.value_counts[named_count],
-        len(tokens) - 1 == grammar.value_counts[named_count + 1],
-    )
+    fits_values = len(tokens) == grammar.value_counts[named_count]
+    fits_name_and_values = len(tokens) - 1 == grammar.value_counts[named_count + 1]
     is_name = grammar.fields[named_count].matches(tokens[:1])
     # With two states, this is either a row on its own line, or a state and its value.
     if fits_values and fits_name_and_values:

@@ -16,15 +16,10 @@ from dmplay.core.tabular import SparseTables, Tabular, tabulate
 from dmplay.core.work_budget import Budget
 from dmplay.errors import BadParameter
 from dmplay.formats.declarations import make_unique_labels
-from dmplay.formats.preamble import DECLARATION_KEYS, START_LIST_KEYS
+from dmplay.formats.preamble import KEYWORDS
 from dmplay.formats.statements import VALUE_KEYWORDS
 
-RESERVED_WORDS = {
-    *DECLARATION_KEYS,
-    *START_LIST_KEYS,
-    *VALUE_KEYWORDS,
-    *(word for words in VALUE_KEYWORDS.values() for word in words),
-}
+RESERVED_WORDS = {*KEYWORDS, *VALUE_KEYWORDS}
 BYTES_PER_LINE = 200  # memory of one line while it is written
 FILE_SUFFIXES = (".pomdp", ".mdp", ".dpomdp", ".nfg")
 
@@ -41,10 +36,8 @@ def iter_problem_lines(problem: Problem, suffix: str, description: str) -> Itera
     if suffix == ".nfg":
         return _iter_nfg_lines(problem, description)
     team = suffix == ".dpomdp"
-    agents, one_state = (
-        len(problem.agents),
-        problem.state_count == 1 and not problem.partially_observable,
-    )
+    agents = len(problem.agents)
+    one_state = problem.state_count == 1 and not problem.partially_observable
     if agents > 1 and not team:
         suggestion = ".nfg" if one_state else ".dpomdp, if all agents get the same reward"
         raise BadParameter(
@@ -90,11 +83,9 @@ def _iter_markov_lines(problem: Problem, description: str, *, team: bool) -> Ite
     tables = _build_sparse_tables(problem)
     rewards, names = tables.rewards, [problem.format_state(s) for s in problem.enumerate_states()]
     if (rewards != rewards[:, :1]).any():
-        suggestion = (
-            "write a .nfg"
-            if len(names) == 1
-            else "no file format holds such a problem with several states"
-        )
+        suggestion = "no file format holds such a problem with several states"
+        if len(names) == 1:
+            suggestion = "write a .nfg"
         raise BadParameter(
             f"the rewards of the agents differ, but a .dpomdp has one reward for all; {suggestion}"
         )
@@ -193,16 +184,11 @@ def _iter_reward_lines(style: _StatementStyle, tables: SparseTables) -> Iterator
     rows = np.arange(len(rewards)) if by_state_and_action else transitions.row_indices
     for index in np.flatnonzero(rewards):
         s, a = divmod(int(rows[index // observation_count]), action_count)
-        next_state = (
-            "*"
-            if by_state_and_action
-            else style.states[int(transitions.columns[index // observation_count])]
-        )
-        observation = (
-            style.any_observation
-            if observation_count == 1
-            else style.observations[int(index % observation_count)]
-        )
+        next_state, observation = "*", style.any_observation
+        if not by_state_and_action:
+            next_state = style.states[int(transitions.columns[index // observation_count])]
+        if observation_count > 1:
+            observation = style.observations[int(index % observation_count)]
         yield style.format_statement(
             "R", style.actions[a], style.states[s], next_state, observation, rewards[index]
         )
@@ -248,11 +234,8 @@ def make_valid_names(names: Sequence[str], kind: str) -> list[str]:
     for name in names:
         base_name = re.sub(r"[^A-Za-z0-9_-]+", "-", name.strip("()[]{} ")) or kind
         if not base_name[0].isalpha() or base_name in RESERVED_WORDS:
-            base_name = (
-                f"{kind[0]}{base_name}"
-                if base_name not in RESERVED_WORDS
-                else f"{kind}-{base_name}"
-            )
+            prefix = f"{kind}-" if base_name in RESERVED_WORDS else kind[0]
+            base_name = f"{prefix}{base_name}"
         label, number = base_name, 2
         while label in used_names:
             label, number = f"{base_name}-{number}", number + 1
@@ -264,10 +247,8 @@ def make_valid_names(names: Sequence[str], kind: str) -> list[str]:
 def _iter_nfg_lines(problem: Problem, description: str) -> Iterator[str]:
     """Yield the lines of an `.nfg` file; raise BadParameter if the problem has several states."""
     if problem.state_count != 1 or problem.partially_observable:
-        raise BadParameter(
-            ".nfg is for games with one visible state, but this problem has several or "
-            "hidden states"
-        )
+        reason = "this problem has several or hidden states"
+        raise BadParameter(f".nfg is for games with one visible state, but {reason}")
     title, _, comment = description.strip().partition("\n\n")
     player_names = " ".join(map(_quote, make_unique_labels(problem.agents, "player")))
     yield f"NFG 1 R {_quote(title)} {{ {player_names} }}\n\n{{\n"
