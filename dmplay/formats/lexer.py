@@ -133,12 +133,14 @@ class TokenSpan(NamedTuple):
             raise self._value_error(valid, expected_count, EXPECTED_NUMBER)
         return values
 
-    def parse_probabilities(self, expected_count: int) -> Reals:
-        """Return all tokens as `expected_count` probabilities; else raise BadFile."""
+    def parse_probabilities(
+        self, expected_count: int, expected_text: str = "a probability, 0 to 1"
+    ) -> Reals:
+        """Return all tokens as `expected_count` numbers from 0 to 1; else raise BadFile."""
         values = self._parse_floats()
         valid = (values >= 0) & (values <= 1 + PROBABILITY_TOLERANCE)
         if len(values) != expected_count or not valid.all():
-            raise self._value_error(valid, expected_count, "a probability, 0 to 1")
+            raise self._value_error(valid, expected_count, expected_text)
         return values
 
     def parse_probability(self) -> float:

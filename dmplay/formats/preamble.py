@@ -87,7 +87,7 @@ def parse_preamble(source: SourceText, end: int, *, team: bool) -> Preamble:
     discount = lines.require_span("discount", "line; expected a number from 0 to 1")
     return Preamble(
         agents,
-        float(discount.parse_probabilities(1)[0]),
+        float(discount.parse_probabilities(1, "a number from 0 to 1")[0]),
         _parse_cost_flag(lines),
         states,
         actions,

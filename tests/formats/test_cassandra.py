@@ -236,7 +236,7 @@ FAULTS = [  # a change, and a part of the error message
     (("R: listen : *", "R: listen : tiger"), "23:13: unknown state 'tiger'; did you mean tiger-"),
     (("actions", "actoins"), "5:1: unknown word 'actoins'; did you mean actions?"),
     (("values: reward", "values: rewardd"), "3:9: unknown kind of values 'rewardd'; did you mea"),
-    (("0.95", "1.95"), "2:11: got '1.95', expected a probability, 0 to 1"),
+    (("0.95", "1.95"), "2:11: got '1.95', expected a number from 0 to 1"),
     (("discount: 0.95\n", ""), "7:1: no discount: line; expected a number from 0 to 1"),
     ((STATES, "states: 2 3"), "24:16: unknown state 'tiger-left'"),
     ((STATES, STATES + "\nstates: 2"), "5:1: got states: twice, expected it once"),
