@@ -8,6 +8,7 @@
 
 import math
 from collections.abc import Iterator
+from functools import lru_cache
 from typing import NamedTuple
 
 from rich.text import Text
@@ -156,8 +157,9 @@ def _draw_state_numbers(
     canvas.write_text(0, y, named_numbers if options.allow_large else short_numbers, "bold")
 
 
+@lru_cache(len(LAYOUTS))
 def _draw_hill(scale: NumberLine, layout: HillLayout, blocks: str) -> Canvas:
-    """Return a canvas with the left wall and the hill."""
+    """Return a canvas with the left wall and the hill, to be copied: it is the same each turn."""
     canvas = Canvas()
     for y in range(layout.sky_rows + layout.hill_rows):
         canvas.write_text(0, y, "│", "dim")
