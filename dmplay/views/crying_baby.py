@@ -106,11 +106,12 @@ def _draw_belief_history(
 
     At most MAX_HISTORY_TURNS turns are drawn.
     """
+    recent_beliefs = (view.beliefs or ())[-MAX_HISTORY_TURNS - 1 :]  # one more than are drawn
     draw_probability_history(
         canvas,
         y,
         "chance of hunger",
-        [float(b[-1]) for b in view.beliefs or ()],
+        [float(b[-1]) for b in recent_beliefs],
         options,
         max_turns=MAX_HISTORY_TURNS,
     )

@@ -4,7 +4,7 @@ import math
 import re
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 import numpy as np
@@ -15,7 +15,7 @@ from dmplay.agents.random_agent import Random
 from dmplay.agents.script import Script
 from dmplay.core.arrays import Bools, Reals
 from dmplay.core.policy import Memory, Percept
-from dmplay.core.session import SeatedPolicy, Turn, count_turns_to_undo
+from dmplay.core.session import SeatedPolicy, count_turns_to_undo
 from dmplay.core.spaces import Labels
 from dmplay.core.uniforms import SeededUniforms
 from dmplay.errors import BadParameter, BadPolicy, EpisodeOver, IllegalAction
@@ -23,6 +23,7 @@ from dmplay.game.narration import Narrator
 from dmplay.game.seat_snapshot import SeatSnapshot
 from dmplay.problems.crying_baby import CryingBaby
 from dmplay.simulation.rollouts import rollout
+from dmplay.views.protocol import DrawOptions, load_view_module
 from tests.support.games import ScriptedUniforms, make_session
 from tests.support.seated_agents import ObservationMutatingScript
 from tests.support.user_problems import Key
@@ -482,8 +483,8 @@ def sum_in_order(game: dmplay.Session, discount: float) -> float:
     return float(total)
 
 
-class CountingTurns(list[Turn]):
-    """A list of turns that counts the turns that are read."""
+class CountingList(list[Any]):
+    """A list that counts the items that are read."""
 
     read_count = 0
 
@@ -492,14 +493,14 @@ class CountingTurns(list[Turn]):
         self.read_count += len(result) if isinstance(index, slice) else 1
         return result
 
-    def __iter__(self) -> Iterator[Turn]:
+    def __iter__(self) -> Iterator[Any]:
         self.read_count += len(self)
         return super().__iter__()
 
 
 def test_describing_a_turn_reads_no_more_turns_in_a_long_game() -> None:
     game = dmplay.Session(dmplay.load_problem("hexworld", rewards=[]), SeededUniforms(1))
-    turns = game.turns = CountingTurns()
+    turns = game.turns = CountingList()
     account = Narrator(game, [0], reveal=False)
     reads = []
     for _ in range(200):
@@ -508,6 +509,20 @@ def test_describing_a_turn_reads_no_more_turns_in_a_long_game() -> None:
         account.describe_turn(SeatSnapshot(game, 0))
         reads.append(turns.read_count - before)
     assert {*reads[1:]} == {reads[1]}
+
+
+def test_drawing_a_board_reads_no_more_beliefs_in_a_long_game() -> None:
+    problem = dmplay.load_problem("crying-baby")
+    game = dmplay.Session(problem, SeededUniforms(1), [Random(problem, 0)], turn_limit=80)
+    module, options = load_view_module(problem), DrawOptions(80, 14, allow_large=True)
+    reads = []
+    for _ in range(79):
+        game.advance()
+        view = game.view(0)
+        beliefs = CountingList(view.beliefs or ())
+        next(iter(module.iter_boards(replace(view, beliefs=beliefs), options)))
+        reads.append(beliefs.read_count)
+    assert 0 < reads[-1] == reads[50]
 
 
 def play_in_rotation(turns: int) -> dmplay.Session:
