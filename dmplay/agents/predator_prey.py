@@ -2,14 +2,15 @@
 
 from abc import abstractmethod
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Self
 
 import numpy as np
 
 from dmplay.agents._turns_left import TurnsLeftPolicy
 from dmplay.agents.available_agents import Roster
-from dmplay.agents.base import EXACT_VALUES, ReactivePolicy, StationaryPolicy
+from dmplay.agents.base import EXACT_VALUES, AdviceQuestion, ReactivePolicy, StationaryPolicy
 from dmplay.core.arrays import Array, Bools, Ints, Reals
 from dmplay.core.best_actions import select_greedy_actions
 from dmplay.core.chance import Categorical
@@ -131,6 +132,26 @@ class BestResponse(TurnsLeftPolicy, StationaryPolicy):
         if not self.horizon:
             return np.asarray(_solve_best_response(self)[s])
         return np.asarray(_solve_finite_best_response(self)[self.turns_left(memory) - 1, s])
+
+    def adapt_to_game(self, question: AdviceQuestion) -> Self:
+        """Return the best response to the opponents' common policy, else this policy.
+
+        It plans the turns left. The opponents stay natural if they play different policies, natural
+        ones, or one it cannot model.
+        """
+        policy, opponents = super().adapt_to_game(question), question.opponents
+        seats = range(len(self.problem.agents))
+        natural_names = {
+            _natural_policy_name(self.problem, seat) for seat in seats if seat != self.seat
+        }
+        opponent_names = {*opponents}
+        if (
+            len(opponent_names) != 1
+            or opponent_names == natural_names
+            or opponents[0] not in OPPONENT_MODELS
+        ):
+            return policy
+        return replace(policy, to=opponents[0])
 
     def describe_assumed_players(self, opponents: Sequence[str]) -> str:
         """Return the assumed play of the others, if these opponents may play otherwise."""

@@ -179,7 +179,7 @@ def find_hint_provider(problem: Problem, question: AdviceQuestion) -> HintAgent 
         agent = load_hint_agent(problem, question, name)
     except BadPolicy:
         return None
-    return (not _values_game_exactly(agent) and _plan_best_response(agent)) or agent
+    return _plan_best_response(agent) or agent
 
 
 def _values_game_exactly(agent: HintAgent) -> bool:
@@ -196,6 +196,7 @@ def _values_game_exactly(agent: HintAgent) -> bool:
 def _plan_best_response(agent: HintAgent) -> HintAgent | None:
     """Return the best response to the players of an agent's question; None if it is not computed.
 
+    It is not needed if the agent's values are exact against its model of these players.
     It is not tried in games of unknown size that only a search can play, and it does not replace
     the hint provider of a user's module.
     """
@@ -207,7 +208,7 @@ def _plan_best_response(agent: HintAgent) -> HintAgent | None:
     is_large = agent.name == "search" and not isinstance(problem.state_count, int)
     is_of_user = not type(agent.policy).__module__.startswith("dmplay.")
     is_excluded = problem.partially_observable or is_large or is_of_user
-    if is_excluded or not others or not all(is_known):
+    if is_excluded or not others or not all(is_known) or _values_game_exactly(agent):
         return None
     from dmplay.agents.best_response_plan import BestResponsePlan
 

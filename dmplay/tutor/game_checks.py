@@ -9,12 +9,13 @@ from dmplay.core.best_actions import VALUE_TOLERANCE
 from dmplay.core.session import Session
 from dmplay.core.text import describe_end_reason, format_count
 from dmplay.errors import BadParameter
+from dmplay.game.hints.ghost_agent import Ghost
 from dmplay.game.hints.review import ReviewedAction, run_review, total_regret
 from dmplay.registry import agents
 from dmplay.transcript.format import NATURAL_END_REASONS
 from dmplay.tutor.answers import AnswerCheck
 from dmplay.tutor.lesson import GameTask
-from dmplay.tutor.positions import PositionInGame, play_ghost
+from dmplay.tutor.positions import PositionInGame, finish_ghost, play_ghost
 from dmplay.tutor.truth import format_number
 
 
@@ -157,8 +158,8 @@ def describe_model_game(position: PositionInGame) -> str:
     if provider is None:
         return ""
     name = provider.name.partition(":")[0]
-    ghost = play_ghost(position, provider.name)
     seat = position.seat
+    ghost = finish_ghost(position, Ghost(name, position.session, {seat: provider.policy}))
     labels = [
         position.problem.format_action(seat, turn.actions[seat])
         for turn in ghost.session.turns[position.first_turn :]

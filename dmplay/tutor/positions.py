@@ -89,7 +89,11 @@ def play_ghost(position: PositionInGame, name: str) -> Ghost:
     Raise BadParameter if the agent is not trusted.
     """
     check_agent_trusted(position.problem, position.seat, name, trusted=position.is_trusted)
-    ghost = create_ghost(position.session, [position.seat], name)
+    return finish_ghost(position, create_ghost(position.session, [position.seat], name))
+
+
+def finish_ghost(position: PositionInGame, ghost: Ghost) -> Ghost:
+    """Let a ghost play on from the position to the end, and return it."""
     ghost.session.append_turns(position.session.turns[: position.first_turn])
     ghost.play_to_end()
     return ghost

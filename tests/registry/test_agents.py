@@ -7,6 +7,7 @@ import pytest
 
 import dmplay
 from dmplay.agents.base import AdviceQuestion
+from dmplay.agents.best_response_plan import BestResponsePlan
 from dmplay.core.problem import Problem
 from dmplay.errors import BadParameter, BadPolicy, DmplayError, UnknownName
 from dmplay.game.seats import load_verifiable_policies
@@ -68,7 +69,8 @@ def test_a_hint_provider_is_the_agent_of_its_name(name: str) -> None:
             provider = find_hint_provider(
                 problem, AdviceQuestion(seat, turns, (rival,) * len(problem.agents))
             )
-            assert provider is None or dmplay.load_agent(problem, seat, provider[0]) == provider[1]
+            if provider and not isinstance(provider.policy, BestResponsePlan):
+                assert dmplay.load_agent(problem, seat, provider.name) == provider.policy
 
 
 @pytest.mark.parametrize(
