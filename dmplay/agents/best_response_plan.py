@@ -103,8 +103,13 @@ class BestResponsePlan(GreedyPolicy, SeatPolicy):
         probabilities = policy.choice_probabilities(own_memory)
         if probabilities is None:
             raise BadPolicy(f"best-response: the choices of {type(policy).__name__} are not known")
-        weights = probabilities if seat_legal is None else probabilities * seat_legal
-        return np.asarray(weights / weights.sum(axis=1, keepdims=True))
+        if seat_legal is None:
+            return np.asarray(probabilities)
+        weights = probabilities * seat_legal
+        totals = weights.sum(axis=1, keepdims=True)
+        if not totals[seat_legal.any(axis=1)].all():
+            raise BadPolicy(f"best-response: {type(policy).__name__} chooses no legal action")
+        return np.asarray(weights / np.where(totals, totals, 1.0))  # no action at the end: all 0
 
     def action_values(self, memory: Memory) -> Reals:
         """Return Q of each action with the turns left; -inf for illegal actions."""
