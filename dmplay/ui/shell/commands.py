@@ -76,8 +76,12 @@ def _bind_problem_to_cli(name: str, *, pass_parameters: bool = False) -> Command
         )
         if is_problem_typed or not controller.has_game:
             return controller.run_cli_words([name, *words])
+        typed_names = {word.removeprefix("--set=").partition("=")[0] for word in words}
         settings = controller.game.settings if pass_parameters else []
-        options = [word for setting in settings for word in ("--set", setting)]
+        unchanged = [
+            setting for setting in settings if setting.partition("=")[0] not in typed_names
+        ]
+        options = [word for setting in unchanged for word in ("--set", setting)]
         return controller.run_cli_words([name, controller.game.problem_name, *options, *words])
 
     return run

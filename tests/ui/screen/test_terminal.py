@@ -215,7 +215,8 @@ def test_a_reply_in_pieces_is_no_key_on_the_screen_and_changes_the_theme(tmp_pat
     with Terminal("hexworld", "--seed", "7", "-o", "game.dmt", folder=tmp_path) as terminal:
         terminal.until(lambda: BACKGROUND_QUERY in terminal.printed)
         for piece in ("\x1b", "]11;rgb:ffff/ff", "ff/ffff\x1b", "\\"):
-            terminal.press(piece).calm(0.1)
+            terminal.press(piece)
+            time.sleep(0.05)
         terminal.ready().press("q").ended()
     assert "actions:" not in (tmp_path / "game.dmt").read_text()
 
