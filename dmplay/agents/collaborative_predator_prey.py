@@ -1,18 +1,28 @@
 """Policies for collaborative predator-prey."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
+from typing import Self
 
 import numpy as np
 
 from dmplay.agents._belief_policy import BeliefPolicy, apply_by_group
 from dmplay.agents._turns_left import TurnsLeftPolicy
 from dmplay.agents.available_agents import Roster
-from dmplay.agents.base import UPPER_BOUNDS, ReactivePolicy, SeatPolicy
+from dmplay.agents.base import (
+    UPPER_BOUNDS,
+    AdviceQuestion,
+    PolicyLookup,
+    ReactivePolicy,
+    SeatPolicy,
+)
 from dmplay.agents.belief_policy_bases import GreedyBeliefPolicy
 from dmplay.agents.dec_pomdp import JointPlan
-from dmplay.core.arrays import Array, Bools, Reals
+from dmplay.agents.partner_machine import PartnerMachine, build_partner_machine
+from dmplay.agents.random_agent import Random
+from dmplay.core import belief
+from dmplay.core.arrays import Array, Bools, Ints, Reals
 from dmplay.core.best_actions import select_greedy_actions
 from dmplay.core.chance import Categorical, weighted_sum
 from dmplay.core.memoization import memoize
@@ -20,9 +30,9 @@ from dmplay.core.parameters import parameter
 from dmplay.core.policy import Memory, Percept
 from dmplay.core.problem import Problem
 from dmplay.core.work_budget import Budget
-from dmplay.errors import BadParameter, BadPolicy
+from dmplay.errors import BadParameter, BadPolicy, DmplayError
 from dmplay.problems.collaborative_predator_prey import SENSE_LABELS, CollaborativePredatorPrey
-from dmplay.problems.shared.hexgrid import DIRECTIONS
+from dmplay.problems.shared.hexgrid import DIRECTIONS, format_hex
 from dmplay.solvers.decpomdp import joint_plan_improvement, reactive_predator_team
 from dmplay.solvers.decpomdp.collaborative_predator_prey_model import PredatorPreyDecPomdp
 from dmplay.solvers.decpomdp.dec_pomdp_model import AgentPlan, DecPomdp
@@ -31,6 +41,7 @@ from dmplay.solvers.mdp.sparse_mdp import SparseMdp
 
 PLAN_WORK_PER_JOINT_NODE = 4e8  # for each joint node of a plan
 MAX_PLANNED_STATES = 200_000  # states times turns up to which qmdp plans a game to its end
+MAX_PARTNER_BELIEF = 1_000_000  # maximum number of states times nodes of a partner
 PLAN_SEED = 3  # gives the best plans of four seeds on the standard map
 
 
@@ -117,6 +128,7 @@ class Qmdp(TurnsLeftPolicy, _FactoredBeliefPolicy, GreedyBeliefPolicy):
     values_name = UPPER_BOUNDS
 
     problem: CollaborativePredatorPrey
+    policy_lookup: PolicyLookup | None = field(default=None, compare=False, repr=False)
 
     hint_basis = "qmdp, as if partners see all positions now, and you see them next turn"
 
@@ -134,21 +146,53 @@ class Qmdp(TurnsLeftPolicy, _FactoredBeliefPolicy, GreedyBeliefPolicy):
         """Return whether the values of that many turns can be computed and stored in time."""
         return self.problem.state_count * turns <= MAX_PLANNED_STATES
 
+    def with_policy_lookup(self, policy_lookup: PolicyLookup) -> Self:
+        """Return this policy with a function that makes the partner of a game."""
+        return replace(self, policy_lookup=policy_lookup)
+
+    def adapt_to_game(self, question: AdviceQuestion) -> "Qmdp":
+        """Return a policy for the turns left, and for the rule of a single partner if known."""
+        policy = super().adapt_to_game(question)
+        if len(question.opponents) != 1 or self.policy_lookup is None:
+            return policy
+        (name,), seat = question.opponents, 1 - self.seat
+        try:
+            partner = (
+                Random(self.problem, seat) if name == "random" else self.policy_lookup(seat, name)
+            )
+            with_partner = QmdpWithPartner(
+                self.problem,
+                self.seat,
+                horizon=policy.horizon,
+                policy_lookup=self.policy_lookup,
+                partner_name=name,
+                partner=partner,
+            )
+            _ = with_partner.machine
+        except DmplayError:
+            return policy
+        return with_partner
+
     @cached_property
     def _q_by_turns(self) -> Reals:
-        """Q `[T, S, A]` of each move with the partner's best one, if all is observed.
+        """Q `[T, S, A]` of each move with the partner's best one, if all is observed."""
+        others = tuple(2 + i for i in range(len(self.problem.agents)) if i != self.seat)
+        return np.asarray(self._joint_q_by_turns.max(axis=others))
+
+    @cached_property
+    def _joint_q_by_turns(self) -> Reals:
+        """Q `[T, S, A, ...]` of each joint move, if all is observed.
 
         The first axis has 1 to `horizon` turns left, or one entry without an end.
         """
         shape = self.problem.action_counts
-        others = tuple(-len(shape) + i for i in range(len(shape)) if i != self.seat)
         if self.horizon:
             q = sparse_mdp.compute_finite_horizon_q(
                 build_fully_observed_mdp(self.problem), self.problem.discount, self.horizon
             )
         else:
             q = solve_fully_observed(self.problem)[None]
-        return np.asarray(q.reshape(*q.shape[:2], *shape).max(axis=others))
+        return np.asarray(q.reshape(*q.shape[:2], *shape))
 
     def action_values(self, memory: Memory) -> Reals:
         """Return the mean of Q over the belief: an upper bound for teams that do not see all."""
@@ -158,6 +202,131 @@ class Qmdp(TurnsLeftPolicy, _FactoredBeliefPolicy, GreedyBeliefPolicy):
             memory[0],
             self.turns_left(memory),
             lambda b, turns: weighted_sum(b, self._q_by_turns[turns - 1]),
+        )
+
+
+@dataclass(frozen=True)
+class _PartnerBeliefPolicy(_FactoredBeliefPolicy):
+    """A belief policy that follows the rule of its only partner.
+
+    Its memory is the probability `[B, N * S]` of each node of the partner with each state.
+    """
+
+    partner_name: str = field(default="", repr=False)
+    partner: SeatPolicy | None = field(default=None, repr=False)
+
+    @cached_property
+    def machine(self) -> PartnerMachine:
+        """The partner's rule; raises BadPolicy if it is not known or has too many nodes."""
+        if self.partner is None:
+            raise BadPolicy(f"qmdp: no rule {self.partner_name!r} of the partner")
+        return build_partner_machine(
+            self.partner, MAX_PARTNER_BELIEF // self.problem.state_count, splits_observations=False
+        )
+
+    @cached_property
+    def _observations_by_state(self) -> Ints:
+        """What each seat observes in each state `[S, n]`."""
+        return np.asarray(self.problem.observe(self.problem.enumerate_states()))
+
+    def initial_memory(self, observation: Array) -> Memory:
+        """Return the beliefs before the first turn, at the partner's first node."""
+        (first,) = super().initial_memory(observation)
+        nodes = np.zeros((len(first), len(self.machine.observations), first.shape[1]))
+        nodes[:, 0] = first
+        return (nodes.reshape(len(first), -1),)
+
+    def current_belief(self, memory: Memory) -> Reals:
+        """Return the beliefs over states `[B, S]`."""
+        return np.asarray(self.split_nodes(memory).sum(axis=1))
+
+    def split_nodes(self, memory: Memory) -> Reals:
+        """Return the probabilities of nodes and states `[B, N, S]`."""
+        return np.asarray(memory[0]).reshape(len(memory[0]), -1, self.problem.state_count)
+
+    def weigh_partner_actions(self, memory: Memory) -> Reals:
+        """Return the probability `[B, A, S]` of each action of the partner with each state."""
+        chances, nodes = self.machine.probabilities, self.split_nodes(memory)
+        return np.asarray(np.einsum("na,bns->bas", chances, nodes))
+
+    def predict_nodes(self, nodes: Reals, action: int) -> Reals:
+        """Return the probabilities `[N, S]` after an action, before anything is observed."""
+        after = np.zeros_like(nodes)
+        partner_observations = self._observations_by_state[:, 1 - self.seat]
+        is_possible = nodes.any(axis=1)
+        for partner_action, chances in enumerate(self.machine.probabilities.T):
+            rows = np.flatnonzero((chances > 0.0) & is_possible)
+            if not len(rows):
+                continue
+            actions = (action, partner_action)[:: 1 - 2 * self.seat]
+            before = nodes[rows] * chances[rows, None]
+            moved = self.problem.joint_belief_update(before, actions, (None, None))
+            for observation in range(self.problem.observation_counts[1 - self.seat]):
+                next_nodes = self.machine.next_nodes[rows, partner_action, observation]
+                np.add.at(after, next_nodes, moved * (partner_observations == observation))
+        return after
+
+    def _joint_belief_update(self, before: Reals, action: int, observation: int) -> Reals:
+        """Return the probabilities of this observation and each next node and state."""
+        is_seen = self._observations_by_state[:, self.seat] == observation
+        after = [self.predict_nodes(nodes, action) for nodes in self.split_nodes((before,))]
+        return np.asarray((np.array(after) * is_seen).reshape(before.shape))
+
+
+@dataclass(frozen=True)
+class QmdpWithPartner(Qmdp, _PartnerBeliefPolicy):
+    """QMDP beside a partner whose rule is known, for advice.
+
+    The partner takes its action of this turn; from the next turn on, one planner who sees all
+    positions moves the whole team.
+    """
+
+    has_opponent_model = True
+    plays_with = "with"
+
+    hint_basis = "qmdp, as if you see all positions and move both from the next turn on"
+
+    def describe_assumed_players(self, opponents: Sequence[str]) -> str:
+        """Return the partner, '' if it is this opponent."""
+        is_partner = (self.partner_name,) == tuple(opponents)
+        return "" if is_partner else f"if the partner plays {self.partner_name}"
+
+    def describe_model(self, memory: Memory) -> str:
+        """Return the likeliest hexes in the belief, which is not the board's; '' with random."""
+        if self.partner_name == "random":
+            return ""
+        hunt = self.problem
+        b = self.current_belief(memory).reshape((len(hunt.hexes),) * hunt.walker_count)
+        names = [*hunt.agents, "prey"]
+        parts = []
+        for walker, name in enumerate(names):
+            chances = b.sum(axis=tuple(i for i in range(b.ndim) if i != walker))
+            hex_ = format_hex(hunt.hexes[chances.argmax()])
+            parts.append(f"{name} {hex_} {chances.max():.3f}")
+        return f"likeliest hexes {', '.join(parts)}"
+
+    def forecast_observations(self, memory: Memory, action: int) -> tuple[Reals, Reals]:
+        """Return the probability `[O]` of each observation, and the belief `[O, S]` after it."""
+        after = self.predict_nodes(self.split_nodes(memory)[0], action).sum(axis=0)
+        observations = np.arange(self.problem.observation_counts[self.seat])[:, None]
+        is_seen = self._observations_by_state[:, self.seat] == observations
+        posterior = belief.apply_bayes_rule(after * is_seen)
+        return posterior.likelihood, posterior.belief
+
+    def expected_reward(self, memory: Memory, action: int) -> float:
+        """Return the expected reward of an action beside the partner."""
+        rewards = build_fully_observed_mdp(self.problem).rewards
+        joint_rewards = np.asarray(rewards).reshape(-1, *self.problem.action_counts)
+        by_partner_action = joint_rewards.take(action, axis=1 + self.seat)
+        return float((self.weigh_partner_actions(memory)[0].T * by_partner_action).sum())
+
+    def action_values(self, memory: Memory) -> Reals:
+        """Return the mean of Q over states and the partner's actions: an upper bound."""
+        weights = self.weigh_partner_actions(memory)
+        turns = self.turns_left(memory) if self.horizon else np.ones(len(weights), int)
+        q = self._joint_q_by_turns if self.seat == 0 else self._joint_q_by_turns.swapaxes(2, 3)
+        return np.array(
+            [np.einsum("ps,sap->a", *pair) for pair in zip(weights, q[turns - 1], strict=True)]
         )
 
 
@@ -185,6 +354,11 @@ class SenseRulePolicy(ReactivePolicy):
         return Categorical.from_probabilities(
             np.asarray(_find_reactive_rules(unsighted)[self.seat])[senses]
         ).cumulative
+
+    def choice_probabilities(self, memory: Memory) -> Reals:
+        """Return the rule's probabilities `[B, A]`."""
+        rows = self._cumulative_probabilities.take(memory[0], axis=0)
+        return np.asarray(Categorical(rows).probabilities())
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
         """Return directions sampled from the rule."""

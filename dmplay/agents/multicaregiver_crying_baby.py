@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import product
-from typing import NamedTuple, Self
+from typing import Self
 
 import numpy as np
 
@@ -22,9 +22,10 @@ from dmplay.agents.base import (
     SeatPolicy,
 )
 from dmplay.agents.crying_baby import FeedWhenCrying
+from dmplay.agents.partner_machine import PartnerMachine, build_partner_machine
 from dmplay.agents.random_agent import Random
 from dmplay.core import belief
-from dmplay.core.arrays import Array, Ints, Reals
+from dmplay.core.arrays import Array, Reals
 from dmplay.core.parameters import parameter
 from dmplay.core.policy import Memory, Percept
 from dmplay.core.problem import Problem, enumerate_outcomes
@@ -38,14 +39,6 @@ ACTIONS = MulticaregiverCryingBaby.actions[0]
 N_OBSERVATIONS = 2  # crying and quiet
 DEFAULT_PARTNER = "feed-when-crying"
 MAX_PARTNER_NODES = 60  # maximum number of memories of a partner that is planned with
-
-
-class _PartnerMachine(NamedTuple):
-    """A partner as a finite machine; a node is its memory with the last observation."""
-
-    observations: Ints  # [N], the last observation of each node, -1 before the first
-    probabilities: Reals  # [N, A], of each action
-    next_nodes: Ints  # [N, A, O], after an action of the partner and an observation
 
 
 @dataclass(frozen=True)
@@ -88,32 +81,10 @@ class _PartnerModelPolicy(SeatPolicy):
         return policy
 
     @cached_property
-    def _partner(self) -> _PartnerMachine:
+    def _partner(self) -> PartnerMachine:
         """The partner's machine; raises BadPolicy if it is not known or has too many nodes."""
-        policy, action_count = self._partner_policy, len(ACTIONS)
-        memory = policy.initial_memory(np.full(1, -1))
-        nodes, pending = {_node_key(-1, memory): 0}, [(-1, memory)]
-        observations, probabilities, next_nodes = [], [], []
-        while pending:
-            observation, memory = pending.pop(0)
-            chances = policy.choice_probabilities(memory)
-            if chances is None or len(nodes) > MAX_PARTNER_NODES:
-                raise BadPolicy(f"best-response: cannot plan with the partner {self.to}")
-            observations.append(observation)
-            probabilities.append(chances[0])
-            next_nodes.append(np.zeros((action_count, N_OBSERVATIONS), np.int64))
-            for action, heard in product(np.flatnonzero(chances[0]), range(N_OBSERVATIONS)):
-                percept = Percept(np.array([action]), np.array([heard]), None, None)
-                after = policy.update_memory(memory, percept)
-                key = _node_key(heard, after)
-                if key not in nodes:
-                    nodes[key] = len(nodes)
-                    pending.append((heard, after))
-                next_nodes[-1][action, heard] = nodes[key]
-            # An action that the rule never takes leads where its usual action leads.
-            next_nodes[-1][chances[0] == 0.0] = next_nodes[-1][chances[0].argmax()]
-        return _PartnerMachine(
-            np.array(observations), np.array(probabilities), np.array(next_nodes)
+        return build_partner_machine(
+            self._partner_policy, MAX_PARTNER_NODES, splits_observations=True
         )
 
     def _build_tables(self, action_probabilities: Reals) -> Tables:
@@ -276,11 +247,6 @@ class _Constant(ConstantPolicy):
     """A partner that always takes the same action."""
 
     action: int = 0
-
-
-def _node_key(observation: int, memory: Memory) -> bytes:
-    """Return the last observation and a memory of one row as bytes."""
-    return b"".join([bytes([observation + 1]), *(array.tobytes() for array in memory)])
 
 
 def build_roster(problem: Problem, seat: int) -> Roster:

@@ -305,8 +305,8 @@ def test_exact_values_of_a_dilemma_with_99_random_replies(rule: str, turns: int)
     assert check_first_values(dmplay.load_problem("travelers-dilemma"), turns, rule) == EXACT_VALUES
 
 
-SEARCHES = {"search", "human"}  # agents that no advice can predict
-TEAMS = {"collaborative-predator-prey", "team"}  # the advice assumes a plan or random partners
+UNPREDICTED = {"search", "human"}  # agents that no advice can predict
+BELIEF_AGENTS = {"qmdp", "chase-belief"}  # partners in a hunt with too many memories
 CHICKEN_SOURCE = """\
 import numpy as np
 from dmplay import Labels, Outcome, Problem, SeatPolicy
@@ -372,11 +372,11 @@ def test_advice_assumes_each_agent_of_a_game_that_can_be_computed_with(name: str
             agent = find_hint_provider(problem, AdviceQuestion(seat, 2, tuple(players)))
             assert agent is not None
             is_known = agent.players in {f"against {other}", f"with {other}"}
-            if name not in TEAMS:
-                assert is_known is (other not in SEARCHES), (seat, other)
+            if name != "team":  # there, the advice assumes a plan of both
+                assert is_known is (other not in UNPREDICTED | BELIEF_AGENTS), (seat, other)
             if agent.values_name == EXACT_VALUES:
                 assert is_known, (seat, other)
-            if is_known and len(problem.agents) == 2:
+            if is_known and len(problem.agents) == 2 and agent.values_name != UPPER_BOUNDS:
                 turns = 1 if problem.action_counts[0] > 9 else 2
                 assert check_first_values(problem, turns, other, seat=seat) == EXACT_VALUES
 
@@ -442,6 +442,46 @@ def test_exact_values_of_a_team_that_follows_one_plan(text: str, turns: int) -> 
     for seat in (0, 1):
         other = f"joint-plan:horizon={turns}"
         assert check_first_values(problem, turns, other, seat=seat) == EXACT_VALUES
+
+
+@pytest.mark.parametrize("seat", [0, 1])
+@pytest.mark.parametrize("other", ["sweep", "random", "reactive"])
+def test_advice_in_a_hunt_follows_the_belief_and_the_action_of_the_partner(
+    other: str, seat: int
+) -> None:
+    hunt = dmplay.load_problem(
+        "collaborative-predator-prey", hexes=((0, 0), (1, 0), (2, 0), (1, 1))
+    )
+    players = ("human", other) if seat == 0 else (other, "human")
+    partner = cast(SeatPolicy, load_agent(hunt, 1 - seat, other))
+    for turns in (1, 3):
+        agent = find_hint_provider(hunt, AdviceQuestion(seat, turns, players))
+        assert agent is not None
+        assert (agent.players, agent.values_name) == (f"with {other}", UPPER_BOUNDS)
+        evaluation = Evaluation(hunt, agent.policy, partner)
+        memory = agent.policy.initial_memory(np.array([-1]))
+        key = evaluation.key_of(partner.initial_memory(np.array([-1])))
+        belief = agent.policy.current_belief(memory)
+        assert belief is not None
+        distribution = {(s, key): p for s, p in enumerate(belief[0].tolist())}
+        values = agent.policy.action_values(memory)
+        assert values is not None
+        for action, value in enumerate(values[0].tolist()):
+            expected = evaluation.action_value(distribution, memory, turns, action)
+            assert value == pytest.approx(expected) if turns == 1 else value >= expected
+            forecast = agent.policy.forecast_observations(memory, action)
+            assert forecast is not None
+            joint = np.zeros((len(forecast[0]), len(belief[0])))
+            reward = 0.0
+            for (s, _), p_state in distribution.items():
+                for joint_action, p_action in evaluation._joint_actions(s, key, action):
+                    p, outcome = evaluation._enumerate(s, joint_action)
+                    next_states = hunt.state_indices(outcome.state)
+                    cells = outcome.observations[:, seat], next_states
+                    np.add.at(joint, cells, p_state * p_action * p)
+                    reward += p_state * p_action * float(p @ outcome.rewards[:, seat])
+            assert agent.policy.expected_reward(memory, action) == pytest.approx(reward)
+            np.testing.assert_allclose(forecast[0][:, None] * forecast[1], joint, atol=1e-12)
 
 
 def test_upper_bounds_are_no_smaller_than_the_returns_of_constant_teams() -> None:
