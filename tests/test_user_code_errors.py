@@ -1,6 +1,7 @@
 """Tests that planted faults in a user-defined problem are found and reported with their lines."""
 
 import os
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -8,8 +9,9 @@ import pytest
 
 import dmplay
 from dmplay.core.playability_checks import RESERVED_WORDS
+from dmplay.core.policy import forbid_exit
 from dmplay.core.user_code_locations import describe_error_location
-from dmplay.errors import DmplayError
+from dmplay.errors import BadPolicy, DmplayError
 from dmplay.output import check_report
 from dmplay.ui.shell import commands
 from dmplay.validation import conformance
@@ -650,3 +652,14 @@ def test_legal_actions_that_reveal_a_hidden_state_are_a_violation() -> None:
 def test_a_rounding_error_in_the_start_belief_is_not_a_possible_state() -> None:
     rounded = {"initial_belief": np.array([1 / 3, 2 / 3 - 1e-7, 0.0, 0.0])}
     assert check(type("Rounded", (Vault,), rounded)()) == []
+
+
+def exit_with_3() -> None:
+    raise SystemExit(3)
+
+
+def test_user_code_may_not_end_the_program_but_a_signal_may() -> None:
+    with pytest.raises(BadPolicy, match=r"errors\.py:\d+.* must not exit the program"):
+        forbid_exit(exit_with_3)
+    with pytest.raises(SystemExit):
+        forbid_exit(sys.exit, 143)

@@ -17,10 +17,12 @@ from dmplay.core.chance import (
     Categorical,
     Chance,
     DiscreteUniform,
+    Normal,
     sample_all,
 )
 from dmplay.core.problem import (
     WAIT_LABEL,
+    Outcome,
     Problem,
     checked_state_indices,
     enumerate_outcomes,
@@ -331,3 +333,23 @@ def test_a_base_class_has_at_most_20_public_methods(kind: type) -> None:
 def test_a_state_is_described_for_readers(name: str, state: str, text: str) -> None:
     problem = dmplay.load_problem(name)
     assert problem.describe_state(problem.parse_state(state)) == text
+
+
+class CheapNim(Nim):
+    """Nim for a millionth of the stake."""
+
+    def resolve_events(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
+        outcome = super().resolve_events(s, a, events)
+        return outcome._replace(rewards=1e-6 * outcome.rewards)
+
+
+class NoisyNim(CheapNim):
+    """The same game with a random number that nobody uses, so that its outcomes are not listed."""
+
+    def chance(self, s: Array, a: Array) -> tuple[Chance, ...]:
+        return (Normal(np.zeros(len(s)), np.ones(len(s))),)
+
+
+def test_the_scale_of_rewards_is_a_power_of_two_or_1_if_outcomes_cannot_be_listed() -> None:
+    games = Nim(), CheapNim(), NoisyNim(), RockPaperScissors()
+    assert [game.reward_scale for game in games] == [1.0, 2.0**-20, 1.0, 1.0]

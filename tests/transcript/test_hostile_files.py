@@ -15,6 +15,8 @@ from dmplay.game.game_setup import resume_game, start_new_game
 from dmplay.game.launch_requests import GameRequest, ResumeRequest
 from dmplay.game.playback import Playback
 from dmplay.game.transcript_files import rewrite_file, verify
+from dmplay.transcript.reader import parse_transcript
+from tests.support.games import record_game
 from tests.support.interruption import run_with_call_limit
 
 MANY_HEXES = [[q, 0] for q in range(20_000)]
@@ -173,3 +175,11 @@ def test_a_file_that_is_too_large_is_not_read(tmp_path: Path) -> None:
     with path.open("wb") as file:
         file.truncate(safe_files.MAX_FILE_BYTES + 1)
     assert "cannot be read: larger than 64 MB" in str(verify(path))
+
+
+def test_a_merge_conflict_is_named_with_its_line(tmp_path: Path) -> None:
+    record_game(tmp_path / "g.dmt", "hexworld", "random", turns=2)
+    lines = (tmp_path / "g.dmt").read_bytes().splitlines(keepends=True)
+    raw = b"".join([*lines[:4], b"<<<<<<< HEAD\n", *lines[4:]])
+    with pytest.raises(BadTranscript, match=r":5: got the merge conflict marker <<<<<<<"):
+        parse_transcript(raw)

@@ -201,6 +201,16 @@ def test_a_game_with_repeated_states_is_replayed_in_few_moves(tmp_path: Path) ->
     assert verify_transcript(transcript, UnbatchedHexWorld(rewards=())).is_ok
 
 
+def test_a_game_with_more_actions_than_are_cached_verifies(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "g.dmt"
+    record_game(path, "travelers-dilemma", "random", other_agent="random", turns=50)
+    monkeypatch.setattr(turn_batch_replay, "MAX_CACHED_LINES", 3)
+    problem = dmplay.load_problem("travelers-dilemma")
+    assert verify_transcript(read_transcript(path), problem).is_ok
+
+
 def test_replay_does_not_trust_the_states_in_the_file(
     recorded_games: list[tuple[str, Problem, list[Policy]]],
 ) -> None:
