@@ -226,7 +226,7 @@ class _PartnerBeliefPolicy(_FactoredBeliefPolicy):
 
     @cached_property
     def _observations_by_state(self) -> Ints:
-        """What each seat observes in each state `[S, n]`."""
+        """The observation of each seat in each state `[S, n]`."""
         return np.asarray(self.problem.observe(self.problem.enumerate_states()))
 
     def initial_memory(self, observation: Array) -> Memory:
