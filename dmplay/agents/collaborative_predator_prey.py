@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
-from typing import Self
 
 import numpy as np
 
@@ -129,6 +128,7 @@ class Qmdp(TurnsLeftPolicy, _FactoredBeliefPolicy, GreedyBeliefPolicy):
 
     problem: CollaborativePredatorPrey
     policy_lookup: PolicyLookup | None = field(default=None, compare=False, repr=False)
+    to: str = parameter("", "the only partner, an agent; if empty, partners see all positions")
 
     hint_basis = "qmdp, as if partners see all positions now, and you see them next turn"
 
@@ -146,32 +146,32 @@ class Qmdp(TurnsLeftPolicy, _FactoredBeliefPolicy, GreedyBeliefPolicy):
         """Return whether the values of that many turns can be computed and stored in time."""
         return self.problem.state_count * turns <= MAX_PLANNED_STATES
 
-    def with_policy_lookup(self, policy_lookup: PolicyLookup) -> Self:
-        """Return this policy with a function that makes the partner of a game."""
-        return replace(self, policy_lookup=policy_lookup)
+    def with_policy_lookup(self, policy_lookup: PolicyLookup) -> "Qmdp":
+        """Return this policy, or that beside the partner `to`, with a function that makes it."""
+        policy = replace(self, policy_lookup=policy_lookup)
+        return policy._with_partner(self.to) if self.to else policy
 
     def adapt_to_game(self, question: AdviceQuestion) -> "Qmdp":
         """Return a policy for the turns left, and for the rule of a single partner if known."""
         policy = super().adapt_to_game(question)
         if len(question.opponents) != 1 or self.policy_lookup is None:
             return policy
-        (name,), seat = question.opponents, 1 - self.seat
         try:
-            partner = (
-                Random(self.problem, seat) if name == "random" else self.policy_lookup(seat, name)
-            )
-            with_partner = QmdpWithPartner(
-                self.problem,
-                self.seat,
-                horizon=policy.horizon,
-                policy_lookup=self.policy_lookup,
-                partner_name=name,
-                partner=partner,
-            )
-            _ = with_partner.machine
+            return policy._with_partner(*question.opponents)
         except DmplayError:
             return policy
-        return with_partner
+
+    def _with_partner(self, name: str) -> "QmdpWithPartner":
+        """Return the policy beside an agent; raise an error if its rule is not known."""
+        policy = QmdpWithPartner(
+            self.problem,
+            self.seat,
+            horizon=self.horizon,
+            policy_lookup=self.policy_lookup,
+            to=name,
+        )
+        _ = policy.machine
+        return policy
 
     @cached_property
     def _q_by_turns(self) -> Reals:
@@ -212,17 +212,25 @@ class _PartnerBeliefPolicy(_FactoredBeliefPolicy):
     Its memory is the probability `[B, N * S]` of each node of the partner with each state.
     """
 
-    partner_name: str = field(default="", repr=False)
-    partner: SeatPolicy | None = field(default=None, repr=False)
+    policy_lookup: PolicyLookup | None = field(default=None, compare=False, repr=False)
+    to: str = parameter("", "the only partner, an agent")
 
     @cached_property
     def machine(self) -> PartnerMachine:
         """The partner's rule; raises BadPolicy if it is not known or has too many nodes."""
-        if self.partner is None:
-            raise BadPolicy(f"qmdp: no rule {self.partner_name!r} of the partner")
+        seat, partner = 1 - self.seat, None
+        if len(self.problem.agents) == 2:
+            is_random = self.to == "random"
+            partner = Random(self.problem, seat) if is_random else self._look_up(seat)
+        if partner is None:
+            raise BadPolicy(f"qmdp: no rule {self.to!r} of a single partner")
         return build_partner_machine(
-            self.partner, MAX_PARTNER_BELIEF // self.problem.state_count, splits_observations=False
+            partner, MAX_PARTNER_BELIEF // self.problem.state_count, splits_observations=False
         )
+
+    def _look_up(self, seat: int) -> SeatPolicy | None:
+        """Return the agent `to` in a seat; None if it is not known."""
+        return self.policy_lookup(seat, self.to) if self.policy_lookup else None
 
     @cached_property
     def _observations_by_state(self) -> Ints:
@@ -288,12 +296,12 @@ class QmdpWithPartner(Qmdp, _PartnerBeliefPolicy):
 
     def describe_assumed_players(self, opponents: Sequence[str]) -> str:
         """Return the partner, '' if it is this opponent."""
-        is_partner = (self.partner_name,) == tuple(opponents)
-        return "" if is_partner else f"if the partner plays {self.partner_name}"
+        is_partner = (self.to,) == tuple(opponents)
+        return "" if is_partner else f"if the partner plays {self.to}"
 
     def describe_model(self, memory: Memory) -> str:
         """Return the likeliest hexes in the belief, which is not the board's; '' with random."""
-        if self.partner_name == "random":
+        if self.to == "random":
             return ""
         hunt = self.problem
         b = self.current_belief(memory).reshape((len(hunt.hexes),) * hunt.walker_count)

@@ -5,6 +5,7 @@ from itertools import combinations
 
 import numpy as np
 
+from dmplay.agents.base import UPPER_BOUNDS
 from dmplay.core.arrays import Array
 from dmplay.core.best_actions import VALUE_TOLERANCE
 from dmplay.core.problem import ContinuousStates, enumerate_possible_outcomes
@@ -185,14 +186,15 @@ def compute_q(
     """Return the value of each legal action by label, from the agent that gives the hints.
 
     They are those of a visible state, or of the belief after a history; without both, those of the
-    position. Raise BadParameter if that agent has no values, or if they are about another game.
+    position. Raise BadParameter if that agent has no values of this game, or only upper bounds.
     """
     problem, session, seat = position.problem, position.session, position.seat
     provider = agents.find_hint_provider(problem, position.question)
     if provider is None:
         raise BadParameter(f"{position.problem_name} has no agent with values")
-    if provider.scope:
-        scope = f"are about another game ({provider.scope})"
+    is_bound = provider.policy.values_name == UPPER_BOUNDS
+    if provider.scope or is_bound:
+        scope = "are upper bounds" if is_bound else f"are about another game ({provider.scope})"
         raise BadParameter(f"the values of {position.problem_name} {scope}")
     policy = provider.policy
     s = find_state(position, state)

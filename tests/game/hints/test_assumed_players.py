@@ -177,7 +177,7 @@ def test_a_belief_names_the_partner_that_it_assumes() -> None:
     [
         ("crying-baby", "feed", "assume: no other agent plays in this game"),
         ("predator-prey", "search", "the advice in this game cannot assume search"),
-        ("collaborative-predator-prey", "random", "the advice in this game cannot assume random"),
+        ("collaborative-predator-prey", "qmdp", "the advice in this game cannot assume qmdp"),
     ],
 )
 def test_an_agent_that_the_advice_cannot_assume_is_refused(
