@@ -44,7 +44,10 @@ def _repeat_ignored_interrupt(unraisable: "sys.UnraisableHookArgs") -> None:
         import _thread
         import threading
 
-        threading.Timer(0.01, _thread.interrupt_main).start()
+        try:
+            threading.Timer(0.05, _thread.interrupt_main).start()
+        except KeyboardInterrupt:  # on a busy machine it comes while the timer is started
+            _repeat_ignored_interrupt(unraisable)
     else:
         sys.__unraisablehook__(unraisable)
 
