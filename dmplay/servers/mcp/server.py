@@ -2,6 +2,7 @@
 
 import os
 import sys
+import warnings
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from importlib import import_module
@@ -182,6 +183,8 @@ def serve(games: ModelGames, input_fd: int, output_fd: int) -> int:
     """Serve a client on two descriptors until it disconnects, and return the exit code."""
     if os.isatty(input_fd):
         print(TERMINAL_NOTICE, file=sys.stderr)
+    # A signal may end the server after a coroutine is made and before it is awaited.
+    warnings.filterwarnings("ignore", "coroutine .* was never awaited", RuntimeWarning)
     try:
         with exit_on_signals():
             server = make_server(games)
