@@ -224,9 +224,8 @@ class _PartnerBeliefPolicy(_FactoredBeliefPolicy):
             partner = Random(self.problem, seat) if is_random else self._look_up(seat)
         if partner is None:
             raise BadPolicy(f"qmdp: no rule {self.to!r} of a single partner")
-        return build_partner_machine(
-            partner, MAX_PARTNER_BELIEF // self.problem.state_count, splits_observations=False
-        )
+        max_nodes = MAX_PARTNER_BELIEF // self.problem.state_count
+        return build_partner_machine(self.to, partner, max_nodes, splits_observations=False)
 
     def _look_up(self, seat: int) -> SeatPolicy | None:
         """Return the agent `to` in a seat; None if it is not known."""

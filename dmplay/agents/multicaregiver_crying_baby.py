@@ -84,7 +84,7 @@ class _PartnerModelPolicy(SeatPolicy):
     def _partner(self) -> PartnerMachine:
         """The partner's machine; raises BadPolicy if it is not known or has too many nodes."""
         return build_partner_machine(
-            self._partner_policy, MAX_PARTNER_NODES, splits_observations=True
+            self.to, self._partner_policy, MAX_PARTNER_NODES, splits_observations=True
         )
 
     def _build_tables(self, action_probabilities: Reals) -> Tables:

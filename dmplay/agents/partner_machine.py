@@ -20,9 +20,9 @@ class PartnerMachine(NamedTuple):
 
 
 def build_partner_machine(
-    policy: SeatPolicy, max_nodes: int, *, splits_observations: bool
+    name: str, policy: SeatPolicy, max_nodes: int, *, splits_observations: bool
 ) -> PartnerMachine:
-    """Return the machine of a policy whose first observation is empty.
+    """Return the machine of the policy of an agent, whose first observation is empty.
 
     With `splits_observations`, a node has one last observation. Raises BadPolicy if the choices
     are not known, or if there are more than `max_nodes` nodes.
@@ -36,7 +36,7 @@ def build_partner_machine(
         observation, memory = pending.pop(0)
         chances = policy.choice_probabilities(memory)
         if chances is None or len(nodes) > max_nodes:
-            raise BadPolicy(f"cannot plan with the partner {type(policy).__name__}")
+            raise BadPolicy(f"cannot plan with the partner {name}: its rule is unknown or too long")
         observations.append(observation)
         probabilities.append(chances[0])
         next_nodes.append(np.zeros((action_count, observation_count), np.int64))
