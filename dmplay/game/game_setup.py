@@ -200,20 +200,31 @@ def _with_seed(request: GameRequest) -> tuple[GameRequest, SeededUniforms]:
 def assign_players(request: GameRequest, loaded_problem: problems.LoadedProblem) -> list[str]:
     """Return the player of each seat, from `--agent`, `--vs` and `--seat`.
 
-    Seats without a player get the default partner. With a turn limit, agents that plan for a
-    horizon plan for that number of turns.
+    Seats without a player get the default partner; the first seat gets the default agent. With a
+    turn limit, agents that plan for a horizon plan for that number of turns. Raise BadParameter if
+    `--agent` or `--vs` is for no seat, because `--seat` names the players of all its seats.
     """
     problem = loaded_problem.problem
     if request.other_agent and len(problem.agents) == 1:
         raise BadParameter(f"--vs: {loaded_problem.name} has only one seat; use --agent")
     other_seats = range(1, len(problem.agents))
-    players = [request.agent]
+    players = [request.agent or agents.default_agent(problem, 0, request.turns)]
     players += [
         request.other_agent or agents.load_roster(problem, seat).default_partner
         for seat in other_seats
     ]
+    named_seats = set[int]()
     for name, player in parse_settings(request.seats, "--seat").items():
-        players[find_seat(problem, name)] = str(player)
+        named_seats.add(seat := find_seat(problem, name))
+        players[seat] = str(player)
+    first_agent = "" if request.agent == HUMAN else request.agent
+    for option, agent, seats in (
+        ("--agent", first_agent, range(1)),
+        ("--vs", request.other_agent, other_seats),
+    ):
+        if agent and named_seats.issuperset(seats):
+            names = " and ".join(problem.agents[seat] for seat in seats)
+            raise BadParameter(f"{option}: --seat also sets {names}; leave out one of the options")
     turns = request.turns
     check_turn_limit(turns)
     if turns is None:

@@ -178,7 +178,6 @@ def request_from_header(
     options = vars(header) | {"seats": seat_settings}
     return GameRequest(
         **options,
-        agent=player_names[0],
         record_path=record_path,
         key_preferences=key_preferences,
         is_seed_visible=False,

@@ -93,10 +93,9 @@ def make_lineup(request: EvaluationRequest) -> Lineup:
     """
     loaded = request.load_problem()
     problem = loaded.problem
-    agent = request.agent or agents.default_agent(problem, 0, request.turn_limit)
     game_request = GameRequest(
         "",
-        agent=agent,
+        agent=request.agent,
         other_agent=request.other_agent,
         seats=request.seats,
         turns=request.turn_limit,

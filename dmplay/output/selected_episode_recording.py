@@ -66,7 +66,6 @@ def record_episodes(setting_result: SettingResult, selection: TranscriptSelectio
                 settings=match.settings,
                 seed=match.seed,
                 episode=episode,
-                agent=names[0],
                 seats=seats,
                 turns=match.turn_limit,
                 record_path=path,

@@ -517,6 +517,26 @@ def test_a_setting_that_would_be_ignored_is_an_error(
     assert result.stderr == f"error: {message}, expected each name once\n"
 
 
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("run", "hexworld", "--agent", "optimal", "--seat", "agent=random"), "--agent: --seat"),
+        (("hexworld", "--seat", "agent=random", "--agent", "optimal"), "--agent: --seat"),
+        (
+            ("assign", "hexworld", "--agent=random", "--seat=agent=human", "-o", "x"),
+            "--agent: --se",
+        ),
+        (("prisoners-dilemma", "--vs", "grim", "--seat", "agent2=random"), "--vs: --seat also set"),
+    ],
+)
+def test_an_agent_without_a_seat_is_an_error(
+    tmp_path: Path, words: tuple[str, ...], message: str
+) -> None:
+    result = run_dmplay(tmp_path, *words)
+    assert (result.returncode, result.stderr.startswith(f"error: {message}")) == (2, True)
+    assert result.stderr.endswith("; leave out one of the options\n")
+
+
 def test_a_problem_may_follow_two_hyphens(tmp_path: Path) -> None:
     for words in (["hexworld", "--agent", "random", "--seed", "1"], ["list"], ["guide", "mcp"]):
         expected = run_dmplay(tmp_path, *words)
