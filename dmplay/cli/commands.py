@@ -9,6 +9,8 @@ os.environ.setdefault("TYPER_USE_RICH", "0")  # Rich's help takes longer than th
 
 import typer
 
+from dmplay.errors import BadParameter
+
 COMMANDS = {  # the module in this folder, and the function or the Typer group in it
     "play": "games:play",
     "resume": "games:resume",
@@ -42,7 +44,10 @@ COMMANDS = {  # the module in this folder, and the function or the Typer group i
 
 @cache
 def build_command(name: str) -> Any:
-    """Return the command of this name, with its environment variables left out of the help."""
+    """Return the command of this name; its help leaves out environment variables.
+
+    It refuses empty paths.
+    """
     module, _, attribute = COMMANDS[name].partition(":")
     target = getattr(import_module(f"dmplay.cli.{module}"), attribute)
     if not isinstance(target, typer.Typer):
@@ -52,4 +57,18 @@ def build_command(name: str) -> Any:
     for shown_command in (command, *getattr(command, "commands", {}).values()):
         for option in shown_command.params:
             option.show_envvar = False
+            if option.type.name == "path":
+                option.callback = _refuse_empty_path
     return command
+
+
+def _refuse_empty_path(context: Any, option: Any, value: Any) -> Any:
+    """Return the value of a path option; raise BadParameter for an empty path.
+
+    An unset variable of a shell, as in `-o "$FILE"`, would otherwise mean the current folder.
+    """
+    if value == "" or (isinstance(value, tuple | list) and "" in value):
+        metavar = option.metavar.strip("[].")
+        name = max(option.opts, key=len) if option.param_type_name == "option" else metavar
+        raise BadParameter(f"{name}: got an empty path, expected {metavar}")
+    return value

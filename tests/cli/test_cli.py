@@ -537,6 +537,21 @@ def test_an_agent_without_a_seat_is_an_error(
     assert result.stderr.endswith("; leave out one of the options\n")
 
 
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("hexworld", "-o", ""), "--record: got an empty path, expected FILE"),
+        (("run", "hexworld", "--record="), "--record: got an empty path, expected DIR"),
+        (("verify", "games", ""), "PATH: got an empty path, expected PATH"),
+        (("replay", ""), "FILE: got an empty path, expected FILE"),
+        (("learn", "from", ""), "GAME: got an empty path, expected GAME"),
+    ],
+)
+def test_an_empty_path_is_an_error(tmp_path: Path, words: tuple[str, ...], message: str) -> None:
+    result = run_dmplay(tmp_path, *words)
+    assert (result.returncode, result.stderr) == (2, f"error: {message}\n")
+
+
 def test_a_problem_may_follow_two_hyphens(tmp_path: Path) -> None:
     for words in (["hexworld", "--agent", "random", "--seed", "1"], ["list"], ["guide", "mcp"]):
         expected = run_dmplay(tmp_path, *words)
