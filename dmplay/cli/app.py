@@ -122,9 +122,14 @@ def _expand_strict(word: str) -> str:
 
 
 def _insert_default_rate(args: list[str]) -> list[str]:
-    """Return the arguments with the default rate inserted after a `--rate` without a value."""
+    """Return the arguments with the default rate inserted after a `--rate` without a value.
+
+    Only the problem may follow that, and so nothing if the problem comes first.
+    """
     index = args.index("--rate") + 1 if "--rate" in args else 0
-    has_value = RATE_PATTERN.match("".join(args[index : index + 1]))
+    follows_problem = not "".join(args[1:2]).startswith("-")
+    word = "".join(args[index : index + 1])
+    has_value = RATE_PATTERN.match(word) or (word and word[0] != "-" and follows_problem)
     return args if not index or has_value else [*args[:index], DEFAULT_RATE, *args[index:]]
 
 
