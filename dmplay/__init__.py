@@ -15,7 +15,7 @@ __version__ = "0.1.0"
 _PUBLIC_MODULES = {
     # problems: their base classes and parts
     "ContinuousStates": "core.problem",
-    "MatrixGame": "problems.shared.matrix_game",
+    "MatrixGame": "core.matrix_game",
     "Outcome": "core.problem",
     "Problem": "core.problem",
     "SparseMatrix": "core.sparse_matrix",

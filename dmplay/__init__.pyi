@@ -7,6 +7,7 @@ from dmplay.core.chance import Categorical as Categorical
 from dmplay.core.chance import DiscreteUniform as DiscreteUniform
 from dmplay.core.chance import Normal as Normal
 from dmplay.core.chance import Uniform as Uniform
+from dmplay.core.matrix_game import MatrixGame as MatrixGame
 from dmplay.core.parameters import parameter as parameter
 from dmplay.core.policy import Percept as Percept
 from dmplay.core.policy import Policy as Policy
@@ -36,7 +37,6 @@ from dmplay.game.manual_game import play as play
 from dmplay.game.playback import Playback as Playback
 from dmplay.game.playback import review as review
 from dmplay.game.transcript_files import verify as verify
-from dmplay.problems.shared.matrix_game import MatrixGame as MatrixGame
 from dmplay.registry.agents import load_agent as load_agent
 from dmplay.registry.problems import load_problem as load_problem
 from dmplay.simulation.rollouts import rollout as rollout

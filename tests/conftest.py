@@ -11,8 +11,9 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 import pytest
 from hypothesis import settings
 
-from dmplay.agents import cart_pole, mountain_car
 from dmplay.evaluation.solutions import continuous_problems
+from dmplay.problems.cart_pole import agents as cart_pole
+from dmplay.problems.mountain_car import agents as mountain_car
 from dmplay.solvers.mdp.grid_value_iteration import RectangularGrid
 from tests.support.extras import is_extra_installed
 

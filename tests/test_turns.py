@@ -10,7 +10,7 @@ from dmplay.core.arrays import Array
 from dmplay.core.chance import Chance, Normal
 from dmplay.core.problem import Problem
 from dmplay.core.uniforms import SeededUniforms
-from dmplay.problems.hexworld import HexWorld
+from dmplay.problems.hexworld.rules import HexWorld
 from tests.support.user_problems import Heap, Key
 
 

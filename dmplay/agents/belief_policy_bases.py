@@ -4,8 +4,8 @@ from abc import abstractmethod
 from dataclasses import dataclass, replace
 from typing import Self
 
-from dmplay.agents._belief_policy import BeliefAndTurnPolicy, BeliefPolicy, apply_by_group
 from dmplay.agents.base import AdviceQuestion, GreedyPolicy
+from dmplay.agents.belief_policy import BeliefAndTurnPolicy, BeliefPolicy, apply_by_group
 from dmplay.core.arrays import Array, Bools, Ints, Reals
 from dmplay.core.best_actions import select_greedy_actions
 from dmplay.core.parameters import parameter

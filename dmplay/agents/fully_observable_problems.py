@@ -7,7 +7,6 @@ from typing import Self
 
 import numpy as np
 
-from dmplay.agents._single_agent_planning import MdpOptimalPolicy
 from dmplay.agents.base import (
     ENDS_SOONEST,
     ESTIMATED_VALUES,
@@ -18,6 +17,7 @@ from dmplay.agents.base import (
     SeatPolicy,
 )
 from dmplay.agents.belief_policy_bases import MAX_HORIZON
+from dmplay.agents.single_agent_planning import MdpOptimalPolicy
 from dmplay.core.arrays import Array, Bools, Ints, Reals
 from dmplay.core.best_actions import compute_tolerance, select_greedy_actions
 from dmplay.core.chance import Categorical

@@ -8,8 +8,8 @@ from typing import NamedTuple, Self
 
 import numpy as np
 
-from dmplay.agents._belief_policy import BeliefAndTurnPolicy
 from dmplay.agents.base import EXACT_VALUES, LOWER_BOUNDS, WITHOUT_END, AdviceQuestion, GreedyPolicy
+from dmplay.agents.belief_policy import BeliefAndTurnPolicy
 from dmplay.agents.belief_policy_bases import MAX_HORIZON, NEGLIGIBLE_WEIGHT, describe_plan_length
 from dmplay.core.arrays import Bools, Reals
 from dmplay.core.parameters import parameter

@@ -8,10 +8,10 @@ from typing import Self
 
 import numpy as np
 
-from dmplay.agents._belief_policy import BeliefPolicy
 from dmplay.agents._particle_filter import N_PARTICLES, ParticleFilter, sample_states
 from dmplay.agents.available_agents import HINT_PROVIDER_ROLE, PARTNER_ROLE
 from dmplay.agents.base import AdviceQuestion, PolicyLookup, ReturnEstimates
+from dmplay.agents.belief_policy import BeliefPolicy
 from dmplay.core import belief
 from dmplay.core.arrays import Array, Bools, Ints, Reals
 from dmplay.core.best_actions import mark_best_actions

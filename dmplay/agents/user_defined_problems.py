@@ -20,7 +20,7 @@ def build_roster(problem: Problem, seat: int) -> Roster:
         case [Method.EQUILIBRIUM_ENUMERATION, *_]:
             return _build_repeated_game_roster(problem)
         case [Method.REGRET_MATCHING, *_]:
-            from dmplay.agents._matrix_game_agents import RegretMatchingEquilibrium
+            from dmplay.agents.matrix_game_agents import RegretMatchingEquilibrium
 
             return Roster({"equilibrium": RegretMatchingEquilibrium}, hint_provider="equilibrium")
         case [Method.JOINT_PLANS, *_]:
@@ -55,7 +55,7 @@ def build_roster(problem: Problem, seat: int) -> Roster:
 
 def _build_repeated_game_roster(problem: Problem) -> Roster:
     """Return the agents for rounds of a game of two; classical rules only with two actions each."""
-    from dmplay.agents._matrix_game_agents import FictitiousPlay, Nash
+    from dmplay.agents.matrix_game_agents import FictitiousPlay, Nash
     from dmplay.agents.repeated_game_rules import REPEATED_GAME_RULES
 
     rules = REPEATED_GAME_RULES if problem.action_counts == (2, 2) else {}
@@ -65,12 +65,12 @@ def _build_repeated_game_roster(problem: Problem) -> Roster:
 
 def _list_belief_policies(problem: Problem) -> dict[str, type[SeatPolicy]]:
     """Return the agents, by name, that play by their belief over hidden states."""
-    from dmplay.agents._single_agent_planning import FastInformedBound, Qmdp, RecedingHorizonPolicy
     from dmplay.agents.point_based import (
         MAX_EXACT_STATES,
         PointBasedOptimalPolicy,
         PointBasedPolicy,
     )
+    from dmplay.agents.single_agent_planning import FastInformedBound, Qmdp, RecedingHorizonPolicy
 
     agents: dict[str, type[SeatPolicy]] = {
         "optimal": PointBasedOptimalPolicy,

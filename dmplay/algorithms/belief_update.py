@@ -13,12 +13,12 @@ from dmplay.algorithms.formula_text import MAX_TERMS, format_number, format_weig
 from dmplay.algorithms.step import Algorithm, BeliefTable, Step, WatchRequest
 from dmplay.core.arrays import Ints, Reals
 from dmplay.core.belief import initial_seat_belief
+from dmplay.core.hexgrid import format_hex
 from dmplay.core.problem import Problem
 from dmplay.core.session import Session, View
 from dmplay.core.text import format_count, format_score
 from dmplay.core.uniforms import SeededUniforms
-from dmplay.problems.collaborative_predator_prey import CollaborativePredatorPrey
-from dmplay.problems.shared.hexgrid import format_hex
+from dmplay.problems.collaborative_predator_prey.rules import CollaborativePredatorPrey
 
 DEFAULT_TURNS = 4  # turns of the short game that is played if there is none
 MAX_ROWS = 24  # rows of a table; of more states, the likeliest are listed

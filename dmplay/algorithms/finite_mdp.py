@@ -19,8 +19,8 @@ from dmplay.core.session import Session
 from dmplay.core.tabular import joint_actions, replace_illegal_actions
 from dmplay.core.text import format_count, format_score
 from dmplay.errors import BadParameter, BudgetExceeded
-from dmplay.problems.collision_avoidance import ADVISED_RATES, CollisionAvoidance
-from dmplay.problems.mountain_car import LEFT_WALL, RIGHT_WALL, TOP_SPEED, MountainCar
+from dmplay.problems.collision_avoidance.rules import ADVISED_RATES, CollisionAvoidance
+from dmplay.problems.mountain_car.rules import LEFT_WALL, RIGHT_WALL, TOP_SPEED, MountainCar
 
 MAX_OUTCOMES = 4_000_000  # states times actions times outcomes
 GRID_POINTS = 61, 57  # of the position and the speed of a car, or of any two numbers

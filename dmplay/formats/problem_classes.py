@@ -8,9 +8,9 @@ from math import prod
 import numpy as np
 
 from dmplay.core.arrays import Array, Bools, Reals
+from dmplay.core.matrix_game import MatrixGame
 from dmplay.core.spaces import Labels
 from dmplay.core.tabular import SparseTables, Tabular
-from dmplay.problems.shared.matrix_game import MatrixGame
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,6 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from dmplay.core.arrays import Reals
+from dmplay.core.hexgrid import DIRECTIONS, hex_neighbours
 from dmplay.core.problem import initial_state_distribution
 from dmplay.core.spaces import Labels
 from dmplay.core.tabular import tabulate
@@ -24,10 +25,9 @@ from dmplay.plots.plot_data import (
     TablePanel,
 )
 from dmplay.plots.plotted_problem import PlottedProblem, describe_horizon, load_plotted_problem
-from dmplay.problems.catch import DISTANCES
-from dmplay.problems.hexworld import HexWorld
-from dmplay.problems.predator_prey import PredatorPrey
-from dmplay.problems.shared.hexgrid import DIRECTIONS, hex_neighbours
+from dmplay.problems.catch.rules import DISTANCES
+from dmplay.problems.hexworld.rules import HexWorld
+from dmplay.problems.predator_prey.rules import PredatorPrey
 from dmplay.solvers.pomdp import exact_pomdp
 from dmplay.views.toolkit.plots import Axis
 

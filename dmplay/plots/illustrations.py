@@ -25,17 +25,17 @@ from dmplay.plots.plot_data import (
     ShapesPanel,
 )
 from dmplay.plots.plotted_problem import PlottedProblem
-from dmplay.problems.cart_pole import CartPole
-from dmplay.problems.collision_avoidance import (
+from dmplay.problems.cart_pole.rules import CartPole
+from dmplay.problems.collision_avoidance.rules import (
     ADVISED_RATES,
     COLLISION_DISTANCE,
     GUST_ACCELERATIONS,
     CollisionAvoidance,
 )
-from dmplay.problems.game_2048 import Game2048, slide_and_score
-from dmplay.problems.mountain_car import LEFT_WALL, RIGHT_WALL, MountainCar
-from dmplay.views.game_2048 import iter_sliding_tiles
-from dmplay.views.mountain_car import VALLEY_FLOOR_X, compute_hill_height
+from dmplay.problems.game_2048.rules import Game2048, slide_and_score
+from dmplay.problems.game_2048.view import iter_sliding_tiles
+from dmplay.problems.mountain_car.rules import LEFT_WALL, RIGHT_WALL, MountainCar
+from dmplay.problems.mountain_car.view import VALLEY_FLOOR_X, compute_hill_height
 from dmplay.views.toolkit.plots import Axis
 
 Cell = tuple[int, int]  # row and column

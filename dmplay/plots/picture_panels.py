@@ -8,6 +8,7 @@ import numpy as np
 
 from dmplay.core.arrays import Reals
 from dmplay.core.best_actions import VALUE_TOLERANCE
+from dmplay.core.hexgrid import NEIGHBOUR_OFFSETS, Hex
 from dmplay.plots.picture_styles import NOTE_SIZE, REGION_COLOURS, PictureStyles, list_values
 from dmplay.plots.plot_data import (
     BoardPanel,
@@ -24,8 +25,7 @@ from dmplay.plots.plot_data import (
     TablePanel,
     TrianglePanel,
 )
-from dmplay.problems.shared.hexgrid import NEIGHBOUR_OFFSETS, Hex
-from dmplay.views.game_2048 import get_tile_style
+from dmplay.problems.game_2048.view import get_tile_style
 from dmplay.views.toolkit.plots import Axis
 
 if TYPE_CHECKING:

@@ -10,7 +10,7 @@ from typing import Literal
 import numpy as np
 
 from dmplay.core.arrays import Array, Reals
-from dmplay.problems.shared.hexgrid import Hex
+from dmplay.core.hexgrid import Hex
 from dmplay.views.toolkit.plots import Axis
 
 

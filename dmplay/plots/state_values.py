@@ -2,7 +2,6 @@
 
 import numpy as np
 
-from dmplay.agents.mountain_car import VALUE_GRID, solve_on_grid
 from dmplay.core.arrays import Reals
 from dmplay.core.best_actions import mark_best_actions, select_greedy_actions
 from dmplay.core.problem import Problem
@@ -20,16 +19,14 @@ from dmplay.plots.plot_data import (
     make_value_axis,
 )
 from dmplay.plots.plotted_problem import PlottedProblem, format_actions, mask_illegal_actions
-from dmplay.problems.collision_avoidance import ADVISED_RATES, CollisionAvoidance
-from dmplay.problems.hexworld import HexWorld
-from dmplay.problems.mountain_car import LEFT_WALL, RIGHT_WALL, TOP_SPEED, MountainCar
-from dmplay.problems.simple_regulator import SimpleRegulator
-from dmplay.solvers.mdp import (
-    collision_avoidance_grid,
-    grid_value_iteration,
-    linear_gaussian_evaluation,
-    mdp_values,
-)
+from dmplay.problems.collision_avoidance import grid as collision_avoidance_grid
+from dmplay.problems.collision_avoidance.rules import ADVISED_RATES, CollisionAvoidance
+from dmplay.problems.hexworld.rules import HexWorld
+from dmplay.problems.mountain_car.agents import VALUE_GRID, solve_on_grid
+from dmplay.problems.mountain_car.rules import LEFT_WALL, RIGHT_WALL, TOP_SPEED, MountainCar
+from dmplay.problems.simple_regulator import linear_policy_evaluation as linear_gaussian_evaluation
+from dmplay.problems.simple_regulator.rules import SimpleRegulator
+from dmplay.solvers.mdp import grid_value_iteration, mdp_values
 from dmplay.views.toolkit.canvas import format_signed
 from dmplay.views.toolkit.plots import Axis
 

@@ -13,6 +13,7 @@ import numpy as np
 from rich.text import Text
 
 from dmplay.core.arrays import Reals
+from dmplay.core.hexgrid import Hex
 from dmplay.core.text import format_score
 from dmplay.plots.plot_data import (
     BoardPanel,
@@ -30,8 +31,7 @@ from dmplay.plots.plot_data import (
     TablePanel,
     TrianglePanel,
 )
-from dmplay.problems.shared.hexgrid import Hex
-from dmplay.views.game_2048 import EMPTY_GLYPH, get_tile_style
+from dmplay.problems.game_2048.view import EMPTY_GLYPH, get_tile_style
 from dmplay.views.toolkit import hexgrid
 from dmplay.views.toolkit.belief_triangle import belief_at, draw_belief_triangle
 from dmplay.views.toolkit.canvas import (

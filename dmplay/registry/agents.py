@@ -106,11 +106,11 @@ def load_roster(problem: Problem, seat: int = 0) -> Roster:
 
     If the problem is user-defined, the agents of its module come first.
     """
-    module_name = builtin_stem(problem)
-    if not module_name or find_spec(f"dmplay.agents.{module_name}") is None:
-        module_name = "user_defined_problems"
+    module_name = f"dmplay.problems.{builtin_stem(problem)}.agents"
+    if not builtin_stem(problem) or find_spec(module_name) is None:
+        module_name = "dmplay.agents.user_defined_problems"
     specific = _load_module_roster(module_name, problem, seat)
-    general = _load_module_roster("random_agent", problem, seat)
+    general = _load_module_roster("dmplay.agents.random_agent", problem, seat)
     merged = replace(specific, agents={**specific.agents, **general.agents})
     if builtin_stem(problem):
         return merged
@@ -296,7 +296,7 @@ def parameter_meanings(agent_class: type[SeatPolicy]) -> dict[str, str]:
 
 def _load_module_roster(module: str, problem: Problem, seat: int) -> Roster:
     """Return the roster that a module of policies builds for a seat."""
-    module_roster: Roster = import_module(f"dmplay.agents.{module}").build_roster(problem, seat)
+    module_roster: Roster = import_module(module).build_roster(problem, seat)
     return module_roster
 
 

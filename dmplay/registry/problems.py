@@ -163,9 +163,9 @@ def parameter_meanings(problem: Problem) -> dict[str, str]:
 
 
 def builtin_stem(problem: Problem) -> str:
-    """Return the name of a built-in problem's module, its view and policies; '' for any other."""
-    package, _, last = type(problem).__module__.rpartition(".")
-    return last if package == "dmplay.problems" else ""
+    """Return the name of a built-in problem's folder; '' for any other problem."""
+    module = type(problem).__module__.split(".")
+    return module[2] if module[:2] == ["dmplay", "problems"] else ""
 
 
 def full_description(problem: Problem) -> str:
@@ -204,8 +204,8 @@ def _is_built_in(name: str) -> bool:
 
 
 def _builtin_module(name: str) -> ModuleType:
-    """Return the module of a built-in problem."""
-    return import_module(f"dmplay.problems.{name_to_stem(_base_name(name))}")
+    """Return the module with the rules of a built-in problem."""
+    return import_module(f"dmplay.problems.{name_to_stem(_base_name(name))}.rules")
 
 
 @lru_cache(64)

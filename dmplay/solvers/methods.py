@@ -20,7 +20,7 @@ from dmplay.core.spaces import Labels
 from dmplay.core.tabular import Tabular, tabulate
 from dmplay.core.work_budget import limit_total_work
 from dmplay.errors import BadParameter, BadPolicy, BudgetExceeded
-from dmplay.problems.collaborative_predator_prey import CollaborativePredatorPrey
+from dmplay.problems.collaborative_predator_prey.rules import CollaborativePredatorPrey
 from dmplay.simulation import random_play
 
 MAX_VECTOR_STATES = 3  # states, up to which all alpha vectors are listed

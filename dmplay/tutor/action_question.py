@@ -18,8 +18,8 @@ from dmplay.core.text import format_count
 from dmplay.errors import UnknownName
 from dmplay.game.hints.review import RIGHT_LOSS_PERCENT
 from dmplay.game.seats import HUMAN
-from dmplay.problems.hexworld import HexWorld
-from dmplay.problems.shared.hex_hunt import HexHunt
+from dmplay.problems._shared.hex_hunt import HexHunt
+from dmplay.problems.hexworld.rules import HexWorld
 from dmplay.registry.agents import HintAgent, default_parameters, load_roster
 from dmplay.registry.problem_name_kinds import names_data_file, names_python_file
 from dmplay.registry.problems import builtin_stem

@@ -6,13 +6,13 @@ import numpy as np
 
 from dmplay.core.arrays import Array, Bools, Reals
 from dmplay.core.best_actions import mark_best_actions
+from dmplay.core.hexgrid import Hex, hex_distance, hex_neighbours
 from dmplay.core.problem import Problem, enumerate_possible_outcomes
 from dmplay.core.tabular import Tables, tabulate
 from dmplay.core.text import format_count
 from dmplay.core.uniforms import SeededUniforms
 from dmplay.errors import BadParameter
-from dmplay.problems.hexworld import HexWorld
-from dmplay.problems.shared.hexgrid import Hex, hex_distance, hex_neighbours
+from dmplay.problems.hexworld.rules import HexWorld
 from dmplay.registry.problems import with_parameters
 from dmplay.solvers.mdp.mdp_values import (
     compute_action_values,

@@ -5,16 +5,16 @@ import numpy as np
 from dmplay.core.arrays import Array
 from dmplay.core.problem import enumerate_possible_outcomes
 from dmplay.core.text import format_count
-from dmplay.problems.collision_avoidance import (
+from dmplay.problems.collision_avoidance.rules import (
     COLLISION_DISTANCE,
     CollisionAvoidance,
 )
-from dmplay.problems.simple_regulator import SimpleRegulator
-from dmplay.solvers.mdp.linear_gaussian_evaluation import (
+from dmplay.problems.simple_regulator.linear_policy_evaluation import (
     OPTIMAL_POLICY,
     LinearGaussianPolicy,
     evaluate_finite_horizon,
 )
+from dmplay.problems.simple_regulator.rules import SimpleRegulator
 from dmplay.tutor.positions import PositionInGame
 from dmplay.tutor.truth import Truth, format_number
 from dmplay.tutor.typed_text import parse_number

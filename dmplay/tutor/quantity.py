@@ -8,9 +8,9 @@ from dataclasses import replace
 from dmplay.core.problem import ContinuousStates, Problem
 from dmplay.core.work_budget import DEFAULT_WORK_LIMIT, limit_total_work
 from dmplay.errors import BadParameter, DmplayError, UnknownName
-from dmplay.problems.collision_avoidance import CollisionAvoidance
-from dmplay.problems.hexworld import HexWorld
-from dmplay.problems.simple_regulator import SimpleRegulator
+from dmplay.problems.collision_avoidance.rules import CollisionAvoidance
+from dmplay.problems.hexworld.rules import HexWorld
+from dmplay.problems.simple_regulator.rules import SimpleRegulator
 from dmplay.tutor import (
     algorithm_quantities,
     belief_quantities,

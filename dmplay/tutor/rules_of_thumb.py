@@ -9,11 +9,11 @@ from dmplay.agents.base import SeatPolicy
 from dmplay.core import belief as beliefs
 from dmplay.core.arrays import Ints, Reals
 from dmplay.core.best_actions import VALUE_TOLERANCE
+from dmplay.core.hexgrid import move_destinations, path_lengths
 from dmplay.core.problem import Problem
-from dmplay.problems.hexworld import HexWorld
-from dmplay.problems.predator_prey import PredatorPrey
-from dmplay.problems.shared.hex_hunt import HexHunt
-from dmplay.problems.shared.hexgrid import move_destinations, path_lengths
+from dmplay.problems._shared.hex_hunt import HexHunt
+from dmplay.problems.hexworld.rules import HexWorld
+from dmplay.problems.predator_prey.rules import PredatorPrey
 from dmplay.registry import agents
 from dmplay.registry.problems import builtin_stem
 from dmplay.tutor.game_quantities import own_payoffs

@@ -12,7 +12,7 @@ from dmplay.core.problem import Outcome, Problem, build_percept, enumerate_possi
 from dmplay.core.session import SeatedPolicy, Session
 from dmplay.game.hints.action_breakdown import ActionBreakdown, break_down_action
 from dmplay.game.hints.outcome_forecast import AssumedPlayers, enumerate_joint_actions
-from dmplay.problems.shared.hex_hunt import HexHunt
+from dmplay.problems._shared.hex_hunt import HexHunt
 from dmplay.registry import agents
 from dmplay.registry.problems import builtin_stem
 from dmplay.tutor.positions import PositionInGame

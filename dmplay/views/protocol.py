@@ -121,9 +121,11 @@ def load_view_module(problem: Problem) -> ViewModule:
     If the module that defines the problem also defines a view or keys, return a UserView of them.
     """
     stem = problems.builtin_stem(problem)
-    name = stem if stem and importlib.util.find_spec(f"dmplay.views.{stem}") else "generic"
-    # A view module receives only views of its own problem, the one with its stem.
-    view_module = cast(ViewModule, importlib.import_module(f"dmplay.views.{name}"))
+    name = f"dmplay.problems.{stem}.view"
+    if not stem or not importlib.util.find_spec(name):
+        name = "dmplay.views.generic"
+    # A view module receives only views of its own problem, the one in its folder.
+    view_module = cast(ViewModule, importlib.import_module(name))
     user_view, user_keys = (
         problem_module_exports.module_view(problem),
         problem_module_exports.module_keys(problem),

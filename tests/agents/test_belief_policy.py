@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from dmplay.agents._belief_policy import SparseTransition
-from dmplay.agents._same_observation_planning import PartnerBeliefFilter
+from dmplay.agents.belief_policy import SparseTransition
 from dmplay.core.arrays import Reals
 from dmplay.core.chance import weighted_sum
+from dmplay.problems.multicaregiver_crying_baby.same_observation_planning import PartnerBeliefFilter
 
 EXPECTED_TRANSITIONS = np.array(
     [[[0.5, 0.0], [0.0, 0.0]], [[0.2, 0.3], [0.0, 0.7]]]

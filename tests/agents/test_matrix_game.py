@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import dmplay
-from dmplay.agents._matrix_game_agents import _project_to_simplex
+from dmplay.agents.matrix_game_agents import _project_to_simplex
 from dmplay.core.policy import Percept, Policy
 from dmplay.errors import BadParameter
 

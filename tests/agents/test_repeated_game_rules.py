@@ -8,8 +8,8 @@ import numpy as np
 from dmplay import Labels, load_agent
 from dmplay.agents.base import AdviceQuestion
 from dmplay.core.arrays import Array
+from dmplay.core.matrix_game import MatrixGame
 from dmplay.core.policy import Percept
-from dmplay.problems.shared.matrix_game import MatrixGame
 from dmplay.registry.agents import find_hint_provider, load_roster
 
 

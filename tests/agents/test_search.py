@@ -13,8 +13,8 @@ from dmplay.core.problem import ContinuousStates, Outcome, Problem, make_initial
 from dmplay.core.spaces import Labels
 from dmplay.core.uniforms import expand_uniforms
 from dmplay.errors import BadParameter, BadPolicy, DmplayError
-from dmplay.problems.collaborative_predator_prey import CollaborativePredatorPrey
-from dmplay.problems.shared.real_state import RealStateProblem
+from dmplay.problems._shared.real_state import RealStateProblem
+from dmplay.problems.collaborative_predator_prey.rules import CollaborativePredatorPrey
 from dmplay.registry.agents import load_roster, plan_for_turn_limit
 from dmplay.solvers.search.search_config import SearchConfig
 from dmplay.solvers.search.uct import UctResult

@@ -6,7 +6,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from dmplay.agents.mountain_car import Optimal
 from dmplay.algorithms.finite_mdp import build_finite_mdp
 from dmplay.algorithms.registry import find_algorithm
 from dmplay.algorithms.step import Curve, StateValues, Step, WatchRequest
@@ -14,8 +13,10 @@ from dmplay.core.problem import Problem
 from dmplay.core.session import Session
 from dmplay.core.tabular import tabulate
 from dmplay.core.uniforms import SeededUniforms
+from dmplay.problems.collision_avoidance import grid as collision_avoidance_grid
+from dmplay.problems.mountain_car.agents import Optimal
 from dmplay.registry.problems import load_problem
-from dmplay.solvers.mdp import collision_avoidance_grid, grid_value_iteration, mdp_values
+from dmplay.solvers.mdp import grid_value_iteration, mdp_values
 from tests.support.formulas import assert_formula_adds_up
 from tests.support.user_problems import Key
 

@@ -9,25 +9,21 @@ import numpy as np
 
 import dmplay
 from dmplay.agents.base import AdviceQuestion
-from dmplay.agents.mountain_car import VALUE_GRID
-from dmplay.agents.multicaregiver_crying_baby import BestResponse
 from dmplay.core import belief
 from dmplay.core.arrays import Reals
 from dmplay.core.problem import Problem
 from dmplay.core.tabular import tabulate
 from dmplay.core.work_budget import Budget
-from dmplay.problems.collaborative_predator_prey import CollaborativePredatorPrey
-from dmplay.problems.simple_regulator import SimpleRegulator
+from dmplay.problems.collaborative_predator_prey.model import PredatorPreyDecPomdp
+from dmplay.problems.collaborative_predator_prey.rules import CollaborativePredatorPrey
+from dmplay.problems.mountain_car.agents import VALUE_GRID
+from dmplay.problems.multicaregiver_crying_baby.agents import BestResponse
+from dmplay.problems.simple_regulator import linear_policy_evaluation as linear_gaussian_evaluation
+from dmplay.problems.simple_regulator.rules import SimpleRegulator
 from dmplay.registry.agents import find_hint_provider, load_roster
 from dmplay.solvers.decpomdp.centralized_pomdp import CentralizedPomdp
-from dmplay.solvers.decpomdp.collaborative_predator_prey_model import PredatorPreyDecPomdp
 from dmplay.solvers.games import induced_mdp, markov_game_policy_iteration
-from dmplay.solvers.mdp import (
-    grid_value_iteration,
-    linear_gaussian_evaluation,
-    mdp_values,
-    sparse_mdp,
-)
+from dmplay.solvers.mdp import grid_value_iteration, mdp_values, sparse_mdp
 from dmplay.solvers.pomdp import exact_pomdp
 
 TRUTH_FOLDER = Path(__file__).parent.parent / "truth"

@@ -17,14 +17,14 @@ from time import thread_time
 import numpy as np
 
 import dmplay
-from dmplay.agents._matrix_game_agents import FictitiousPlay, GradientAscent
 from dmplay.agents.base import ReactivePolicy, RepeatedGameRule
-from dmplay.agents.game_2048 import Corner, Expectimax
+from dmplay.agents.matrix_game_agents import FictitiousPlay, GradientAscent
 from dmplay.core.arrays import Array, Bools, Reals
 from dmplay.core.policy import Memory, Percept, Policy
 from dmplay.core.problem import Outcome, Problem
 from dmplay.core.uniforms import NATURE_STREAM, generate_uniforms
 from dmplay.errors import BadPolicy
+from dmplay.problems.game_2048.agents import Corner, Expectimax
 from dmplay.registry.agents import load_roster
 from dmplay.registry.builtin_names import problem_names
 from dmplay.simulation.rollouts import RolloutSpec, rollout, rollout_entrants

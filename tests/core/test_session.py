@@ -21,7 +21,7 @@ from dmplay.core.uniforms import SeededUniforms
 from dmplay.errors import BadParameter, BadPolicy, EpisodeOver, IllegalAction
 from dmplay.game.narration import Narrator
 from dmplay.game.seat_snapshot import SeatSnapshot
-from dmplay.problems.crying_baby import CryingBaby
+from dmplay.problems.crying_baby.rules import CryingBaby
 from dmplay.simulation.rollouts import rollout
 from dmplay.views.protocol import DrawOptions, load_view_module
 from tests.support.games import ScriptedUniforms, make_session

@@ -20,7 +20,7 @@ from tests.fuzz.case_runner import Result, run_case
 from tests.fuzz.worker_pool import run_tasks, split_into_tasks
 
 KINDS_BY_NAME = {kind.name: kind for kind in KINDS}
-AXELROD_MODULE = "dmplay.agents._axelrod_strategy"  # slow to import, and fuzzed by its authors
+AXELROD_MODULE = "dmplay.agents.axelrod_strategy"  # slow to import, and fuzzed by its authors
 
 
 def main() -> int:

@@ -13,10 +13,10 @@ from random import Random
 from typing import BinaryIO, cast
 
 from dmplay.__main__ import main
-from dmplay.agents import collaborative_predator_prey as hunters
 from dmplay.cli import config_files
 from dmplay.errors import BadTranscript
-from dmplay.problems.game_2048 import Game2048
+from dmplay.problems.collaborative_predator_prey import agents as hunters
+from dmplay.problems.game_2048.rules import Game2048
 from dmplay.transcript import format as transcripts
 from dmplay.transcript.reader import parse_transcript
 from tests.fuzz.case import GAME_FILE, Case, CaseOutcome

@@ -1,4 +1,4 @@
-/* Learns what boards of 2048 are worth: the tables of `dmplay/solvers/worth_2048.npz`.
+/* Learns what boards of 2048 are worth: the tables of `dmplay/problems/game_2048/ntuple_network.npz`.
 
    Games are played by the slide that promises most, and then gone through from their end: a board
    that a slide left is worth the points that came after it (TD(lambda) of boards after slides;

@@ -14,15 +14,15 @@ import numpy as np
 
 import dmplay
 from dmplay.core.arrays import Ints
-from dmplay.problems.shared.board_2048 import BoardArray
-from dmplay.solvers.search import ntuple_network_2048
-from dmplay.solvers.search.ntuple_network_2048 import (
+from dmplay.problems.game_2048 import ntuple_network
+from dmplay.problems.game_2048.ntuple_network import (
     ENTRIES_PER_PATTERN,
     PATTERNS,
     POINTS_PER_UNIT,
     STAGE_COUNT,
     PatternTable,
 )
+from dmplay.problems.game_2048.packed_boards import BoardArray
 
 DEFAULT_GAME_COUNT = 300
 LOOKUPS_PER_UNIT = 1e6  # lookups of all entries for which the step below is meant
@@ -38,8 +38,8 @@ def main() -> None:
     games = int(sys.argv[2]) if len(sys.argv) > 2 else DEFAULT_GAME_COUNT
     steps = np.round(learned / POINTS_PER_UNIT).astype(np.int16).transpose(1, 0, 2)
     rounded = round_by_lookups(steps, count_lookups(steps, games))
-    path = Path(ntuple_network_2048.__file__).with_suffix(".npz")
-    ntuple_network_2048.save_pattern_tables(path, rounded)
+    path = Path(ntuple_network.__file__).with_suffix(".npz")
+    ntuple_network.save_pattern_tables(path, rounded)
     print(f"{path}: {path.stat().st_size:,} bytes, {np.count_nonzero(rounded):,} numbers")
 
 
@@ -55,16 +55,16 @@ def count_lookups(steps: PatternTable, games: int) -> Ints:
     counts = np.zeros(steps.shape, np.int64)
 
     def count_entries(boards: BoardArray) -> Iterator[tuple[int, Ints]]:
-        ((stage, _),) = ntuple_network_2048.group_by_stage(boards)
+        ((stage, _),) = ntuple_network.group_by_stage(boards)
         for pattern, entries in iter_entries(boards):
             np.add.at(counts[stage, pattern], entries, 1)
             yield pattern, entries
 
-    iter_entries = ntuple_network_2048.iter_pattern_entries
+    iter_entries = ntuple_network.iter_pattern_entries
     problem = dmplay.load_problem("2048")
     agent = dmplay.load_agent(problem, 0, "expectimax:depth=2")
     with patch.multiple(
-        ntuple_network_2048,
+        ntuple_network,
         iter_pattern_entries=count_entries,
         load_pattern_tables=lambda stage: steps[stage],
     ):

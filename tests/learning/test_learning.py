@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 import dmplay
-from dmplay.solvers.search import ntuple_network_2048
-from dmplay.solvers.search.ntuple_network_2048 import ENTRIES_PER_PATTERN, PATTERNS, STAGE_COUNT
+from dmplay.problems.game_2048 import ntuple_network
+from dmplay.problems.game_2048.ntuple_network import ENTRIES_PER_PATTERN, PATTERNS, STAGE_COUNT
 
 SOURCE_PATH = Path(__file__).with_name("learn_2048.c")
 COMPILER = shutil.which("cc") or ""
@@ -38,11 +38,9 @@ def test_a_few_seconds_of_learning_beat_the_corner_agent(tmp_path: Path) -> None
     learned = np.fromfile(tables, np.float32).reshape(
         len(PATTERNS), STAGE_COUNT, ENTRIES_PER_PATTERN
     )
-    steps = (
-        np.round(learned / ntuple_network_2048.POINTS_PER_UNIT).astype(np.int16).transpose(1, 0, 2)
-    )
+    steps = np.round(learned / ntuple_network.POINTS_PER_UNIT).astype(np.int16).transpose(1, 0, 2)
     problem = dmplay.load_problem("2048")
-    with patch.object(ntuple_network_2048, "load_pattern_tables", lambda stage: steps[stage]):
+    with patch.object(ntuple_network, "load_pattern_tables", lambda stage: steps[stage]):
         agent = dmplay.load_agent(problem, 0, "expectimax:depth=1")
         learned_games = dmplay.rollout(problem, [agent], episodes=20, seed=1)
     corner_games = dmplay.rollout(

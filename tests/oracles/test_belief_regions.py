@@ -3,7 +3,7 @@ import pytest
 
 from dmplay.core.arrays import Reals
 from dmplay.errors import BadParameter
-from dmplay.problems.machine_replacement import MachineReplacement
+from dmplay.problems.machine_replacement.rules import MachineReplacement
 from dmplay.solvers.pomdp import exact_pomdp
 from dmplay.solvers.pomdp.exact_pomdp import AlphaVectorStage
 from tests.oracles.belief_regions import find_pieces

@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from dmplay.problems.prisoners_dilemma import PrisonersDilemma
-from dmplay.problems.rock_paper_scissors import RockPaperScissors
+from dmplay.problems.prisoners_dilemma.rules import PrisonersDilemma
+from dmplay.problems.rock_paper_scissors.rules import RockPaperScissors
 from dmplay.solvers.games import bimatrix_game
 from tests.oracles import correlated_equilibria
 from tests.oracles.best_responses import compute_correlated_gains

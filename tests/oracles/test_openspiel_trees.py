@@ -11,11 +11,11 @@ pytest.importorskip("pyspiel", reason="needs the extra openspiel")
 import pyspiel
 
 import dmplay
+from dmplay.core.matrix_game import MatrixGame
 from dmplay.core.problem import checked_state_indices, initial_state_distribution
 from dmplay.core.tabular import tabulate
-from dmplay.problems.crying_baby import CryingBaby
-from dmplay.problems.predator_prey import PredatorPrey
-from dmplay.problems.shared.matrix_game import MatrixGame
+from dmplay.problems.crying_baby.rules import CryingBaby
+from dmplay.problems.predator_prey.rules import PredatorPrey
 from dmplay.solvers.games import bimatrix_game, induced_mdp
 from dmplay.solvers.mdp import sparse_mdp
 from dmplay.solvers.pomdp import exact_pomdp

@@ -98,7 +98,7 @@ def test_info_lists_the_actions_in_words(name: str, actions: str) -> None:
 @pytest.mark.parametrize("name", problem_names())
 def test_info_contains_source_decisions_parameters_agents_and_keys(name: str) -> None:
     info = str(reports.load_problem_info(name))
-    module = f"dmplay/problems/{name_to_stem(name)}.py"
+    module = f"dmplay/problems/{name_to_stem(name)}/rules.py"
     assert "Source: " in info, f"the docstring of {module} names no `Source:`"
     assert "Decision" in info, f"the docstring of {module} lists no `Decisions:`"
     for word in ("parameters", "agents", "random", "keys", "variants"):

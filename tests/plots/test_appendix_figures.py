@@ -23,7 +23,7 @@ from dmplay.plots.plot_data import (
     TablePanel,
     TrianglePanel,
 )
-from dmplay.problems.mountain_car import MountainCar
+from dmplay.problems.mountain_car.rules import MountainCar
 from tests.support.programs import run_dmplay
 
 

@@ -11,7 +11,7 @@ from dmplay.errors import BadParameter
 from dmplay.plots.plot_data import GridPanel, HexPanel, LinePanel, Plot, PlottedHex, TablePanel
 from dmplay.plots.plotted_problem import load_plotted_problem
 from dmplay.plots.state_values import plot_policy, plot_values
-from dmplay.problems.hexworld import HexWorld
+from dmplay.problems.hexworld.rules import HexWorld
 from dmplay.registry.problems import load_problem
 
 

@@ -2,11 +2,11 @@ import numpy as np
 import pytest
 
 import dmplay
-from dmplay.agents.cart_pole import LinearQuadraticPolicy
 from dmplay.core.session import Session
+from dmplay.core.trigonometry import compute_sine_and_cosine
 from dmplay.errors import BadParameter
-from dmplay.problems.cart_pole import CartPole
-from dmplay.problems.shared.trigonometry import compute_sine_and_cosine
+from dmplay.problems.cart_pole.agents import LinearQuadraticPolicy
+from dmplay.problems.cart_pole.rules import CartPole
 from dmplay.solvers.mdp import riccati
 from tests.truth_cases.deterministic_trajectory import iterate_game
 

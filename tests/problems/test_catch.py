@@ -5,13 +5,13 @@ import pytest
 
 import dmplay
 from dmplay.agents.base import AdviceQuestion
-from dmplay.agents.catch import Greedy, Optimal, ThompsonSampling
 from dmplay.core import belief
 from dmplay.core.policy import Percept
 from dmplay.core.session import Session
 from dmplay.core.tabular import tabulate
 from dmplay.game.hints.hint_provider import HintProvider
-from dmplay.problems.catch import CAUGHT, DROPPED, Catch
+from dmplay.problems.catch.agents import Greedy, Optimal, ThompsonSampling
+from dmplay.problems.catch.rules import CAUGHT, DROPPED, Catch
 from dmplay.solvers.pomdp.bounded_search import BoundedSearch
 from tests.support.belief_trees import compute_exact_return
 from tests.support.returns import assert_policy_earns

@@ -6,13 +6,13 @@ import pytest
 import dmplay
 from dmplay import Labels
 from dmplay.core import belief
+from dmplay.core.hexgrid import format_hex
 from dmplay.core.policy import Percept, Policy
 from dmplay.core.problem import Problem
 from dmplay.errors import BadPolicy, BudgetExceeded, ImpossibleObservation
 from dmplay.game.game_series import GameController
-from dmplay.problems.collaborative_predator_prey import CollaborativePredatorPrey
-from dmplay.problems.shared.hex_hunt import STANDARD_HEXES
-from dmplay.problems.shared.hexgrid import format_hex
+from dmplay.problems._shared.hex_hunt import STANDARD_HEXES
+from dmplay.problems.collaborative_predator_prey.rules import CollaborativePredatorPrey
 from dmplay.registry.agents import load_roster
 from dmplay.transcript.format import collect_turn_facts
 from dmplay.ui.shell.commands import run_line

@@ -2,10 +2,10 @@ import numpy as np
 import pytest
 
 import dmplay
-from dmplay.agents.collision_avoidance import Optimal
 from dmplay.core.session import Session
-from dmplay.problems.collision_avoidance import ADVISED_RATES
-from dmplay.solvers.mdp import collision_avoidance_grid
+from dmplay.problems.collision_avoidance import grid as collision_avoidance_grid
+from dmplay.problems.collision_avoidance.agents import Optimal
+from dmplay.problems.collision_avoidance.rules import ADVISED_RATES
 
 DESCEND, NO_ADVISORY, CLIMB = range(3)
 PRINTED_PROBLEM = dmplay.load_problem("collision-avoidance")

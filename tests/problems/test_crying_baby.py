@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 import dmplay
-from dmplay.agents._single_agent_planning import (
+from dmplay.agents.single_agent_planning import (
     FastInformedBound,
     PomdpOptimalPolicy,
     Qmdp,
@@ -11,7 +11,7 @@ from dmplay.agents._single_agent_planning import (
 from dmplay.core.policy import Percept
 from dmplay.core.tabular import tabulate
 from dmplay.errors import BadParameter, BadPolicy
-from dmplay.problems.crying_baby import CryingBaby
+from dmplay.problems.crying_baby.rules import CryingBaby
 from dmplay.registry.agents import load_roster
 from dmplay.simulation.rollouts import rollout
 from dmplay.solvers.mdp import mdp_values

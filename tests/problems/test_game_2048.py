@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 
 import dmplay
-from dmplay.agents.game_2048 import Expectimax
 from dmplay.core.problem import enumerate_outcomes
 from dmplay.core.work_budget import report_progress_to
 from dmplay.errors import BadParameter
-from dmplay.problems.game_2048 import Game2048, slide_and_score
-from dmplay.problems.shared.board_2048 import DOWN, LEFT, RIGHT, UP, pack_boards
-from dmplay.solvers.search import expectimax_2048, ntuple_network_2048
+from dmplay.problems.game_2048 import expectimax, ntuple_network
+from dmplay.problems.game_2048.agents import Expectimax
+from dmplay.problems.game_2048.packed_boards import DOWN, LEFT, RIGHT, UP, pack_boards
+from dmplay.problems.game_2048.rules import Game2048, slide_and_score
 from dmplay.transcript.format import resolve_turn_limit
 
 GAME = Game2048()
@@ -33,9 +33,7 @@ SYMMETRIES = [
     for symmetry in (CELL_INDICES, CELL_INDICES.T)
     for k in range(4)
 ]
-PATTERNS = [
-    np.array(list(pattern.replace(" ", ""))) == "x" for pattern in ntuple_network_2048.PATTERNS
-]
+PATTERNS = [np.array(list(pattern.replace(" ", ""))) == "x" for pattern in ntuple_network.PATTERNS]
 PATTERN_CELLS = np.array(
     [[symmetry[: len(cells)][cells] for symmetry in SYMMETRIES] for cells in PATTERNS]
 )
@@ -47,13 +45,10 @@ def parse_board(text: str) -> np.ndarray:
 
 def compute_board_value(s: np.ndarray) -> float:
     """Return the sum of the pattern values of a board over all of its symmetries."""
-    numbers = ntuple_network_2048.load_pattern_tables(
-        2 * bool((s >= 13).any()) + bool((s == 12).any())
-    )
+    numbers = ntuple_network.load_pattern_tables(2 * bool((s >= 13).any()) + bool((s == 12).any()))
     indices = s.reshape(-1)[PATTERN_CELLS] @ 16 ** np.arange(5)
     return float(
-        np.take_along_axis(numbers, indices, axis=1).sum(dtype=int)
-        * ntuple_network_2048.POINTS_PER_UNIT
+        np.take_along_axis(numbers, indices, axis=1).sum(dtype=int) * ntuple_network.POINTS_PER_UNIT
     )
 
 
@@ -79,7 +74,7 @@ def test_all_symmetries_of_a_board_have_the_value_of_its_patterns(text: str) -> 
     s = parse_board(text)[0]
     symmetric_boards = s.reshape(-1)[np.array(SYMMETRIES)].reshape(8, 4, 4)
     assert (
-        ntuple_network_2048.evaluate_boards(pack_boards(symmetric_boards)).tolist()
+        ntuple_network.evaluate_boards(pack_boards(symmetric_boards)).tolist()
         == [compute_board_value(s)] * 8
     )
 
@@ -97,10 +92,9 @@ def test_boards_with_large_tiles_are_searched_like_boards_with_smaller_tiles() -
     ]
     large_boards = np.concatenate([parse_board(text) for text in large_texts])
     small_boards = np.concatenate([parse_board(text) for text in small_texts])
-    assert (expectimax_2048.downgrade_tiles(large_boards) == small_boards).all()
+    assert (expectimax.downgrade_tiles(large_boards) == small_boards).all()
     large_values, small_values = (
-        expectimax_2048.compute_action_values(boards, 0.8, 2)
-        for boards in (large_boards, small_boards)
+        expectimax.compute_action_values(boards, 0.8, 2) for boards in (large_boards, small_boards)
     )
     assert (large_values == small_values).all()
 
@@ -116,11 +110,11 @@ def test_boards_with_large_tiles_are_searched_like_boards_with_smaller_tiles() -
 def test_the_values_are_those_of_the_plain_recursion(
     monkeypatch: pytest.MonkeyPatch, text: str, depth: int, p_two: float
 ) -> None:
-    monkeypatch.setattr(expectimax_2048, "MIN_PATH_PROBABILITY", 0.0)
-    monkeypatch.setattr(expectimax_2048, "MAX_POINT_DEFICIT", np.inf)
+    monkeypatch.setattr(expectimax, "MIN_PATH_PROBABILITY", 0.0)
+    monkeypatch.setattr(expectimax, "MAX_POINT_DEFICIT", np.inf)
     game = Game2048(p_two=p_two)
     s = parse_board(text)
-    values = expectimax_2048.compute_action_values(s, p_two, depth)[0]
+    values = expectimax.compute_action_values(s, p_two, depth)[0]
     expected = [compute_slide_value(game, s[0], a, depth) for a in range(4)]
     np.testing.assert_allclose(values, expected, rtol=1e-9)
 
@@ -128,7 +122,7 @@ def test_the_values_are_those_of_the_plain_recursion(
 def test_reduced_tiles_slide_like_the_large_ones() -> None:
     tiles = [0, 1, 2, 3, 4, 5, 6, 8, 9, 12, 13, 15, 17]
     large_boards = np.random.default_rng(1).choice(tiles, (200, 4, 4)).astype(np.uint8)
-    reduced_boards = expectimax_2048.downgrade_tiles(large_boards)
+    reduced_boards = expectimax.downgrade_tiles(large_boards)
     assert (reduced_boards != large_boards).any(axis=(1, 2)).mean() > 0.9
     assert reduced_boards.max() < 14
     for a in range(4):
@@ -140,10 +134,10 @@ def test_reduced_tiles_slide_like_the_large_ones() -> None:
 
 def test_unlikely_paths_are_pruned(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(
-        expectimax_2048, "MIN_PATH_PROBABILITY", 0.1
+        expectimax, "MIN_PATH_PROBABILITY", 0.1
     )  # in EARLY_BOARD, a 2 in one cell has probability 0.8 / 10
     shallow_values, deep_values = (
-        expectimax_2048.compute_action_values(
+        expectimax.compute_action_values(
             np.concatenate([parse_board(EARLY_BOARD), parse_board(LATE_BOARD)]), 0.8, depth
         )
         for depth in (4, 6)
@@ -156,24 +150,22 @@ def test_unlikely_paths_are_pruned(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_an_unlikely_tile_counts_as_the_likely_one(
     monkeypatch: pytest.MonkeyPatch, p_two: float, likely_p_two: float
 ) -> None:
-    expected = expectimax_2048.compute_action_values(parse_board(EARLY_BOARD), likely_p_two, 3)
-    assert (
-        expectimax_2048.compute_action_values(parse_board(EARLY_BOARD), p_two, 3) != expected
-    ).any()
+    expected = expectimax.compute_action_values(parse_board(EARLY_BOARD), likely_p_two, 3)
+    assert (expectimax.compute_action_values(parse_board(EARLY_BOARD), p_two, 3) != expected).any()
     monkeypatch.setattr(
-        expectimax_2048, "MIN_PATH_PROBABILITY", 0.05
+        expectimax, "MIN_PATH_PROBABILITY", 0.05
     )  # in one cell 0.8 / 11 or 0.2 / 11
-    values = expectimax_2048.compute_action_values(parse_board(EARLY_BOARD), p_two, 3)
+    values = expectimax.compute_action_values(parse_board(EARLY_BOARD), p_two, 3)
     np.testing.assert_allclose(values, expected, rtol=1e-12)
 
 
 def test_a_search_without_likely_tiles_evaluates_the_board_itself(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(expectimax_2048, "MIN_PATH_PROBABILITY", 2.0)
+    monkeypatch.setattr(expectimax, "MIN_PATH_PROBABILITY", 2.0)
     boards = np.concatenate([parse_board(EARLY_BOARD), parse_board(LATE_BOARD)])
     shallow_values, deep_values = (
-        expectimax_2048.compute_action_values(boards, 0.8, depth) for depth in (1, 6)
+        expectimax.compute_action_values(boards, 0.8, depth) for depth in (1, 6)
     )
     assert (shallow_values == deep_values).all()
 
@@ -185,9 +177,9 @@ def test_slides_to_much_worse_boards_are_pruned(
         [parse_board(text) for text in (LATE_BOARD, TIGHT_BOARD, ORDERED_ROW_BOARD)]
     )
     values = []
-    for margin in (0.0, expectimax_2048.MAX_POINT_DEFICIT, np.inf):
-        monkeypatch.setattr(expectimax_2048, "MAX_POINT_DEFICIT", margin)
-        values.append(expectimax_2048.compute_action_values(boards, 0.8, 6))
+    for margin in (0.0, expectimax.MAX_POINT_DEFICIT, np.inf):
+        monkeypatch.setattr(expectimax, "MAX_POINT_DEFICIT", margin)
+        values.append(expectimax.compute_action_values(boards, 0.8, 6))
     best_only, usual, all_slides = values
     assert (best_only <= all_slides).all()
     assert (best_only < all_slides).any()
@@ -195,7 +187,7 @@ def test_slides_to_much_worse_boards_are_pruned(
 
 
 def test_two_of_the_largest_tiles_of_a_search_still_merge() -> None:
-    values = expectimax_2048.compute_action_values(
+    values = expectimax.compute_action_values(
         np.concatenate([parse_board(BIG_PAIR_BOARD), parse_board(BIG_TILE_BOARD)]), 0.8, 4
     )
     assert np.isfinite(values).tolist() == [[True, False, True, False], [False] * 4]
@@ -216,7 +208,7 @@ def test_a_row_of_large_tiles_stays_at_its_edge(text: str, slide: str) -> None:
 
 def test_a_slide_that_moves_nothing_is_worth_minus_infinity() -> None:
     for text in (EARLY_BOARD, LATE_BOARD, BIG_TILE_BOARD, LOST_BOARD):
-        values = expectimax_2048.compute_action_values(parse_board(text), 0.8, 2)[0]
+        values = expectimax.compute_action_values(parse_board(text), 0.8, 2)[0]
         assert ((values > -np.inf) == GAME.legal_actions_mask(parse_board(text))[0, 0]).all()
 
 
@@ -232,20 +224,18 @@ def test_a_time_limit_is_respected_and_reported() -> None:
 
 
 def test_two_plies_are_searched_even_without_time() -> None:
-    values = expectimax_2048.search_by_iterative_deepening(parse_board(EARLY_BOARD), 0.8, 20, 0.0)
-    assert (values == expectimax_2048.compute_action_values(parse_board(EARLY_BOARD), 0.8, 2)).all()
+    values = expectimax.search_by_iterative_deepening(parse_board(EARLY_BOARD), 0.8, 20, 0.0)
+    assert (values == expectimax.compute_action_values(parse_board(EARLY_BOARD), 0.8, 2)).all()
 
 
 def test_progress_is_reported_within_a_layer_of_boards(monkeypatch: pytest.MonkeyPatch) -> None:
     values, reports = (
-        expectimax_2048.compute_action_values(parse_board(EARLY_BOARD), 0.8, 2),
+        expectimax.compute_action_values(parse_board(EARLY_BOARD), 0.8, 2),
         list[float](),
     )
-    monkeypatch.setattr(expectimax_2048, "BOARDS_PER_EVALUATION", 10)  # of about two hundred boards
+    monkeypatch.setattr(expectimax, "BOARDS_PER_EVALUATION", 10)  # of about two hundred boards
     with report_progress_to(reports.append):
-        assert (
-            expectimax_2048.compute_action_values(parse_board(EARLY_BOARD), 0.8, 2) == values
-        ).all()
+        assert (expectimax.compute_action_values(parse_board(EARLY_BOARD), 0.8, 2) == values).all()
     assert len(reports) > 10
 
 

@@ -3,7 +3,7 @@ import pytest
 
 import dmplay
 from dmplay import SeededUniforms, Session
-from dmplay.problems.shared.hexgrid import DIRECTIONS
+from dmplay.core.hexgrid import DIRECTIONS
 
 PROBLEM = dmplay.load_problem("hexworld")
 

@@ -2,7 +2,11 @@ import numpy as np
 import pytest
 
 import dmplay
-from dmplay.agents.machine_replacement import (
+from dmplay.core import belief
+from dmplay.core.policy import Percept
+from dmplay.core.problem import enumerate_outcomes
+from dmplay.core.session import Session
+from dmplay.problems.machine_replacement.agents import (
     EXAMINE,
     INTERRUPT,
     MANUFACTURE,
@@ -11,11 +15,7 @@ from dmplay.agents.machine_replacement import (
     Qmdp,
     Threshold,
 )
-from dmplay.core import belief
-from dmplay.core.policy import Percept
-from dmplay.core.problem import enumerate_outcomes
-from dmplay.core.session import Session
-from dmplay.problems.machine_replacement import MachineReplacement
+from dmplay.problems.machine_replacement.rules import MachineReplacement
 from dmplay.solvers.mdp import mdp_values
 from tests.support.returns import assert_policy_earns
 

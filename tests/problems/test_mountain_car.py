@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import dmplay
-from dmplay.problems.shared.trigonometry import compute_cosine_of_triple
+from dmplay.core.trigonometry import compute_cosine_of_triple
 from tests.truth_cases.deterministic_trajectory import iterate_game, iterate_games
 
 LEFT, COAST, RIGHT = range(3)

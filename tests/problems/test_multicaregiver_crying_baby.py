@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 import dmplay
-from dmplay.agents.multicaregiver_crying_baby import BestResponse
 from dmplay.core import belief
 from dmplay.core.policy import Percept
 from dmplay.core.session import Session
 from dmplay.errors import BadParameter, BadPolicy, UnknownName
-from dmplay.problems.multicaregiver_crying_baby import MulticaregiverCryingBaby
-from dmplay.problems.shared.baby_care import FEED, IGNORE, SING
+from dmplay.problems._shared.baby_care import FEED, IGNORE, SING
+from dmplay.problems.multicaregiver_crying_baby.agents import BestResponse
+from dmplay.problems.multicaregiver_crying_baby.rules import MulticaregiverCryingBaby
 from dmplay.registry.agents import load_roster
 
 PROBLEM = MulticaregiverCryingBaby()

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 import dmplay
+from dmplay.core.hexgrid import format_hex, hex_distance, path_lengths
 from dmplay.core.problem import Problem
 from dmplay.errors import BadParameter, BadPolicy
-from dmplay.problems.shared.hex_hunt import STANDARD_HEXES
-from dmplay.problems.shared.hexgrid import format_hex, hex_distance, path_lengths
+from dmplay.problems._shared.hex_hunt import STANDARD_HEXES
 from dmplay.registry.agents import load_roster
 
 E, NE, NW, W, SW, SE = range(6)

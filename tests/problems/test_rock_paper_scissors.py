@@ -2,9 +2,9 @@ import numpy as np
 import pytest
 
 import dmplay
-from dmplay.agents._matrix_game_agents import FictitiousPlay
+from dmplay.agents.matrix_game_agents import FictitiousPlay
 from dmplay.core.session import Session
-from dmplay.problems.rock_paper_scissors import RockPaperScissors
+from dmplay.problems.rock_paper_scissors.rules import RockPaperScissors
 from dmplay.registry.agents import load_roster
 
 GAME = RockPaperScissors()

@@ -4,9 +4,12 @@ import pytest
 import dmplay
 from dmplay.core.session import Session
 from dmplay.errors import BadParameter
-from dmplay.problems.simple_regulator import SimpleRegulator
-from dmplay.solvers.mdp import linear_gaussian_evaluation
-from dmplay.solvers.mdp.linear_gaussian_evaluation import OPTIMAL_POLICY, LinearGaussianPolicy
+from dmplay.problems.simple_regulator import linear_policy_evaluation as linear_gaussian_evaluation
+from dmplay.problems.simple_regulator.linear_policy_evaluation import (
+    OPTIMAL_POLICY,
+    LinearGaussianPolicy,
+)
+from dmplay.problems.simple_regulator.rules import SimpleRegulator
 
 PROBLEM = SimpleRegulator()
 

@@ -2,10 +2,10 @@ import numpy as np
 import pytest
 
 import dmplay
-from dmplay.agents._matrix_game_agents import HierarchicalSoftmax
-from dmplay.agents.travelers_dilemma import FixedClaim
+from dmplay.agents.matrix_game_agents import HierarchicalSoftmax
 from dmplay.errors import BadParameter, UnknownName
-from dmplay.problems.travelers_dilemma import CLAIMS, TravelersDilemma
+from dmplay.problems.travelers_dilemma.agents import FixedClaim
+from dmplay.problems.travelers_dilemma.rules import CLAIMS, TravelersDilemma
 from dmplay.registry.agents import load_roster
 from dmplay.solvers.games import bimatrix_game
 from dmplay.solvers.games.bimatrix_game import MixedProfile

@@ -14,6 +14,7 @@ from dmplay.agents.base import AdviceQuestion
 from dmplay.agents.point_based import PointBasedOptimalPolicy
 from dmplay.core.arrays import Array, Bools
 from dmplay.core.chance import Categorical, Chance
+from dmplay.core.matrix_game import MatrixGame
 from dmplay.core.session import Session
 from dmplay.core.spaces import TextLine
 from dmplay.core.uniforms import SeededUniforms
@@ -25,7 +26,6 @@ from dmplay.evaluation.solutions.simulated_returns import solve_by_simulation
 from dmplay.game.game import Game
 from dmplay.game.hints import hint_provider as advising
 from dmplay.game.seats import HUMAN
-from dmplay.problems.shared.matrix_game import MatrixGame
 from dmplay.registry.agents import find_hint_provider, load_roster, plan_for_turn_limit
 from dmplay.solvers.mdp import mdp_values
 from dmplay.solvers.pomdp import exact_pomdp

@@ -10,8 +10,8 @@ import pytest
 from dmplay import Labels, Outcome
 from dmplay.core.arrays import Array, Bools, Reals
 from dmplay.core.chance import Categorical, Chance
+from dmplay.core.matrix_game import MatrixGame
 from dmplay.core.parameters import parameter
-from dmplay.problems.shared.matrix_game import MatrixGame
 from tests.support.user_problems import IntegerStateProblem
 
 with_two_or_ten_seeds = pytest.mark.parametrize(

@@ -18,8 +18,8 @@ from dmplay.core.policy import Memory, Percept, Policy
 from dmplay.core.problem import Outcome, Problem
 from dmplay.core.uniforms import SeededUniforms
 from dmplay.errors import BadTranscript
-from dmplay.problems.hexworld import HexWorld
-from dmplay.problems.mountain_car import MountainCar
+from dmplay.problems.hexworld.rules import HexWorld
+from dmplay.problems.mountain_car.rules import MountainCar
 from dmplay.transcript import turn_batch_replay
 from dmplay.transcript.header import Header
 from dmplay.transcript.reader import Transcript, parse_transcript, read_transcript

@@ -9,7 +9,7 @@ from dmplay.core.best_actions import mark_best_actions
 from dmplay.core.problem import enumerate_outcomes
 from dmplay.core.tabular import Tables, tabulate
 from dmplay.errors import ImpossibleObservation
-from dmplay.problems.multicaregiver_crying_baby import MulticaregiverCryingBaby
+from dmplay.problems.multicaregiver_crying_baby.rules import MulticaregiverCryingBaby
 from dmplay.solvers.games import bimatrix_game
 from dmplay.solvers.mdp import mdp_values
 from tests.truth_cases.case import Case, map_by_kind

@@ -7,7 +7,7 @@ from dmplay.core.arrays import Reals
 from dmplay.core.best_actions import mark_best_actions
 from dmplay.core.problem import enumerate_outcomes
 from dmplay.core.tabular import tabulate
-from dmplay.problems.catch import DISTANCES, PROFICIENCIES, Catch
+from dmplay.problems.catch.rules import DISTANCES, PROFICIENCIES, Catch
 from dmplay.solvers.mdp import mdp_values
 from dmplay.solvers.pomdp.bounded_search import BoundedSearch
 from tests.truth_cases.case import Case, map_by_kind

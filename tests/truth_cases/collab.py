@@ -6,7 +6,10 @@ import numpy as np
 import dmplay
 from dmplay.core.arrays import Reals
 from dmplay.core.best_actions import mark_best_actions
-from dmplay.problems.collaborative_predator_prey import SENSE_LABELS, CollaborativePredatorPrey
+from dmplay.problems.collaborative_predator_prey.rules import (
+    SENSE_LABELS,
+    CollaborativePredatorPrey,
+)
 from dmplay.solvers.mdp import sparse_mdp
 from tests.truth_cases.case import Case, map_by_kind
 from tests.truth_cases.hex_hunts import check_moves

@@ -9,14 +9,14 @@ from dmplay.core.best_actions import VALUE_TOLERANCE, mark_best_actions
 from dmplay.core.policy import Percept, Policy
 from dmplay.core.problem import Problem, enumerate_outcomes
 from dmplay.core.uniforms import NATURE_STREAM, generate_uniforms
-from dmplay.problems.collision_avoidance import (
+from dmplay.problems.collision_avoidance import grid as collision_avoidance_grid
+from dmplay.problems.collision_avoidance.grid import CLIMB_RATES, HEIGHTS
+from dmplay.problems.collision_avoidance.rules import (
     ADVISED_RATES,
     START_HEIGHT_BOUND,
     START_RATE_BOUND,
     START_TIME,
 )
-from dmplay.solvers.mdp import collision_avoidance_grid
-from dmplay.solvers.mdp.collision_avoidance_grid import CLIMB_RATES, HEIGHTS
 from tests.truth_cases.case import Case, map_by_kind
 
 LITERAL_PROBLEM = dmplay.load_problem("collision-avoidance")

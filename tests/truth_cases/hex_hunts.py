@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from dmplay.core.chance import Categorical, DiscreteUniform
-from dmplay.problems.shared.hex_hunt import HexHunt
+from dmplay.problems._shared.hex_hunt import HexHunt
 from tests.truth_cases.case import Case, sum_probabilities
 
 

@@ -1,10 +1,10 @@
 import numpy as np
 
 import dmplay
+from dmplay.core import hexgrid
 from dmplay.core.best_actions import mark_best_actions
 from dmplay.core.tabular import tabulate
-from dmplay.problems.hexworld import HexWorld
-from dmplay.problems.shared import hexgrid
+from dmplay.problems.hexworld.rules import HexWorld
 from dmplay.solvers.mdp import mdp_values
 from tests.truth_cases.case import Case, map_by_kind, sum_probabilities
 

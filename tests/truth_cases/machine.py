@@ -10,7 +10,7 @@ from dmplay.core.best_actions import mark_best_actions
 from dmplay.core.problem import Problem
 from dmplay.core.tabular import tabulate
 from dmplay.errors import ImpossibleObservation
-from dmplay.problems.machine_replacement import MachineReplacement
+from dmplay.problems.machine_replacement.rules import MachineReplacement
 from dmplay.solvers.mdp import mdp_values
 from dmplay.solvers.pomdp import exact_pomdp
 from dmplay.solvers.pomdp.exact_pomdp import AlphaVectorStage

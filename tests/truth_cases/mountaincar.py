@@ -5,7 +5,7 @@ import numpy as np
 import dmplay
 from dmplay.agents.script import Script
 from dmplay.core.problem import Problem
-from dmplay.problems.mountain_car import LEFT_WALL, RIGHT_WALL, TOP_SPEED
+from dmplay.problems.mountain_car.rules import LEFT_WALL, RIGHT_WALL, TOP_SPEED
 from tests.oracles import grid_search
 from tests.truth_cases.case import Case, load_family, map_by_kind
 from tests.truth_cases.deterministic_trajectory import iterate_game

@@ -6,7 +6,7 @@ import dmplay
 from dmplay.core.arrays import Reals
 from dmplay.core.best_actions import mark_best_actions
 from dmplay.core.tabular import Tables, tabulate
-from dmplay.problems.predator_prey import PredatorPrey
+from dmplay.problems.predator_prey.rules import PredatorPrey
 from dmplay.solvers.mdp import mdp_values
 from tests.truth_cases.case import Case, map_by_kind
 from tests.truth_cases.hex_hunts import check_moves

@@ -3,7 +3,7 @@ import math
 import numpy as np
 
 import dmplay
-from dmplay.problems.prisoners_dilemma import PrisonersDilemma
+from dmplay.problems.prisoners_dilemma.rules import PrisonersDilemma
 from dmplay.solvers.games import bimatrix_game
 from dmplay.solvers.games.bimatrix_game import MixedProfile
 from tests.oracles import best_responses

@@ -3,9 +3,12 @@ import pytest
 
 import dmplay
 from dmplay.core.chance import Normal
-from dmplay.problems.simple_regulator import START_DEVIATION, START_MEAN, SimpleRegulator
-from dmplay.solvers.mdp import linear_gaussian_evaluation
-from dmplay.solvers.mdp.linear_gaussian_evaluation import OPTIMAL_POLICY, LinearGaussianPolicy
+from dmplay.problems.simple_regulator import linear_policy_evaluation as linear_gaussian_evaluation
+from dmplay.problems.simple_regulator.linear_policy_evaluation import (
+    OPTIMAL_POLICY,
+    LinearGaussianPolicy,
+)
+from dmplay.problems.simple_regulator.rules import START_DEVIATION, START_MEAN, SimpleRegulator
 from tests.truth_cases.case import Case, map_by_kind
 
 START_SECOND_MOMENT = START_MEAN**2 + START_DEVIATION**2

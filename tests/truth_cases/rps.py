@@ -1,7 +1,7 @@
 import numpy as np
 
 from dmplay.core.problem import enumerate_outcomes
-from dmplay.problems.rock_paper_scissors import RockPaperScissors
+from dmplay.problems.rock_paper_scissors.rules import RockPaperScissors
 from dmplay.solvers.games import bimatrix_game
 from dmplay.solvers.games.bimatrix_game import MixedProfile
 from tests.oracles import best_responses, correlated_equilibria

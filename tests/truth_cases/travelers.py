@@ -3,7 +3,7 @@ import re
 import numpy as np
 
 from dmplay.core.problem import enumerate_outcomes
-from dmplay.problems.travelers_dilemma import CLAIMS, MAX_CLAIM, MIN_CLAIM, TravelersDilemma
+from dmplay.problems.travelers_dilemma.rules import CLAIMS, MAX_CLAIM, MIN_CLAIM, TravelersDilemma
 from dmplay.solvers.games import bimatrix_game
 from dmplay.solvers.games.bimatrix_game import MixedProfile
 from tests.oracles import best_responses

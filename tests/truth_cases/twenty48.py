@@ -4,7 +4,7 @@ from itertools import combinations
 import numpy as np
 
 import dmplay
-from dmplay.problems.game_2048 import Game2048, slide_and_score
+from dmplay.problems.game_2048.rules import Game2048, slide_and_score
 from tests.truth_cases.case import Case, map_by_kind, sum_probabilities
 
 LEFT, RIGHT = 0, 2

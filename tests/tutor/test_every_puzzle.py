@@ -10,14 +10,14 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from dmplay.agents._matrix_game_agents import HierarchicalSoftmax, Nash
-from dmplay.agents.travelers_dilemma import FixedClaim
+from dmplay.agents.matrix_game_agents import HierarchicalSoftmax, Nash
 from dmplay.core.arrays import Reals
+from dmplay.core.hexgrid import DIRECTIONS, Hex, hex_neighbours
 from dmplay.core.problem import enumerate_outcomes
 from dmplay.output.question_report import report_puzzle
-from dmplay.problems.hexworld import HexWorld
-from dmplay.problems.predator_prey import PredatorPrey
-from dmplay.problems.shared.hexgrid import DIRECTIONS, Hex, hex_neighbours
+from dmplay.problems.hexworld.rules import HexWorld
+from dmplay.problems.predator_prey.rules import PredatorPrey
+from dmplay.problems.travelers_dilemma.agents import FixedClaim
 from dmplay.tutor.action_question import ActionQuestion
 from dmplay.tutor.exercise import Exercise, ExerciseRun
 from dmplay.tutor.puzzles import (

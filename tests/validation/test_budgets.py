@@ -10,21 +10,24 @@ import pytest
 
 import dmplay
 from dmplay import solvers
-from dmplay.agents.mountain_car import VALUE_GRID
 from dmplay.core.problem import make_initial_observation
 from dmplay.core.tabular import Tables, tabulate
 from dmplay.core.work_budget import Budget, ComputationStopped, report_progress_to
-from dmplay.problems.collaborative_predator_prey import CollaborativePredatorPrey
-from dmplay.problems.simple_regulator import SimpleRegulator
+from dmplay.problems.collaborative_predator_prey import model as collaborative_predator_prey_model
+from dmplay.problems.collaborative_predator_prey import reactive_team as reactive_predator_team
+from dmplay.problems.collaborative_predator_prey.rules import CollaborativePredatorPrey
+from dmplay.problems.collision_avoidance import grid as collision_avoidance_grid
+from dmplay.problems.game_2048 import expectimax
+from dmplay.problems.mountain_car.agents import VALUE_GRID
+from dmplay.problems.simple_regulator import linear_policy_evaluation as linear_gaussian_evaluation
+from dmplay.problems.simple_regulator.rules import SimpleRegulator
 from dmplay.solvers import double_description
 from dmplay.solvers.decpomdp import (
     centralized_pomdp,
-    collaborative_predator_prey_model,
     joint_plan_dynamic_programming,
     joint_plan_improvement,
     joint_plan_search,
     multiagent_a_star,
-    reactive_predator_team,
 )
 from dmplay.solvers.decpomdp.dec_pomdp_model import DecPomdp
 from dmplay.solvers.games import (
@@ -40,10 +43,8 @@ from dmplay.solvers.games import (
 )
 from dmplay.solvers.mdp import (
     backward_induction,
-    collision_avoidance_grid,
     grid_value_iteration,
     large_mdp_value_iteration,
-    linear_gaussian_evaluation,
     mdp_values,
     riccati,
     sparse_mdp,
@@ -60,18 +61,20 @@ from dmplay.solvers.pomdp import (
     sparse_pomdp,
     upper_envelope,
 )
-from dmplay.solvers.search import expectimax_2048, leaf_values, search_config, uct
+from dmplay.solvers.search import leaf_values, search_config, uct
 from tests.support.literature_dec_pomdps import format_dectiger, parse_team_file
 from tests.support.problem_cases import load_problem
 from tests.support.random_problems import RandomGame, RandomRivalGame
 from tests.support.turn_based_games import Nim
 
 TABLE_MODULES = {
-    "board_batch_2048",
-    "ntuple_network_2048",
+    "game_2048/board_batch",
+    "game_2048/ntuple_network",
 }  # computed once, of a size that no parameter changes
 PART_MODULES = {
     "legal_action_leak",
+    "game_2048/packed_boards",
+    "multicaregiver_crying_baby/same_observation_planning",
     "methods",
     "belief_bounds",
     "simulated_opponents",
@@ -186,15 +189,15 @@ SOLVER_CALLS: dict[str, Callable[[], object]] = {
     "belief_tree": expand_belief_tree,
     "induced_mdp": run_best_response,
     "bounded_search": run_bounded_search,
-    "collision_avoidance_grid": lambda: collision_avoidance_grid.compute_optimal_q.__wrapped__(
+    "collision_avoidance/grid": lambda: collision_avoidance_grid.compute_optimal_q.__wrapped__(
         load_problem("collision-avoidance")
     ),
     "double_description": cut_cone,
     "upper_envelope": lambda: upper_envelope.compute_upper_envelope(PAYOFFS[:, :, 0]),
-    "expectimax_2048": lambda: expectimax_2048.compute_action_values(
+    "game_2048/expectimax": lambda: expectimax.compute_action_values(
         np.ones((1, 4, 4), np.uint8), 0.8, 4
     ),
-    "collaborative_predator_prey_model": pool_team_beliefs,
+    "collaborative_predator_prey/model": pool_team_beliefs,
     "transition_graph": lambda: transition_graph.build_reachable_graph(Nim()),
     "grid_value_iteration": lambda: grid_value_iteration.run_grid_value_iteration(
         load_problem("mountain-car"), VALUE_GRID
@@ -212,7 +215,7 @@ SOLVER_CALLS: dict[str, Callable[[], object]] = {
     ),
     "extreme_equilibria": lambda: extreme_equilibria.find_extreme_equilibria(np.ones((3, 3, 2))),
     "lemke_howson": lambda: lemke_howson.find_equilibrium(PAYOFFS),
-    "linear_gaussian_evaluation": run_linear_regulator,
+    "simple_regulator/linear_policy_evaluation": run_linear_regulator,
     "markov_game_policy_iteration": lambda: markov_game_policy_iteration.find_equilibrium(
         load_problem(TRIANGLE_HUNT)
     ),
@@ -226,7 +229,7 @@ SOLVER_CALLS: dict[str, Callable[[], object]] = {
         load_tiger_team(), 3, make_budget()
     ),
     "point_based": lambda: point_based.solve_point_based(load_problem("crying-baby"), None, 0.01),
-    "reactive_predator_team": run_reactive_team,
+    "collaborative_predator_prey/reactive_team": run_reactive_team,
     "regret_matching": lambda: regret_matching.find_equilibrium(
         np.stack([ZERO_SUM_PAYOFFS, -ZERO_SUM_PAYOFFS], axis=2)
     ),
@@ -249,6 +252,11 @@ SOLVER_CALLS: dict[str, Callable[[], object]] = {
 def test_every_solver_has_a_case() -> None:
     assert solvers.__file__
     modules = {path.stem for path in Path(solvers.__file__).parent.rglob("[a-z]*.py")}
+    modules |= {
+        f"{path.parent.name}/{path.stem}"
+        for path in (Path(solvers.__file__).parents[1] / "problems").glob("[a-z]*/[a-z]*.py")
+        if path.stem not in {"rules", "view", "agents"}
+    }
     assert modules == {*SOLVER_CALLS} | TABLE_MODULES | PART_MODULES
 
 

@@ -4,7 +4,7 @@ import pytest
 
 import dmplay
 from dmplay.core.session import Session, View
-from dmplay.problems.cart_pole import CartPole
+from dmplay.problems.cart_pole.rules import CartPole
 from dmplay.views.protocol import DrawOptions, fit_board, load_view_module
 from tests.support.games import make_session_from_state
 

@@ -5,10 +5,10 @@ from typing import cast
 import pytest
 from rich.text import Text
 
+from dmplay.core.matrix_game import MatrixGame
 from dmplay.core.session import View
 from dmplay.game.game import Game
 from dmplay.game.game_series import GameController
-from dmplay.problems.shared.matrix_game import MatrixGame
 from dmplay.terminal.capabilities import Terminal
 from dmplay.ui.screen.key_handlers import handle_key
 from dmplay.ui.screen.play_screen import PlayScreen

@@ -3,7 +3,7 @@ from functools import partial
 import numpy as np
 
 import dmplay
-from dmplay.views.machine_replacement import _draw_small_triangle
+from dmplay.problems.machine_replacement.view import _draw_small_triangle
 from dmplay.views.protocol import DrawOptions, fit_board, load_view_module
 from dmplay.views.toolkit.canvas import Canvas
 from tests.support import games

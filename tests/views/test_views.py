@@ -13,13 +13,13 @@ from dmplay.core.session import Session
 from dmplay.core.tabular import tabulate
 from dmplay.core.uniforms import SeededUniforms
 from dmplay.game.action_input import find_action_by_key
+from dmplay.problems.game_2048 import view as tiles
+from dmplay.problems.hexworld import view as exits
 from dmplay.registry import problems
 from dmplay.registry.builtin_names import problem_names
 from dmplay.solvers.mdp import mdp_values
 from dmplay.terminal.styles import palette_rgb
-from dmplay.views import game_2048 as tiles
 from dmplay.views import generic
-from dmplay.views import hexworld as exits
 from dmplay.views.protocol import DrawOptions, Overlay, fit_board, load_view_module
 from tests.formats.sources import read_ballet, read_team
 from tests.support.games import make_session

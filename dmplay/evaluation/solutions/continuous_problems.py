@@ -2,21 +2,19 @@
 
 import numpy as np
 
-from dmplay.agents.cart_pole import LinearQuadraticPolicy
-from dmplay.agents.mountain_car import VALUE_GRID, solve_on_grid
 from dmplay.core.arrays import Reals
 from dmplay.core.best_actions import mark_best_actions, select_greedy_actions
 from dmplay.core.problem import Problem
 from dmplay.core.text import format_count
 from dmplay.core.work_budget import ARRAY_CALL_WORK, Budget
 from dmplay.evaluation.solutions.solution import Row, Solution, format_action_names
-from dmplay.problems.cart_pole import CartPole
-from dmplay.problems.simple_regulator import SimpleRegulator
-from dmplay.solvers.mdp import (
-    collision_avoidance_grid,
-    grid_value_iteration,
-    linear_gaussian_evaluation,
-)
+from dmplay.problems.cart_pole.agents import LinearQuadraticPolicy
+from dmplay.problems.cart_pole.rules import CartPole
+from dmplay.problems.collision_avoidance import grid as collision_avoidance_grid
+from dmplay.problems.mountain_car.agents import VALUE_GRID, solve_on_grid
+from dmplay.problems.simple_regulator import linear_policy_evaluation as linear_gaussian_evaluation
+from dmplay.problems.simple_regulator.rules import SimpleRegulator
+from dmplay.solvers.mdp import grid_value_iteration
 
 START_POSITIONS = (-0.5, -1.2, -0.9, 0.0, 0.3)  # of the car at rest
 MAX_DRIVE_TURNS = 1000

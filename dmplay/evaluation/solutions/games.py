@@ -15,7 +15,7 @@ from dmplay.evaluation.solutions.solution import (
     Solution,
     format_mixed_strategy,
 )
-from dmplay.problems.predator_prey import PredatorPrey
+from dmplay.problems.predator_prey.rules import PredatorPrey
 from dmplay.solvers.games import (
     best_response_dynamics,
     bimatrix_game,

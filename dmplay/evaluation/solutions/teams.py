@@ -6,11 +6,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dmplay.agents.collaborative_predator_prey import (
-    HuntJointPlan,
-    build_fully_observed_mdp,
-    solve_fully_observed,
-)
 from dmplay.core import belief
 from dmplay.core.arrays import Reals
 from dmplay.core.best_actions import select_greedy_actions
@@ -22,16 +17,18 @@ from dmplay.core.work_budget import Budget, scale_progress, scale_progress_part
 from dmplay.evaluation.solutions.options import DEFAULT_TURNS, resolve_horizon
 from dmplay.evaluation.solutions.simulated_returns import simulate_games
 from dmplay.evaluation.solutions.solution import Row, Solution
-from dmplay.problems.collaborative_predator_prey import CollaborativePredatorPrey
-from dmplay.problems.multicaregiver_crying_baby import MulticaregiverCryingBaby
-from dmplay.registry import agents
-from dmplay.solvers.decpomdp import (
-    joint_plan_dynamic_programming,
-    joint_plan_improvement,
-    reactive_predator_team,
+from dmplay.problems.collaborative_predator_prey import reactive_team as reactive_predator_team
+from dmplay.problems.collaborative_predator_prey.agents import (
+    HuntJointPlan,
+    build_fully_observed_mdp,
+    solve_fully_observed,
 )
+from dmplay.problems.collaborative_predator_prey.model import PredatorPreyDecPomdp
+from dmplay.problems.collaborative_predator_prey.rules import CollaborativePredatorPrey
+from dmplay.problems.multicaregiver_crying_baby.rules import MulticaregiverCryingBaby
+from dmplay.registry import agents
+from dmplay.solvers.decpomdp import joint_plan_dynamic_programming, joint_plan_improvement
 from dmplay.solvers.decpomdp.centralized_pomdp import CentralizedPomdp
-from dmplay.solvers.decpomdp.collaborative_predator_prey_model import PredatorPreyDecPomdp
 from dmplay.solvers.decpomdp.dec_pomdp_model import PlanLayer
 from dmplay.solvers.decpomdp.joint_plan_search import solve_joint_plan
 from dmplay.solvers.mdp import mdp_values, sparse_mdp

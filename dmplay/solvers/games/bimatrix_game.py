@@ -11,10 +11,10 @@ import numpy as np
 
 from dmplay.core.arrays import Reals
 from dmplay.core.best_actions import VALUE_TOLERANCE
+from dmplay.core.matrix_game import MatrixGame
 from dmplay.core.problem import Problem
 from dmplay.core.tabular import tabulate
 from dmplay.core.work_budget import ARRAY_CALL_WORK, Budget
-from dmplay.problems.shared.matrix_game import MatrixGame
 
 ROUNDING_ERROR = 1e-15  # relative to a payoff
 MIN_DIFFERENCE = 1e-6  # of payoffs, relative to their range; smaller ones need fractions

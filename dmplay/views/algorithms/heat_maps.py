@@ -10,8 +10,8 @@ from dmplay.algorithms.step import StateValues
 from dmplay.core.arrays import Array, Ints
 from dmplay.core.problem import Problem
 from dmplay.core.text import format_score
-from dmplay.problems.collision_avoidance import CollisionAvoidance
-from dmplay.problems.mountain_car import MountainCar
+from dmplay.problems.collision_avoidance.rules import CollisionAvoidance
+from dmplay.problems.mountain_car.rules import MountainCar
 from dmplay.views.protocol import DrawOptions
 from dmplay.views.toolkit.canvas import BAR_LEVELS, Canvas
 

@@ -5,10 +5,10 @@ from rich.text import Text
 
 from dmplay.algorithms.finite_mdp import format_state_name
 from dmplay.algorithms.step import StateValues
+from dmplay.core.hexgrid import Hex
 from dmplay.core.problem import Problem
 from dmplay.core.text import format_score
-from dmplay.problems.hexworld import HexWorld
-from dmplay.problems.shared.hexgrid import Hex
+from dmplay.problems.hexworld.rules import HexWorld
 from dmplay.views.algorithms.heat_maps import (
     LABEL_COLUMNS,
     MIN_MAP_COLUMNS,

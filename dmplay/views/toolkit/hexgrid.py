@@ -15,14 +15,14 @@ import numpy as np
 from rich.text import Text
 
 from dmplay.core.best_actions import mark_best_actions
-from dmplay.core.text import format_count
-from dmplay.problems.shared.hexgrid import (
+from dmplay.core.hexgrid import (
     DIRECTIONS,
     Hex,
     format_hex,
     hex_neighbours,
     path_lengths,
 )
+from dmplay.core.text import format_count
 from dmplay.views.protocol import DrawOptions, Forecast
 from dmplay.views.toolkit.action_hints_and_outcomes import (
     format_condition,

@@ -5,9 +5,9 @@ from itertools import pairwise, product
 
 from rich.text import Text
 
+from dmplay.core.matrix_game import MatrixGame
 from dmplay.core.session import View
 from dmplay.core.text import format_number
-from dmplay.problems.shared.matrix_game import MatrixGame
 from dmplay.views.protocol import DrawOptions
 from dmplay.views.toolkit.action_hints_and_outcomes import (
     format_less,

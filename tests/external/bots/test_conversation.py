@@ -18,7 +18,7 @@ from dmplay.external.bots.bot_policy import Bot, BotState
 from dmplay.external.bots.conversation import MAX_OPEN_REQUESTS
 from dmplay.external.bots.protocol import decode_observation
 from dmplay.external.bots.shutdown import close_bots
-from dmplay.problems.crying_baby import CryingBaby
+from dmplay.problems.crying_baby.rules import CryingBaby
 from dmplay.registry import agents
 from dmplay.servers.bot_server import BotServer
 from dmplay.transcript.format import collect_turn_facts

@@ -8,7 +8,6 @@ import pytest
 
 import dmplay
 from dmplay.agents.base import EXACT_VALUES, AdviceQuestion, SeatPolicy
-from dmplay.agents.multicaregiver_crying_baby import BestResponse
 from dmplay.cli.parsed_command_runner import interpret_command
 from dmplay.core.session import Session
 from dmplay.evaluation.grading import grade_files
@@ -17,6 +16,7 @@ from dmplay.game.game_setup import start_new_game
 from dmplay.game.hints.hint_provider import HintProvider
 from dmplay.game.hints.review import format_summary, review_actions
 from dmplay.game.launch_requests import GameRequest
+from dmplay.problems.multicaregiver_crying_baby.agents import BestResponse
 from dmplay.registry.agents import find_hint_provider, load_roster
 from dmplay.ui.shell.commands import run_line
 from tests.support.literature_dec_pomdps import format_dectiger, parse_team_file

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from dmplay.core.arrays import Array
-from dmplay.problems.game_2048 import Game2048, slide_and_score
-from dmplay.problems.shared import board_2048
+from dmplay.problems.game_2048 import packed_boards
+from dmplay.problems.game_2048.rules import Game2048, slide_and_score
 
 GAME = Game2048()
 
@@ -28,11 +28,11 @@ def slide_line(line: list[int]) -> tuple[list[int], int]:
 
 def slide_board(board: Array, a: int) -> tuple[list[list[int]], int]:
     """Slide a board line by line; return the board and the score."""
-    lines = board.T if a in (board_2048.UP, board_2048.DOWN) else board
-    step = -1 if a in (board_2048.DOWN, board_2048.RIGHT) else 1
+    lines = board.T if a in (packed_boards.UP, packed_boards.DOWN) else board
+    step = -1 if a in (packed_boards.DOWN, packed_boards.RIGHT) else 1
     slid_lines = [slide_line(line[::step].tolist()) for line in lines]
     result = np.array([line[::step] for line, _ in slid_lines])
-    return (result.T if a in (board_2048.UP, board_2048.DOWN) else result).tolist(), sum(
+    return (result.T if a in (packed_boards.UP, packed_boards.DOWN) else result).tolist(), sum(
         p for _, p in slid_lines
     )
 
@@ -105,5 +105,5 @@ def test_slides_equal_the_slides_of_a_turn(boards: Array) -> None:
 
 def test_a_board_is_packed_without_loss_up_to_its_largest_tile() -> None:
     cells = np.random.default_rng(1).integers(0, 15, (5, 4, 4)).astype(np.uint8)
-    packed = board_2048.pack_boards(cells)
-    assert (board_2048.unpack_boards(packed) == cells).all()
+    packed = packed_boards.pack_boards(cells)
+    assert (packed_boards.unpack_boards(packed) == cells).all()

@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 
 import dmplay
-from dmplay.agents.collaborative_predator_prey import HuntJointPlan
 from dmplay.core.work_budget import Budget
 from dmplay.errors import BadPolicy
-from dmplay.problems.collaborative_predator_prey import CollaborativePredatorPrey
+from dmplay.problems.collaborative_predator_prey.agents import HuntJointPlan
+from dmplay.problems.collaborative_predator_prey.model import PredatorPreyDecPomdp
+from dmplay.problems.collaborative_predator_prey.rules import CollaborativePredatorPrey
 from dmplay.simulation.rollouts import rollout
 from dmplay.solvers.decpomdp import joint_plan_improvement
 from dmplay.solvers.decpomdp.centralized_pomdp import CentralizedPomdp
-from dmplay.solvers.decpomdp.collaborative_predator_prey_model import PredatorPreyDecPomdp
 from dmplay.solvers.mdp import sparse_mdp
 
 PROBLEM_NAME = "collaborative-predator-prey"

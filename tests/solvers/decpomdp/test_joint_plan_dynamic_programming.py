@@ -11,7 +11,7 @@ from dmplay.core.arrays import Reals
 from dmplay.core.problem import OutcomeDistribution
 from dmplay.core.tabular import Tables, tabulate
 from dmplay.errors import BudgetExceeded
-from dmplay.problems.multicaregiver_crying_baby import MulticaregiverCryingBaby
+from dmplay.problems.multicaregiver_crying_baby.rules import MulticaregiverCryingBaby
 from dmplay.solvers.decpomdp import joint_plan_dynamic_programming
 from dmplay.solvers.pomdp import exact_pomdp
 

@@ -6,8 +6,8 @@ import pytest
 import dmplay
 from dmplay.core.arrays import Reals
 from dmplay.errors import BadParameter
-from dmplay.problems.collaborative_predator_prey import CollaborativePredatorPrey
-from dmplay.solvers.decpomdp import reactive_predator_team
+from dmplay.problems.collaborative_predator_prey import reactive_team as reactive_predator_team
+from dmplay.problems.collaborative_predator_prey.rules import CollaborativePredatorPrey
 from dmplay.solvers.mdp import sparse_mdp
 
 PROBLEM_NAME = "collaborative-predator-prey"

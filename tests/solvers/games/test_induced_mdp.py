@@ -4,7 +4,7 @@ import pytest
 import dmplay
 from dmplay.core.tabular import Tables, tabulate
 from dmplay.errors import BudgetExceeded
-from dmplay.problems.predator_prey import PredatorPrey
+from dmplay.problems.predator_prey.rules import PredatorPrey
 from dmplay.solvers.games import induced_mdp
 from dmplay.solvers.mdp import mdp_values, sparse_mdp
 

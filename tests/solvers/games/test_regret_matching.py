@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from dmplay import Labels, load_agent, rollout
+from dmplay.core.matrix_game import MatrixGame
 from dmplay.core.text import format_upper_bound
 from dmplay.evaluation.solutions.solve import solve_problem
-from dmplay.problems.shared.matrix_game import MatrixGame
 from dmplay.registry.agents import load_roster
 from dmplay.solvers.games import regret_matching
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from dmplay import Labels, Outcome, Tabular, load_agent, rollout
-from dmplay.agents import _single_agent_planning
+from dmplay.agents import single_agent_planning
 from dmplay.core.arrays import Array, Bools, Reals
 from dmplay.core.chance import Categorical, Chance
 from dmplay.core.parameters import parameter
@@ -45,7 +45,7 @@ def compute_best_values(problem: RandomProblem) -> Reals:
 def test_random_problems_have_the_values_of_the_best_policy(
     monkeypatch: pytest.MonkeyPatch, seeds: range
 ) -> None:
-    monkeypatch.setattr(_single_agent_planning, "MAX_TABULAR_STATES", 0)
+    monkeypatch.setattr(single_agent_planning, "MAX_TABULAR_STATES", 0)
     for seed in seeds:
         ends = seed % 2 == 0
         problem = RandomProblem(seed=seed, ends=ends, discount=1.0 if seed in (2, 4) else 0.9)
@@ -202,7 +202,7 @@ def test_an_undiscounted_reward_at_the_top_is_reached(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """Expect ties between policies of equal value to be broken in favour of reaching the top."""
-    monkeypatch.setattr(_single_agent_planning, "MAX_TABULAR_STATES", 0)
+    monkeypatch.setattr(single_agent_planning, "MAX_TABULAR_STATES", 0)
     free = FreeStairs(steps=40)
     climber = load_agent(free, 0, "optimal")
     result = rollout(free, [climber], episodes=20, turn_limit=400)

@@ -5,7 +5,7 @@ import dmplay
 from dmplay.core.arrays import Reals
 from dmplay.core.tabular import Tables, tabulate
 from dmplay.errors import BadParameter
-from dmplay.problems.catch import Catch
+from dmplay.problems.catch.rules import Catch
 from dmplay.solvers.pomdp import exact_pomdp
 from dmplay.solvers.pomdp.bounded_search import BoundedSearch
 

@@ -149,7 +149,7 @@ def test_ctrl_c_in_the_shell_stops_a_thinking_agent_but_not_the_shell(
 def test_a_game_whose_problem_never_returns_can_be_quit(folder: Path) -> None:
     (folder / "stuck.py").write_text(
         "from dataclasses import dataclass\n\n"
-        "from dmplay.problems.hexworld import HexWorld\n\n\n"
+        "from dmplay.problems.hexworld.rules import HexWorld\n\n\n"
         "@dataclass(frozen=True)\n"
         "class Stuck(HexWorld):\n"
         "    def resolve_events(self, s, a, events):\n"

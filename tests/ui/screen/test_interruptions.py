@@ -114,7 +114,7 @@ def test_a_signal_before_the_first_key_restores_the_terminal(
 
 SLOW_IMPORT_SOURCE = """
 import time
-from dmplay.problems.crying_baby import CryingBaby
+from dmplay.problems.crying_baby.rules import CryingBaby
 class Slow:
     def __set_name__(self, owner, name):  # out of which Python lets no fault as it was
         print("importing", flush=True)

@@ -23,7 +23,7 @@ def test_a_lesson_is_three_sentences_and_an_example_turn_independent_of_the_game
     for row, beginning in zip(lines, ("You ", "You want "), strict=False):
         assert row.startswith(beginning), (
             f"expected a sentence that begins with {beginning!r}, got {row!r}; "
-            f"see lesson in dmplay/views/{name_to_stem(name)}.py"
+            f"see lesson in dmplay/problems/{name_to_stem(name)}/view.py"
         )
     assert re.match(
         "For example, (one turn|(in|with|from) .*): .* The reward is -?[0-9.]+",

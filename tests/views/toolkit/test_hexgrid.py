@@ -2,7 +2,7 @@
 
 from rich.text import Text
 
-from dmplay.problems.hexworld import HexWorld
+from dmplay.problems.hexworld.rules import HexWorld
 from dmplay.views.protocol import DrawOptions
 from dmplay.views.toolkit.canvas import measure_text as measured
 from dmplay.views.toolkit.hexgrid import (

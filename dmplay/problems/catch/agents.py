@@ -1,0 +1,105 @@
+"""Policies for catch, which act on the belief over proficiencies."""
+
+from collections import defaultdict
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import count
+
+import numpy as np
+
+from dmplay.agents.available_agents import Roster
+from dmplay.agents.base import EXACT_VALUES
+from dmplay.agents.belief_policy import BeliefPolicy
+from dmplay.agents.belief_policy_bases import GreedyBeliefPolicy, RemainingHorizonPolicy
+from dmplay.core.arrays import Array, Bools, Ints, Reals
+from dmplay.core.best_actions import select_greedy_actions
+from dmplay.core.chance import Categorical, weighted_sum
+from dmplay.core.memoization import memoize
+from dmplay.core.policy import Memory
+from dmplay.core.problem import Problem
+from dmplay.core.tabular import tabulate
+from dmplay.solvers.pomdp.bounded_search import BoundedSearch
+
+
+@dataclass(frozen=True)
+class Greedy(GreedyBeliefPolicy):
+    """Throws the distance with the highest expected reward of this throw."""
+
+    @cached_property
+    def _rewards(self) -> Reals:
+        return tabulate(self.problem).rewards[:, :, 0]
+
+    def action_values(self, memory: Memory) -> Reals:
+        """Return the expected reward of this throw, for each distance."""
+        return weighted_sum(memory[0], self._rewards)
+
+
+@dataclass(frozen=True)
+class ThompsonSampling(BeliefPolicy):
+    """Samples a proficiency from its belief and throws the best distance for that proficiency."""
+
+    uniform_count = 1  # for the proficiency
+
+    @cached_property
+    def _best_actions(self) -> Ints:
+        """The first of the best distances for each proficiency."""
+        return select_greedy_actions(tabulate(self.problem).rewards[:, :, 0])
+
+    def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
+        """Return the best distances for sampled proficiencies (Thompson sampling)."""
+        return np.asarray(
+            self._best_actions[Categorical.from_probabilities(memory[0]).sample_events(u)]
+        )
+
+
+@dataclass(frozen=True)
+class Optimal(RemainingHorizonPolicy):
+    """Takes the best throw for its belief and the throws left, by exact search."""
+
+    values_name = EXACT_VALUES
+
+    MAX_PLANNED_TURNS = 20
+
+    @cached_property
+    def _q_cache(self) -> dict[int, dict[bytes, Reals]]:
+        """Q-values computed so far, by the throws left, then by the belief."""
+        return {}
+
+    def finite_horizon_values(self, b: Reals, left: int) -> Reals:
+        """Return Q `[B, A]` of beliefs `[B, S]` with `turns_left` throws to go."""
+        q, inverse = self._look_up_values(b, left)
+        return q.take(inverse, axis=0)
+
+    def best_actions(self, b: Reals, left: int) -> Array:
+        """Return the first of the best throws, computed once for each distinct belief."""
+        q, inverse = self._look_up_values(b, left)
+        return select_greedy_actions(q).take(inverse)
+
+    def _look_up_values(self, b: Reals, turns_left: int) -> tuple[Reals, Ints]:
+        """Return Q `[K, A]` of the K distinct beliefs, and the index `[B]` of each row's belief.
+
+        A belief that was looked up before is not searched again.
+        """
+        cache = self._q_cache.setdefault(turns_left, {})
+        keys = np.ascontiguousarray(b).view(f"V{b.shape[1] * b.itemsize}")[:, 0].tolist()
+        indices = defaultdict[bytes, int](count().__next__)
+        inverse = np.fromiter(map(indices.__getitem__, keys), np.int64, len(keys))
+        if new_keys := [key for key in indices if key not in cache]:
+            beliefs = np.frombuffer(b"".join(new_keys)).reshape(len(new_keys), -1)
+            new_q = _build_search(self.problem).compute_action_values(beliefs, turns_left)
+            cache.update(zip(new_keys, new_q, strict=True))
+        return np.array([cache[key] for key in indices]), inverse
+
+
+@memoize
+def _build_search(problem: Problem) -> BoundedSearch:
+    """Return the bounded search of a problem."""
+    return BoundedSearch(tabulate(problem), problem.discount)
+
+
+def build_roster(problem: Problem, seat: int) -> Roster:
+    """Return the agents for catch."""
+    return Roster(
+        {"greedy": Greedy, "optimal": Optimal, "thompson": ThompsonSampling},
+        hint_provider="optimal",
+    )

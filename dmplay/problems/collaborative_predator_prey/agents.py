@@ -1,0 +1,479 @@
+"""Policies for collaborative predator-prey."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property, lru_cache
+
+import numpy as np
+
+from dmplay.agents.available_agents import Roster
+from dmplay.agents.base import (
+    UPPER_BOUNDS,
+    AdviceQuestion,
+    PolicyLookup,
+    ReactivePolicy,
+    SeatPolicy,
+)
+from dmplay.agents.belief_policy import BeliefPolicy, apply_by_group
+from dmplay.agents.belief_policy_bases import GreedyBeliefPolicy
+from dmplay.agents.dec_pomdp import JointPlan
+from dmplay.agents.partner_machine import PartnerMachine, build_partner_machine
+from dmplay.agents.random_agent import Random
+from dmplay.agents.turns_left import TurnsLeftPolicy
+from dmplay.core import belief
+from dmplay.core.arrays import Array, Bools, Ints, Reals
+from dmplay.core.best_actions import select_greedy_actions
+from dmplay.core.chance import Categorical, weighted_sum
+from dmplay.core.hexgrid import DIRECTIONS, format_hex
+from dmplay.core.memoization import memoize
+from dmplay.core.parameters import parameter
+from dmplay.core.policy import Memory, Percept
+from dmplay.core.problem import Problem
+from dmplay.core.work_budget import Budget
+from dmplay.errors import BadParameter, BadPolicy, DmplayError
+from dmplay.problems.collaborative_predator_prey import reactive_team as reactive_predator_team
+from dmplay.problems.collaborative_predator_prey.model import PredatorPreyDecPomdp
+from dmplay.problems.collaborative_predator_prey.rules import (
+    SENSE_LABELS,
+    CollaborativePredatorPrey,
+)
+from dmplay.solvers.decpomdp import joint_plan_improvement
+from dmplay.solvers.decpomdp.dec_pomdp_model import AgentPlan, DecPomdp
+from dmplay.solvers.mdp import sparse_mdp
+from dmplay.solvers.mdp.sparse_mdp import SparseMdp
+
+PLAN_WORK_PER_JOINT_NODE = 4e8  # for each joint node of a plan
+MAX_PLANNED_STATES = 200_000  # states times turns up to which qmdp plans a game to its end
+MAX_PARTNER_BELIEF = 1_000_000  # maximum number of states times nodes of a partner
+PLAN_SEED = 3  # gives the best plans of four seeds on the standard map
+
+
+@dataclass(frozen=True)
+class Sweep(SeatPolicy):
+    """Keeps one direction; reverses it every few turns, on sensing a prey, and one turn after that.
+
+    Each seat begins in another direction. Of the rules that turn by a fixed angle at each of these
+    three moments, this one catches most on the standard map.
+    """
+
+    stroke: int = parameter(3, "turns in one direction while no prey is near", 1)
+
+    def initial_memory(self, observation: Array) -> Memory:
+        """Return the first direction, zero turns spent in it, and False for a near prey."""
+        rows = len(observation)
+        first = len(DIRECTIONS) * self.seat // len(self.problem.agents)
+        return (np.full(rows, first), np.zeros(rows, np.int64), np.zeros(rows, bool))
+
+    def update_memory(self, memory: Memory, percept: Percept) -> Memory:
+        """Return the next direction, the turns spent in it, and whether a prey is near.
+
+        The direction is that of the action really taken. It is reversed if a prey is or just was
+        near, and after `stroke` turns.
+        """
+        turn_count, is_near = memory[1] + 1, self._is_prey_near(percept.observation)
+        reverses = is_near | memory[2] | (turn_count >= self.stroke)
+        return ((percept.action + 3 * reverses) % 6, np.where(reverses, 0, turn_count), is_near)
+
+    def _is_prey_near(self, observation: Array) -> Bools:
+        """Return whether a prey was sensed, which is the first half of the observation labels."""
+        observation_count = self.problem.observation_counts[self.seat]
+        return np.asarray(observation < observation_count // len(SENSE_LABELS))
+
+    def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
+        """Return the direction."""
+        return memory[0]
+
+
+@dataclass(frozen=True)
+class _FactoredBeliefPolicy(BeliefPolicy):
+    """A belief policy that uses the problem's own belief update, walker by walker."""
+
+    problem: CollaborativePredatorPrey
+
+    def _joint_belief_update(self, before: Reals, action: int, observation: int) -> Reals:
+        """Return the probabilities of this observation and each next state.
+
+        The actions and observations of the others are unknown.
+        """
+        seats = range(len(self.problem.agents))
+        actions = [action if seat == self.seat else None for seat in seats]
+        observations = [observation if seat == self.seat else None for seat in seats]
+        return self.problem.joint_belief_update(before, actions, observations)
+
+
+@dataclass(frozen=True)
+class ChaseBelief(_FactoredBeliefPolicy):
+    """Goes to the hex in which the prey most likely is, according to its belief."""
+
+    def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
+        """Return the move with the least expected distance to the most likely prey hex."""
+        hunt_problem = self.problem
+        size, walkers = len(hunt_problem.hexes), hunt_problem.walker_count
+        joint = memory[0].reshape(len(memory[0]), *(size,) * walkers)
+        partners = tuple(1 + i for i in range(walkers - 1) if i != self.seat)
+        own_and_prey = joint.sum(axis=partners)  # [B, H, H]
+        prey = select_greedy_actions(own_and_prey.sum(axis=1))
+        own_belief = own_and_prey[np.arange(len(prey)), :, prey]
+        distances = (
+            own_belief[:, :, None] * hunt_problem.move_distances[:, :, prey].transpose(2, 0, 1)
+        ).sum(axis=1)
+        return select_greedy_actions(-distances)
+
+
+@dataclass(frozen=True)
+class Qmdp(TurnsLeftPolicy, _FactoredBeliefPolicy, GreedyBeliefPolicy):
+    """Takes the action that would be best if it saw all positions from the next turn on (QMDP).
+
+    Partners are assumed to see all positions now. It plans for an infinite horizon, or for
+    `horizon` turns.
+    """
+
+    values_name = UPPER_BOUNDS
+
+    problem: CollaborativePredatorPrey
+    policy_lookup: PolicyLookup | None = field(default=None, compare=False, repr=False)
+    to: str = parameter("", "the only partner, an agent; if empty, partners see all positions")
+
+    hint_basis = "qmdp, as if partners see all positions now, and you see them next turn"
+
+    def __post_init__(self) -> None:
+        """Raise BadPolicy for hunts that it cannot plan."""
+        super().__post_init__()
+        if not _can_plan(self.problem):
+            raise BadPolicy("qmdp: the hunt is too large, or its discount is 1; use chase-belief")
+
+    def describe_assumed_players(self, opponents: Sequence[str]) -> str:
+        """Return the assumed play of the other agents, '' if they play so."""
+        return "" if {*opponents} == {"random"} else "belief as if partners moved at random"
+
+    def can_plan_turns(self, turns: int) -> bool:
+        """Return whether the values of that many turns can be computed and stored in time."""
+        return self.problem.state_count * turns <= MAX_PLANNED_STATES
+
+    def with_policy_lookup(self, policy_lookup: PolicyLookup) -> "Qmdp":
+        """Return this policy, or that beside the partner `to`, with a function that makes it."""
+        policy = replace(self, policy_lookup=policy_lookup)
+        return policy._with_partner(self.to) if self.to else policy
+
+    def adapt_to_game(self, question: AdviceQuestion) -> "Qmdp":
+        """Return a policy for the turns left, and for the rule of a single partner if known."""
+        policy = super().adapt_to_game(question)
+        if len(question.opponents) != 1 or self.policy_lookup is None:
+            return policy
+        try:
+            return policy._with_partner(*question.opponents)
+        except DmplayError:
+            return policy
+
+    def _with_partner(self, name: str) -> "QmdpWithPartner":
+        """Return the policy beside an agent; raise an error if its rule is not known."""
+        policy = QmdpWithPartner(
+            self.problem,
+            self.seat,
+            horizon=self.horizon,
+            policy_lookup=self.policy_lookup,
+            to=name,
+        )
+        _ = policy.machine
+        return policy
+
+    @cached_property
+    def _q_by_turns(self) -> Reals:
+        """Q `[T, S, A]` of each move with the partner's best one, if all is observed."""
+        others = tuple(2 + i for i in range(len(self.problem.agents)) if i != self.seat)
+        return np.asarray(self._joint_q_by_turns.max(axis=others))
+
+    @cached_property
+    def _joint_q_by_turns(self) -> Reals:
+        """Q `[T, S, A, ...]` of each joint move, if all is observed.
+
+        The first axis has 1 to `horizon` turns left, or one entry without an end.
+        """
+        shape = self.problem.action_counts
+        if self.horizon:
+            q = sparse_mdp.compute_finite_horizon_q(
+                build_fully_observed_mdp(self.problem), self.problem.discount, self.horizon
+            )
+        else:
+            q = solve_fully_observed(self.problem)[None]
+        return np.asarray(q.reshape(*q.shape[:2], *shape))
+
+    def action_values(self, memory: Memory) -> Reals:
+        """Return the mean of Q over the belief: an upper bound for teams that do not see all."""
+        if not self.horizon:
+            return weighted_sum(memory[0], self._q_by_turns[0])
+        return apply_by_group(
+            memory[0],
+            self.turns_left(memory),
+            lambda b, turns: weighted_sum(b, self._q_by_turns[turns - 1]),
+        )
+
+
+@dataclass(frozen=True)
+class _PartnerBeliefPolicy(_FactoredBeliefPolicy):
+    """A belief policy that follows the rule of its only partner.
+
+    Its memory is the probability `[B, N * S]` of each node of the partner with each state.
+    """
+
+    policy_lookup: PolicyLookup | None = field(default=None, compare=False, repr=False)
+    to: str = parameter("", "the only partner, an agent")
+
+    @cached_property
+    def machine(self) -> PartnerMachine:
+        """The partner's rule; raises BadPolicy if it is not known or has too many nodes."""
+        seat, partner = 1 - self.seat, None
+        if len(self.problem.agents) == 2:
+            is_random = self.to == "random"
+            partner = Random(self.problem, seat) if is_random else self._look_up(seat)
+        if partner is None:
+            raise BadPolicy(f"qmdp: no rule {self.to!r} of a single partner")
+        max_nodes = MAX_PARTNER_BELIEF // self.problem.state_count
+        return build_partner_machine(self.to, partner, max_nodes, splits_observations=False)
+
+    def _look_up(self, seat: int) -> SeatPolicy | None:
+        """Return the agent `to` in a seat; None if it is not known."""
+        return self.policy_lookup(seat, self.to) if self.policy_lookup else None
+
+    @cached_property
+    def _observations_by_state(self) -> Ints:
+        """The observation of each seat in each state `[S, n]`."""
+        return np.asarray(self.problem.observe(self.problem.enumerate_states()))
+
+    def initial_memory(self, observation: Array) -> Memory:
+        """Return the beliefs before the first turn, at the partner's first node."""
+        (first,) = super().initial_memory(observation)
+        nodes = np.zeros((len(first), len(self.machine.observations), first.shape[1]))
+        nodes[:, 0] = first
+        return (nodes.reshape(len(first), -1),)
+
+    def current_belief(self, memory: Memory) -> Reals:
+        """Return the beliefs over states `[B, S]`."""
+        return np.asarray(self.split_nodes(memory).sum(axis=1))
+
+    def split_nodes(self, memory: Memory) -> Reals:
+        """Return the probabilities of nodes and states `[B, N, S]`."""
+        return np.asarray(memory[0]).reshape(len(memory[0]), -1, self.problem.state_count)
+
+    def weigh_partner_actions(self, memory: Memory) -> Reals:
+        """Return the probability `[B, A, S]` of each action of the partner with each state."""
+        chances, nodes = self.machine.probabilities, self.split_nodes(memory)
+        return np.asarray(np.einsum("na,bns->bas", chances, nodes))
+
+    def predict_nodes(self, nodes: Reals, action: int) -> Reals:
+        """Return the probabilities `[N, S]` after an action, before anything is observed."""
+        after = np.zeros_like(nodes)
+        partner_observations = self._observations_by_state[:, 1 - self.seat]
+        is_possible = nodes.any(axis=1)
+        for partner_action, chances in enumerate(self.machine.probabilities.T):
+            rows = np.flatnonzero((chances > 0.0) & is_possible)
+            if not len(rows):
+                continue
+            actions = (action, partner_action)[:: 1 - 2 * self.seat]
+            before = nodes[rows] * chances[rows, None]
+            moved = self.problem.joint_belief_update(before, actions, (None, None))
+            for observation in range(self.problem.observation_counts[1 - self.seat]):
+                next_nodes = self.machine.next_nodes[rows, partner_action, observation]
+                np.add.at(after, next_nodes, moved * (partner_observations == observation))
+        return after
+
+    def _joint_belief_update(self, before: Reals, action: int, observation: int) -> Reals:
+        """Return the probabilities of this observation and each next node and state."""
+        is_seen = self._observations_by_state[:, self.seat] == observation
+        after = [self.predict_nodes(nodes, action) for nodes in self.split_nodes((before,))]
+        return np.asarray((np.array(after) * is_seen).reshape(before.shape))
+
+
+@dataclass(frozen=True)
+class QmdpWithPartner(Qmdp, _PartnerBeliefPolicy):
+    """QMDP beside a partner whose rule is known, for advice.
+
+    The partner takes its action of this turn; from the next turn on, one planner who sees all
+    positions moves the whole team.
+    """
+
+    has_opponent_model = True
+    plays_with = "with"
+
+    hint_basis = "qmdp, as if you see all positions and move both from the next turn on"
+
+    def describe_assumed_players(self, opponents: Sequence[str]) -> str:
+        """Return the partner, '' if it is this opponent."""
+        is_partner = (self.to,) == tuple(opponents)
+        return "" if is_partner else f"if the partner plays {self.to}"
+
+    def describe_model(self, memory: Memory) -> str:
+        """Return the likeliest hexes in the belief, which is not the board's; '' with random."""
+        if self.to == "random":
+            return ""
+        hunt = self.problem
+        b = self.current_belief(memory).reshape((len(hunt.hexes),) * hunt.walker_count)
+        names = [*hunt.agents, "prey"]
+        parts = []
+        for walker, name in enumerate(names):
+            chances = b.sum(axis=tuple(i for i in range(b.ndim) if i != walker))
+            hex_ = format_hex(hunt.hexes[chances.argmax()])
+            parts.append(f"{name} {hex_} {chances.max():.3f}")
+        return f"likeliest hexes {', '.join(parts)}"
+
+    def forecast_observations(self, memory: Memory, action: int) -> tuple[Reals, Reals]:
+        """Return the probability `[O]` of each observation, and the belief `[O, S]` after it."""
+        after = self.predict_nodes(self.split_nodes(memory)[0], action).sum(axis=0)
+        observations = np.arange(self.problem.observation_counts[self.seat])[:, None]
+        is_seen = self._observations_by_state[:, self.seat] == observations
+        posterior = belief.apply_bayes_rule(after * is_seen)
+        return posterior.likelihood, posterior.belief
+
+    def expected_reward(self, memory: Memory, action: int) -> float:
+        """Return the expected reward of an action beside the partner."""
+        rewards = build_fully_observed_mdp(self.problem).rewards
+        joint_rewards = np.asarray(rewards).reshape(-1, *self.problem.action_counts)
+        by_partner_action = joint_rewards.take(action, axis=1 + self.seat)
+        return float((self.weigh_partner_actions(memory)[0].T * by_partner_action).sum())
+
+    def action_values(self, memory: Memory) -> Reals:
+        """Return the mean of Q over states and the partner's actions: an upper bound."""
+        weights = self.weigh_partner_actions(memory)
+        turns = self.turns_left(memory) if self.horizon else np.ones(len(weights), int)
+        q = self._joint_q_by_turns if self.seat == 0 else self._joint_q_by_turns.swapaxes(2, 3)
+        return np.array(
+            [np.einsum("ps,sap->a", *pair) for pair in zip(weights, q[turns - 1], strict=True)]
+        )
+
+
+@dataclass(frozen=True)
+class SenseRulePolicy(ReactivePolicy):
+    """Samples a direction for its current observation, by the best memoryless rules found."""
+
+    problem: CollaborativePredatorPrey
+
+    uniform_count = 1  # for the direction
+
+    def __post_init__(self) -> None:
+        """Raise BadPolicy for teams without such rules."""
+        super().__post_init__()
+        _check_team(self.problem, "reactive")
+
+    @cached_property
+    def _cumulative_probabilities(self) -> Reals:
+        """The cumulative rule by observation; the last row, of no prey, is for the first turn."""
+        unsighted = replace(self.problem, sighted=False)  # The rule depends only on what is sensed.
+        labels_per_sense = self.problem.observation_counts[self.seat] // len(SENSE_LABELS)
+        senses = np.append(
+            np.repeat(np.arange(len(SENSE_LABELS)), labels_per_sense), SENSE_LABELS.index("nothing")
+        )
+        return Categorical.from_probabilities(
+            np.asarray(_find_reactive_rules(unsighted)[self.seat])[senses]
+        ).cumulative
+
+    def choice_probabilities(self, memory: Memory) -> Reals:
+        """Return the rule's probabilities `[B, A]`."""
+        rows = self._cumulative_probabilities.take(memory[0], axis=0)
+        return np.asarray(Categorical(rows).probabilities())
+
+    def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
+        """Return directions sampled from the rule."""
+        return Categorical(self._cumulative_probabilities.take(memory[0], axis=0)).sample_events(u)
+
+
+@dataclass(frozen=True)
+class HuntJointPlan(JointPlan):
+    """Follows a joint plan of two predators, each by its own observations.
+
+    The nodes of the two plans start at random and are improved in turn, as far as the work allows.
+    """
+
+    problem: CollaborativePredatorPrey
+
+    nodes: int = parameter(8, "nodes per turn in each predator's plan", 1, 12)
+
+    def __post_init__(self) -> None:
+        """Raise BadPolicy for teams without such a plan."""
+        super().__post_init__()
+        _check_team(self.problem, "joint-plan")
+        if self.problem.sighted:
+            raise BadPolicy(
+                "joint-plan: not for predators that see their hex; use qmdp, which is better"
+            )
+
+    @property
+    def _team(self) -> DecPomdp:
+        return PredatorPreyDecPomdp.from_predator_prey(self.problem)
+
+    @cached_property
+    def plans(self) -> tuple[AgentPlan, ...]:
+        """The plans of both agents, the same for each seat."""
+        return _improve_plans(self.problem, self.planned_turns, self.nodes)
+
+
+def _check_team(problem: CollaborativePredatorPrey, agent: str) -> None:
+    """Raise BadPolicy for teams without rules or plans, with the name of the agent."""
+    try:
+        reactive_predator_team.check_supported(problem)
+    except BadParameter as error:
+        raise BadPolicy(f"{agent}: {error}") from None
+
+
+@memoize
+def _improve_plans(
+    problem: CollaborativePredatorPrey, turns: int, nodes: int
+) -> tuple[AgentPlan, ...]:
+    """Return the improved joint plan of a hunt, the same for both seats."""
+    team = PredatorPreyDecPomdp.from_predator_prey(problem)
+    budget = Budget(
+        "joint plan of the hunt", "try fewer nodes or turns", PLAN_WORK_PER_JOINT_NODE * nodes**2
+    )
+    return joint_plan_improvement.improve_plans(
+        team, joint_plan_improvement.sample_random_plans(team, turns, nodes, PLAN_SEED), budget
+    )
+
+
+@lru_cache(maxsize=1)  # 30 MB on the standard map
+def build_fully_observed_mdp(problem: CollaborativePredatorPrey) -> SparseMdp:
+    """Return the outcomes for one planner that sees all, cached for every seat."""
+    return sparse_mdp.build_sparse_mdp(problem)
+
+
+@lru_cache(maxsize=1)
+def solve_fully_observed(problem: CollaborativePredatorPrey) -> Reals:
+    """Return Q* `[S, A]` of one planner that sees all, cached for every seat."""
+    return sparse_mdp.compute_optimal_q(build_fully_observed_mdp(problem), problem.discount)
+
+
+@memoize
+def _find_reactive_rules(problem: CollaborativePredatorPrey) -> Reals:
+    """Return the best rules found for a team without memory."""
+    return reactive_predator_team.optimize_reactive_team(problem).policies
+
+
+def _can_plan(problem: Problem) -> bool:
+    """Return whether a planner that sees all is computed for a problem."""
+    return problem.discount < 1.0 and sparse_mdp.count_outcomes(problem) <= sparse_mdp.MAX_OUTCOMES
+
+
+def _choose_hint_provider(hunt: CollaborativePredatorPrey) -> str:
+    """Return the name of the agent that gives hints.
+
+    It is qmdp, or sweep for a team whose senses never vary, or chase-belief if qmdp is not
+    computed.
+    """
+    if not _can_plan(hunt):
+        return "chase-belief"
+    never_varies = hunt.predators > 1 and np.ptp(hunt.observe(hunt.enumerate_states())) == 0
+    return "sweep" if never_varies else "qmdp"
+
+
+def build_roster(problem: CollaborativePredatorPrey, seat: int) -> Roster:
+    """Return the agents for a hunt in a team."""
+    agents: dict[str, type[SeatPolicy]] = {
+        "sweep": Sweep, "chase-belief": ChaseBelief, "qmdp": Qmdp, "reactive": SenseRulePolicy,
+    }  # fmt: skip
+    if not problem.sighted:
+        agents["joint-plan"] = HuntJointPlan
+    simulation_agent = "joint-plan" if problem.predators == 2 and not problem.sighted else None
+    return Roster(
+        agents,
+        hint_provider=_choose_hint_provider(problem),
+        default_partner="sweep",
+        simulation_agent=simulation_agent,
+    )

@@ -1,0 +1,502 @@
+"""The view of the blind hunt: each hex's probabilities of the prey and the player."""
+
+import math
+from collections.abc import Iterator
+from string import ascii_uppercase
+from typing import NamedTuple
+
+import numpy as np
+from rich.text import Text
+
+from dmplay.core.arrays import Reals
+from dmplay.core.hexgrid import (
+    DIRECTIONS,
+    Hex,
+    format_hex,
+    hex_neighbours,
+    move_destinations,
+)
+from dmplay.core.session import View
+from dmplay.problems.collaborative_predator_prey.rules import (
+    CAPTURE_REWARD,
+    MOVE_REWARD,
+    CollaborativePredatorPrey,
+)
+from dmplay.views.generic import format_last_observation
+from dmplay.views.protocol import DrawOptions, Lesson
+from dmplay.views.toolkit import hexgrid
+from dmplay.views.toolkit.action_hints_and_outcomes import format_regret_rows
+from dmplay.views.toolkit.belief_bars import format_sparkline
+from dmplay.views.toolkit.canvas import format_percent
+from dmplay.views.toolkit.hexgrid import HexCell, HexSize
+
+KEY_FAMILY, KEYS, SECOND_PLAYER_KEYS = hexgrid.KEY_FAMILY, hexgrid.KEYS, hexgrid.SECOND_PLAYER_KEYS
+MAX_DESCRIBED_HEXES = 4  # likeliest hexes described in words
+REGRET_ROW_COLUMNS = 58  # columns of a row with the regrets of six directions
+PREY_SHADE_COUNT = 4  # of the prey's probability, the darkest for the likeliest hex
+MAX_PERCENT_HEXES = 3  # number of likeliest hexes that show a percentage
+MIN_CERTAIN_PROBABILITY = 1 - 1e-9
+
+
+class Marginals(NamedTuple):
+    """The probability that each hex holds the prey, and that it holds the viewer's agent."""
+
+    prey: Reals  # [H]
+    you: Reals  # [H]
+
+
+def compute_marginals(view: View[CollaborativePredatorPrey]) -> Marginals | None:
+    """Return the marginal probabilities of the belief; None if the belief is too large."""
+    return None if view.beliefs is None else _marginalize_belief(view, view.belief)
+
+
+def _marginalize_belief(view: View[CollaborativePredatorPrey], belief: Reals) -> Marginals:
+    """Return the marginal probabilities of a joint belief."""
+    problem = view.problem
+    joint = belief.reshape((len(problem.hexes),) * problem.walker_count)
+
+    def sum_over_others(walker: int) -> Reals:
+        """Sum the joint belief over all walkers but one."""
+        other_axes = tuple(axis for axis in range(problem.walker_count) if axis != walker)
+        return np.asarray(joint.sum(axis=other_axes))
+
+    return Marginals(sum_over_others(problem.walker_count - 1), sum_over_others(view.seat))
+
+
+def _find_own_hex(view: View[CollaborativePredatorPrey], marginals: Marginals | None) -> Hex | None:
+    """Return the hex of the viewer's agent if it is certain, else None."""
+    if marginals is None and view.problem.sighted and view.turns_played:
+        return view.problem.hexes[int(view.observation) % len(view.problem.hexes)]
+    if marginals is None or marginals.you.max() < MIN_CERTAIN_PROBABILITY:
+        return None
+    return view.problem.hexes[int(marginals.you.argmax())]
+
+
+def iter_boards(view: View[CollaborativePredatorPrey], options: DrawOptions) -> Iterator[Text]:
+    """Yield the maps, largest first, each with rows that explain it.
+
+    Shaded maps are for screens, hints and forecasts; numbered maps for transcripts.
+    """
+    if options.allow_large or options.forecast or options.regret is not None:
+        yield from _iter_shaded_maps(view, options)
+    else:
+        yield from _iter_numbered_maps(view, options)
+
+
+def _iter_shaded_maps(
+    view: View[CollaborativePredatorPrey], options: DrawOptions
+) -> Iterator[Text]:
+    """Yield maps with the prey's belief as shades.
+
+    With a forecast, each hex has the beliefs after the two likeliest observations. Once the state
+    is revealed, the maps show all true positions.
+    """
+    problem, hex_beliefs = view.problem, compute_marginals(view)
+    own_hex = _find_own_hex(view, hex_beliefs)
+    adjacent = hex_neighbours(own_hex) if options.show_keys and own_hex else []
+    prey_beliefs = _forecast_prey_marginals(view, options) or (
+        [hex_beliefs.prey] if hex_beliefs else []
+    )
+    true_glyphs: dict[Hex, list[str]] = {}
+    for walker, position in enumerate(
+        [] if options.revealed_state is None else options.revealed_state
+    ):
+        true_glyphs.setdefault(problem.hexes[int(position)], []).append(
+            _get_agent_glyph(view, walker)
+        )
+
+    def draw_cell(hex_: Hex, size: HexSize) -> HexCell:
+        """Return the content of a hex for a size of map."""
+        index, max_glyphs = problem.hexes.index(hex_), size.width - 1
+        shades = [
+            _format_prey_shade(belief, index, max_glyphs if size.text_rows else 1, options.ascii)
+            for belief in prey_beliefs
+        ]
+        first_shade, last_shade = (shades[0], shades[-1]) if shades else ("", "")
+        if hex_ in true_glyphs:
+            glyphs = "".join(sorted(true_glyphs[hex_]))[:max_glyphs]
+            return HexCell(
+                glyphs, last_shade, glyphs, "bold reverse" if "@" in glyphs else "bold yellow"
+            )
+        own_density = (
+            _format_own_density(hex_beliefs.you, index, max_glyphs)
+            if hex_beliefs and not true_glyphs
+            else "@" * (hex_ == own_hex and not true_glyphs)
+        )
+        style = "bold reverse" if hex_ == own_hex else "cyan"
+        if size.text_rows > 1:
+            key = (
+                hexgrid.get_direction_key(options, adjacent.index(hex_)) if hex_ in adjacent else ""
+            )
+            return HexCell(
+                first_shade if len(shades) > 1 else own_density or key, last_shade, style=style
+            )
+        shade = (
+            "@" + first_shade[1:]
+            if own_density and size.text_rows and len(shades) == 1
+            else first_shade or own_density
+        )
+        return HexCell(
+            shade,
+            dot_glyph=f"@{first_shade}" if own_density and max_glyphs > 1 else first_shade or ".",
+            style=style,
+        )
+
+    caption = _format_caption(view, options, own_hex)
+    for drawing in hexgrid.iter_maps(problem.hexes, draw_cell, options):
+        for row in caption:
+            drawing.append(f"\n{row[: options.width]}", "dim")
+        yield drawing
+
+
+def _get_agent_glyph(view: View[CollaborativePredatorPrey], walker: int) -> str:
+    """Return `@` for the viewer, a capital letter for a partner, `o` for the prey."""
+    if walker == view.seat:
+        return "@"
+    return "o" if walker == view.problem.walker_count - 1 else ascii_uppercase[walker]
+
+
+def _format_prey_shade(belief: Reals, hex_index: int, width: int, ascii_only: bool) -> str:
+    """Format the prey's probability in a hex relative to the maximum.
+
+    The MAX_PERCENT_HEXES likeliest hexes have a percentage.
+    """
+    probability, max_probability = float(belief[hex_index]), float(belief.max())
+    if probability < 1e-9:
+        return " " * (width - 1) + "." if width == 1 else ""
+    shade = format_sparkline(
+        [
+            math.ceil(PREY_SHADE_COUNT * probability / max_probability - 1e-9) / PREY_SHADE_COUNT
+            - 1e-9
+        ],
+        ascii_only,
+    )
+    rank = int((belief >= probability - 1e-9).sum())
+    text = format_percent(probability) if rank <= MAX_PERCENT_HEXES else ""
+    return text.center(width, shade) if len(text) < width else shade * width
+
+
+def _format_own_density(belief: Reals, hex_index: int, width: int) -> str:
+    """Format the viewer's probability in a hex: an '@' for each third of the maximum.
+
+    A unique likeliest hex has its percentage, and a certain one a single '@'.
+    """
+    probability, max_probability = float(belief[hex_index]), float(belief.max())
+    sign_count = round(min(width, 3) * probability / max_probability)
+    if max_probability >= MIN_CERTAIN_PROBABILITY:
+        return "@" * (sign_count > 0)
+    text = (
+        format_percent(probability)
+        if probability >= max_probability - 1e-9 and (belief >= max_probability - 1e-9).sum() == 1
+        else ""
+    )
+    return f"@{text}" if text and len(text) < width else "@" * sign_count
+
+
+def _forecast_prey_marginals(
+    view: View[CollaborativePredatorPrey], options: DrawOptions
+) -> list[Reals]:
+    """Return the prey's beliefs after the forecast's two likeliest observations, or []."""
+    if options.forecast is None or options.forecast.beliefs is None:
+        return []
+    return [_marginalize_belief(view, belief).prey for belief in options.forecast.beliefs[:2]]
+
+
+def _format_caption(
+    view: View[CollaborativePredatorPrey], options: DrawOptions, own_hex: Hex | None
+) -> list[str]:
+    """Return the rows below the map: the forecast, the regrets, the observation or the legend."""
+    if options.revealed_state is not None:
+        names = [*view.problem.agents, "prey"]
+        agent_glyphs = (
+            f"{_get_agent_glyph(view, walker)} {name}" for walker, name in enumerate(names)
+        )
+        return [f"true positions: {', '.join(agent_glyphs)}"]
+    if options.forecast:
+        observation_names = view.problem.observations[view.seat]
+        forecast_rows = zip(
+            ("upper", "lower"),
+            options.forecast.outcomes,
+            options.forecast.probabilities,
+            strict=False,
+        )
+        observation_texts = (
+            f"{map_row}: sensed {observation_names[int(observation)]} ({format_percent(float(p))})"
+            for map_row, observation, p in forecast_rows
+        )
+        return [
+            f"{hexgrid.format_move_condition(options.forecast)}: chance of the prey on each hex",
+            "; ".join(observation_texts),
+        ]
+    if options.regret is not None:
+        names = [
+            hexgrid.get_direction_key(options, direction) for direction in range(len(DIRECTIONS))
+        ]
+        columns = (
+            options.columns_beside_panel
+            if options.columns_beside_panel >= REGRET_ROW_COLUMNS
+            else options.width
+        )
+        return format_regret_rows(options._replace(width=columns), names)
+    observation_text = f"sensed {format_last_observation(view)}"
+    if view.beliefs is None:
+        return [f"{observation_text}. belief: not shown"]
+    viewer, full_glyph = view.player_label, "#" if options.ascii else "█"
+    position_text = viewer if own_hex else f"where {viewer} may be"
+    legend = f"@ {position_text}, {full_glyph} where the prey may be"
+    readings = (
+        f"{legend} (more is likelier)",
+        legend,
+        f"@ {viewer}, {full_glyph} likely prey",
+        observation_text,
+    )
+    return [
+        next(
+            reading
+            for reading in readings
+            if len(reading) <= options.width or reading == observation_text
+        )
+    ]
+
+
+def _iter_numbered_maps(
+    view: View[CollaborativePredatorPrey], options: DrawOptions
+) -> Iterator[Text]:
+    """Yield maps with both probabilities of each hex as numbers, for transcripts."""
+    problem, hex_beliefs = view.problem, compute_marginals(view)
+    own_hex = _find_own_hex(view, hex_beliefs)
+    adjacent = hex_neighbours(own_hex) if options.show_keys and own_hex else []
+    keys = {
+        hex_: hexgrid.get_direction_key(options, direction)
+        for direction, hex_ in enumerate(adjacent)
+    }
+    true_hexes = (
+        set()
+        if options.revealed_state is None
+        else {problem.hexes[int(position)] for position in options.revealed_state}
+    )
+
+    def draw_cell(hex_: Hex, size: HexSize) -> HexCell:
+        """Return the content of a hex for a size of map."""
+        if hex_beliefs is None:
+            return HexCell("")
+        index = problem.hexes.index(hex_)
+        prey_probability, own_probability = (
+            float(hex_beliefs.prey[index]),
+            float(hex_beliefs.you[index]),
+        )
+        style = (
+            "reverse"
+            if hex_ in true_hexes
+            else "bold"
+            if prey_probability >= hex_beliefs.prey.max() - 1e-9
+            else ""
+        )
+        if size.text_rows > 1:
+            note = _format_marked_percent("@", own_probability, options) or keys.get(hex_, "")
+            return HexCell(_format_marked_percent("o", prey_probability, options), note, "", style)
+        if size == hexgrid.SMALL_DOT_SIZE:
+            return HexCell(
+                "",
+                dot_glyph=format_sparkline([prey_probability], options.ascii)
+                if prey_probability >= 1e-9
+                else ".",
+                style=style,
+            )
+        digits = format_percent(min(prey_probability, 0.99)).rstrip("%")  # at most two columns
+        combined_text = digits.rjust(2) + (
+            format_sparkline([own_probability], options.ascii) if own_probability >= 1e-9 else " "
+        )
+        return HexCell(
+            combined_text, dot_glyph=combined_text if combined_text.strip() else ".", style=style
+        )
+
+    combined_legend = f"% prey, bar: {view.player_label}"
+    small_legends = (combined_legend, combined_legend, "bar: prey")
+    drawings = [*hexgrid.iter_maps(problem.hexes, draw_cell, options)]
+    legends = [f"o prey, @ {view.player_label}"] * (len(drawings) - len(small_legends)) + [
+        *small_legends
+    ]
+    for drawing, legend in zip(drawings, legends, strict=True):
+        caption = (
+            f"sensed {format_last_observation(view)}. "
+            f"{legend if hex_beliefs else 'belief: not shown'}"
+        )
+        drawing.append(f"\n{caption[: options.width]}")
+        if options.revealed_state is not None:
+            drawing.append(f"\n{_format_true_positions(view, options)}", "bold magenta")
+        yield drawing
+
+
+def _format_marked_percent(mark: str, probability: float, options: DrawOptions) -> str:
+    """Format a mark and a probability in five columns, with a bar between them if it fits."""
+    text = format_percent(probability)
+    bar = (
+        "" if options.ascii or len(text) > 3 else format_sparkline([probability], ascii_only=False)
+    )
+    return f"{mark}{bar}{text:>{4 - len(bar)}}" if text else ""
+
+
+def _format_true_positions(view: View[CollaborativePredatorPrey], options: DrawOptions) -> str:
+    """Format the true positions of all agents and the prey, without names if space is short."""
+    problem = view.problem
+    assert options.revealed_state is not None
+    names = [*problem.agents, "prey"]
+    positions = [format_hex(problem.hexes[int(position)]) for position in options.revealed_state]
+    full_text = "true positions: " + ", ".join(
+        f"{name} {position}" for name, position in zip(names, positions, strict=True)
+    )
+    return (
+        full_text
+        if len(full_text) <= options.width
+        else f"true: {' '.join(positions)}"[: options.width]
+    )
+
+
+def _list_likeliest_hexes(
+    view: View[CollaborativePredatorPrey], probabilities: Reals, hex_count: int
+) -> list[tuple[str, float]]:
+    """Return the likeliest hexes and their probabilities, those below 0.0005 left out."""
+    order = np.argsort(-np.round(probabilities, 9), kind="stable")[:hex_count]
+    hexes = view.problem.hexes
+    return [
+        (format_hex(hexes[i]), float(probabilities[i])) for i in order if probabilities[i] >= 0.0005
+    ]
+
+
+def _describe_partners(view: View[CollaborativePredatorPrey]) -> str:
+    """Return a sentence about the partners that the viewer does not see; '' if there are none."""
+    others = [agent for seat, agent in enumerate(view.problem.agents) if seat != view.seat]
+    if not others:
+        return ""
+    verb = "is" if len(others) == 1 else "are"
+    return f" {' and '.join(others)} {verb} hidden; the belief assumes uniformly random actions."
+
+
+def goal_lines(view: View[CollaborativePredatorPrey]) -> list[str]:
+    """Return the goal: the rewards of the team, and the information it lacks."""
+    slip = view.problem.slip
+    verb = "sense" if view.player_label == "you" else "senses"
+    return [
+        "find the hidden prey",
+        f"a catch pays each predator {CAPTURE_REWARD:g}",
+        f"other turns cost {-MOVE_REWARD:g}",
+        f"{view.player_label} {verb} the prey at most one hex away",
+        *([f"{format_percent(slip)} of steps slip sideways"] if slip else []),
+    ]
+
+
+def lesson(view: View[CollaborativePredatorPrey]) -> Lesson:
+    """Return the lesson: the hunters, the hidden facts, and the cost of a turn."""
+    problem, others = view.problem, len(view.problem.agents) - 1
+    names = (*problem.agents, "prey")
+    team = f", one of {others + 1} predators that cannot talk" if others else ""
+    blind = (
+        "after each turn you see your own hex"
+        if problem.sighted
+        else "you see nothing, not even your own hex"
+    )
+    slips = (
+        f"{format_percent(problem.slip)} of steps slip sideways"
+        if problem.slip
+        else "no step slips"
+    )
+    return Lesson(
+        f"You are {problem.agents[view.seat]}{team}; {blind}, and only sense a prey on your hex or "
+        "a neighbouring one",
+        (
+            "You want to reach the prey: "
+            + (
+                "if a predator begins a turn on its hex, each predator gets "
+                if others
+                else "a turn that begins on its hex pays "
+            )
+            + f"{CAPTURE_REWARD:g}"
+        ),
+        f"Any other turn costs {-MOVE_REWARD:g}, and {slips}",
+        example_start=f"with {' and '.join(f'{name} at {{}}' for name in names)}",
+    )
+
+
+def panel_rows(view: View[CollaborativePredatorPrey]) -> list[tuple[str, str]]:
+    """Return the side panel's rows: last action, observation and reward if visible.
+
+    A visible reward would reveal a capture.
+    """
+    observation_text = format_last_observation(view) if view.turns_played else "-"
+    reward = "hidden" if view.rewards is None else "-"
+    reward = f"{view.rewards[-1]:g}" if view.rewards else reward
+    rows = [
+        ("last", view.last_action_label.upper() or "-"),
+        ("sensed", observation_text),
+        ("reward", reward),
+    ]
+    if len(view.problem.agents) > 1 and view.rewards is None:
+        rows.append(("partner", "hidden"))
+    return [*rows, ("discount", f"{view.problem.discount:.2f} (gamma)")]
+
+
+def describe_turn(view: View[CollaborativePredatorPrey]) -> str:
+    """Describe the last action and observation, and the likeliest hexes."""
+    stay = "stayed (caught), " if _has_certainly_caught(view) else ""
+    return (
+        f"chose {view.last_action_label.upper()}, {stay}sensed "
+        f"{format_last_observation(view)}. {_describe_belief(view, 1)}"
+    ).rstrip()
+
+
+def _has_certainly_caught(view: View[CollaborativePredatorPrey]) -> bool:
+    """Return whether the viewer sees that the last move cannot have led to its hex.
+
+    Then its turn began on the hex of the prey, and it stayed there.
+    """
+    problem, hex_count = view.problem, len(view.problem.hexes)
+    if not problem.sighted or not view.turns_played:
+        return False
+    is_first_turn = view.turns_played == 1  # the start is hidden
+    starts = [*range(hex_count)] if is_first_turn else [int(view.observations[-2]) % hex_count]
+    slip_count = 3 if problem.slip > 0.0 else 1
+    ends = move_destinations(problem.hexes)[starts, int(view.actions[-1]), :slip_count]
+    return int(view.observation) % hex_count not in ends
+
+
+def _describe_belief(view: View[CollaborativePredatorPrey], hex_count: int) -> str:
+    """Describe the likeliest hexes of the prey and of the viewer; '' if the belief is too large."""
+    hex_beliefs = compute_marginals(view)
+    if hex_beliefs is None:
+        return ""
+    sentences = []
+    for name, probabilities in hex_beliefs._asdict().items():
+        hexes_text = ", ".join(
+            f"{hex_} ({format_percent(probability)})"
+            for hex_, probability in _list_likeliest_hexes(view, probabilities, hex_count)
+        )
+        owner = view.player_label if name == "you" else name
+        subject = "your likeliest" if owner == "you" else f"likeliest {owner}"
+        sentences.append(f"{subject} hex{'es' * (hex_count > 1)}: {hexes_text}.")
+    return " ".join(sentences)
+
+
+def describe_situation(view: View[CollaborativePredatorPrey]) -> str:
+    """Describe the last observation, the belief, the own hex if certain, and the partners."""
+    problem, hex_beliefs = view.problem, compute_marginals(view)
+    sentences = [
+        f"sensed {format_last_observation(view)}.",
+        _describe_belief(view, MAX_DESCRIBED_HEXES),
+    ]
+    own_hex = _find_own_hex(view, hex_beliefs)
+    if own_hex:
+
+        def describe_hex(hex_: Hex) -> str:
+            """Return the prey's probability in a hex as text, if there is a belief."""
+            if hex_beliefs is None:
+                return "floor"
+            return f"prey {format_percent(hex_beliefs.prey[problem.hexes.index(hex_)]) or '0%'}"
+
+        sentences += [
+            f"at {format_hex(own_hex)}.",
+            *hexgrid.describe_neighbours(problem.hexes, own_hex, describe_hex),
+        ]
+    if hex_beliefs is None:
+        return f"{' '.join(filter(None, sentences))} the belief is not shown."
+    return " ".join(sentences) + _describe_partners(view)

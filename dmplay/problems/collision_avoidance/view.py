@@ -1,0 +1,450 @@
+"""The view of collision avoidance: height above the intruder against the time left.
+
++100  ····                 · and arrows: past positions, and the advisory given there
+          ↑↑◆ ∘ ∘ ∘ ∘      ◆ you, ∘ the path at this rate
+   0 ┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄▒A     A the intruder, ▒ too close to it
+    40s            0s
+"""
+
+from collections.abc import Iterable, Iterator
+from typing import NamedTuple
+
+import numpy as np
+from rich.text import Text
+
+from dmplay.core.arrays import Array
+from dmplay.core.session import View
+from dmplay.problems.collision_avoidance.rules import (
+    ADVISED_RATES,
+    ADVISORY_CHANGE_COST,
+    COLLISION_COST,
+    COLLISION_DISTANCE,
+    MAX_ACCELERATION,
+    START_TIME,
+    CollisionAvoidance,
+)
+from dmplay.views.protocol import DrawOptions, Lesson
+from dmplay.views.toolkit.action_hints_and_outcomes import format_condition, format_regret_rows
+from dmplay.views.toolkit.canvas import Canvas, draw_text_rows, format_percent
+from dmplay.views.toolkit.number_line import NumberLine, format_signed_fixed
+
+KEYS = {
+    "j": "descend", "space": "no-advisory", "k": "climb",
+    "down": "descend", "up": "climb", "s": "descend", "w": "climb",
+}  # fmt: skip
+ADVISORY_GLYPHS = "↓·↑"  # by action
+PATH_GLYPHS = "↓∘↑"  # predicted path if an action is repeated, by action
+ACTION_NAMES = ("descend", "no-advisory", "climb")  # by action
+STEADY_GUST_INDEX = 1  # the middle one of three gusts
+MAX_HEIGHT_CHOICES = (
+    100,
+    200,
+    300,
+    400,
+    600,
+    800,
+)  # metres; the smallest that holds all heights is the top
+PATH_LEGENDS = (  # of the predicted paths and the past, the longest first
+    "left of ◆: past advisories; right of ◆: paths in calm air if you always advise ↑ climb, "
+    "∘ no-advisory, ↓ descend; ▒ collision",
+    "paths in calm air if you always advise ↑ climb, ∘ no-advisory, ↓ descend; ▒ collision",
+    "↑ climb, ∘ no-advisory, ↓ descend; ▒ collision",
+)
+LABEL_COLUMNS = 6  # columns of the height labels
+PATH_POINT_COLUMNS = 3  # columns between two points of a path
+
+
+class EncounterLayout(NamedTuple):
+    """A size of drawing: columns, rows, rows between labels, and the parts below and beside it."""
+
+    width: int
+    height_rows: int
+    label_interval: int
+    has_status_rows: bool = True  # times and state below the heights
+    path_label_columns: int = 0  # columns for the names of the paths; 0 for none
+
+
+class AdvisoryPath(NamedTuple):
+    """The predicted heights under a repeated advisory in calm air, one for each second."""
+
+    action: int
+    heights: list[float]
+
+
+LAYOUTS = (
+    EncounterLayout(87, 25, 6),
+    EncounterLayout(47, 13, 3),
+    EncounterLayout(47, 9, 2),
+    EncounterLayout(38, 5, 1),
+    EncounterLayout(38, 5, 1, False),
+)
+MAX_LAYOUT = EncounterLayout(161, 45, 11)  # largest columns and rows of a drawing
+PATH_LABEL_COLUMNS = 13
+
+
+def _list_layouts(options: DrawOptions) -> list[EncounterLayout]:
+    """Return the layouts to try, largest first.
+
+    A layout that fills the space beside the panel comes before those of a transcript.
+    """
+    width, rows = (
+        min(options.columns_beside_panel - PATH_LABEL_COLUMNS, MAX_LAYOUT.width),
+        min(options.height - 3, MAX_LAYOUT.height_rows),
+    )
+    labels = (rows - 1) // 4
+    if width < LAYOUTS[1].width or rows < LAYOUTS[2].height_rows:
+        return [*LAYOUTS]
+    return [
+        EncounterLayout(width, 4 * labels + 1, labels, path_label_columns=PATH_LABEL_COLUMNS),
+        *LAYOUTS,
+    ]
+
+
+def iter_boards(view: View[CollisionAvoidance], options: DrawOptions) -> Iterator[Text]:
+    """Yield the encounter in five or six sizes, then its numbers alone.
+
+    The smallest drawing lacks the rows of times and state.
+    """
+    paths = _predict_paths(view, options)
+    for layout in _list_layouts(options):
+        canvas = Canvas()
+        _draw_encounter(canvas, view, layout, paths)
+        y = layout.height_rows
+        if layout.has_status_rows:
+            _draw_time_labels(canvas, y, _make_time_line(layout))
+            if layout.path_label_columns and paths and not options.forecast:
+                y += 1
+                canvas.write_text(0, y, _choose_path_legend(layout.width), "dim")
+            # With names at the paths' ends, the panel beside the drawing has the state.
+            if not layout.path_label_columns:
+                y += 1
+                canvas.write_text(
+                    0,
+                    y,
+                    _format_state_with_units(view) if options.allow_large else _format_state(view),
+                    "bold",
+                )
+            y += 1
+        canvas.write_text(0, y, _format_hint(options, layout.width) or _describe_pass(view), "bold")
+        yield canvas.to_text()
+    yield draw_text_rows(_format_state(view), _describe_pass(view))
+    yield draw_text_rows(_format_state(view))
+
+
+def _choose_path_legend(width: int) -> str:
+    """Return the longest legend of the predicted paths that fits, or ""."""
+    return next((legend for legend in PATH_LEGENDS if len(legend) <= width), "")
+
+
+def _predict_paths(view: View[CollisionAvoidance], options: DrawOptions) -> list[AdvisoryPath]:
+    """Predict the path of each advisory, or of the previewed one from each state it may lead to.
+
+    Return [] after the aircraft have passed, and in a transcript without a forecast.
+    """
+    if has_passed_intruder(view) or not (options.allow_large or options.forecast):
+        return []
+    if options.forecast:
+        action = int(options.forecast.action)
+        current_height = _get_current_state(view)[0]
+        future_heights = _simulate_kept_advisories(
+            view, options.forecast.outcomes, np.full(len(options.forecast.outcomes), action)
+        )
+        return [AdvisoryPath(action, [current_height, *heights]) for heights in future_heights]
+    heights_by_action = _simulate_kept_advisories(
+        view, np.tile(view.observation, (3, 1)), np.arange(3)
+    )
+    return [AdvisoryPath(action, heights) for action, heights in enumerate(heights_by_action)]
+
+
+def _simulate_kept_advisories(
+    view: View[CollisionAvoidance], states: Array, actions: Array
+) -> list[list[float]]:
+    """Return the heights `[B][seconds]` under repeated actions in calm air.
+
+    `states` has shape `[B, 4]` and `actions` shape `[B]`.
+    """
+    problem, heights = view.problem, []
+    while not problem.terminal(states).all():
+        heights.append(states[:, 0])
+        states = problem.resolve_events(
+            states, actions[:, None], (np.full(len(states), STEADY_GUST_INDEX),)
+        ).state
+    return np.array(heights).reshape(-1, len(actions)).T.tolist()
+
+
+def _format_hint(options: DrawOptions, width: int) -> str:
+    """Format the rates that the previewed advisory may lead to, or the regret of each advisory."""
+    if options.forecast:
+        rates = zip(options.forecast.outcomes[:, 1], options.forecast.probabilities, strict=True)
+        rates_text = ", ".join(
+            f"{format_signed_fixed(float(rate), 1)} ({format_percent(float(p))})"
+            for rate, p in rates
+        )
+        name = ACTION_NAMES[int(options.forecast.action)]
+        forms = [format_condition(options.forecast, f"advise {name}"), f"if {name}", name]
+        texts = [f"{form}: rate {rates_text}" for form in forms]
+        return next((text for text in texts if len(text) <= width), texts[-1])
+    hints = [
+        (names, row)
+        for names in (ACTION_NAMES, PATH_GLYPHS)
+        for row in format_regret_rows(options._replace(width=width), names)
+    ]
+    complete_rows = (row for names, row in hints if all(name in row for name in names))
+    return next(complete_rows, hints[-1][1] if hints else "")
+
+
+def _make_time_line(layout: EncounterLayout) -> NumberLine:
+    """Return the time axis: seconds left, the first on the left."""
+    return NumberLine(-START_TIME, 0.0, LABEL_COLUMNS, layout.width - 1)
+
+
+def _list_past_states(view: View[CollisionAvoidance]) -> list[tuple[float, float, float, float]]:
+    """Return (height, rate, advisory, time left) before each of the at most 40 turns, and now."""
+    return [(float(h), float(dh), float(a), float(t)) for h, dh, a, t in view.observations]
+
+
+def _get_current_state(view: View[CollisionAvoidance]) -> tuple[float, float, float, float]:
+    """Return (height, rate, advisory, time left) now, or at the pass if it is over."""
+    h, dh, a, seconds_left = map(
+        float, view.observations[-2 if has_passed_intruder(view) and view.turns_played else -1]
+    )
+    return h, dh, a, seconds_left
+
+
+def _choose_max_height(heights: Iterable[float]) -> float:
+    """Return the smallest top of the height axis that holds all heights."""
+    max_abs_height = max(map(abs, heights))
+    return float(
+        next((choice for choice in MAX_HEIGHT_CHOICES if max_abs_height <= choice), max_abs_height)
+    )
+
+
+def _draw_encounter(
+    canvas: Canvas,
+    view: View[CollisionAvoidance],
+    layout: EncounterLayout,
+    paths: list[AdvisoryPath],
+) -> None:
+    """Draw the axes, the intruder, the past heights and advisories, and the predicted paths."""
+    past_states = _list_past_states(view)
+    max_height = _choose_max_height(
+        [*(h for h, *_ in past_states), *(h for path in paths for h in path.heights)]
+    )
+    height_axis, time_axis = (
+        NumberLine(-max_height, max_height, 0, layout.height_rows - 1),
+        _make_time_line(layout),
+    )
+    bottom = layout.height_rows - 1
+    for row in range(0, layout.height_rows, layout.label_interval):
+        canvas.write_text(
+            0, bottom - row, f"{height_axis.value_at(row):>+{LABEL_COLUMNS - 1}.0f}", "dim"
+        )
+    middle = bottom - height_axis.column_of(0)
+    canvas.write_text(0, middle, "0".rjust(LABEL_COLUMNS - 1), "dim")
+    canvas.write_text(LABEL_COLUMNS, middle, "┄" * (time_axis.right - LABEL_COLUMNS), "dim")
+    for row in range(
+        height_axis.column_of(-COLLISION_DISTANCE), height_axis.column_of(COLLISION_DISTANCE) + 1
+    ):
+        canvas.write_text(time_axis.right - 1, bottom - row, "▒▒", "red")
+    h, dh, _, seconds_left = _get_current_state(view)
+    if paths:
+        _draw_paths(canvas, paths, (time_axis, height_axis), seconds_left, layout)
+    else:
+        for column in range(time_axis.column_of(-seconds_left) + 2, time_axis.right + 1, 2):
+            predicted_height = h + dh * (seconds_left + time_axis.value_at(column))
+            if abs(predicted_height) <= max_height:
+                canvas.write_text(
+                    column, bottom - height_axis.column_of(predicted_height), "∘", "cyan"
+                )
+    canvas.write_text(time_axis.right, middle, "A", "bold red")
+    for (past_height, _, _, past_seconds_left), action in zip(
+        past_states, view.actions, strict=False
+    ):
+        mark = ADVISORY_GLYPHS[int(action)]
+        canvas.write_text(
+            time_axis.column_of(-past_seconds_left),
+            bottom - height_axis.column_of(past_height),
+            mark,
+            "yellow",
+        )
+    canvas.write_text(
+        time_axis.column_of(-seconds_left), bottom - height_axis.column_of(h), "◆", "bold yellow"
+    )
+
+
+def _draw_paths(
+    canvas: Canvas,
+    paths: list[AdvisoryPath],
+    scales: tuple[NumberLine, NumberLine],
+    seconds_left: float,
+    layout: EncounterLayout,
+) -> None:
+    """Draw the predicted path of each advisory, and the advisory's name at its end."""
+    time_axis, height_axis = scales
+    actions_by_row: dict[int, list[int]] = {}
+    first_column = time_axis.column_of(-seconds_left) + 2
+    # The points of a repeated advisory stay at the same columns from turn to turn.
+    first_column += (time_axis.right - first_column) % PATH_POINT_COLUMNS
+    for action, path in paths:
+        for column in range(first_column, time_axis.right + 1, PATH_POINT_COLUMNS):
+            index = min(round(seconds_left + time_axis.value_at(column)), len(path) - 1)
+            row = layout.height_rows - 1 - height_axis.column_of(path[index])
+            canvas.write_text(column, row, PATH_GLYPHS[action], "cyan")
+        row_actions = actions_by_row.setdefault(
+            layout.height_rows - 1 - height_axis.column_of(path[-1]), []
+        )
+        if action not in row_actions:
+            row_actions.insert(0, action)
+    for row, row_actions in actions_by_row.items():
+        names = ACTION_NAMES if len(row_actions) == 1 else PATH_GLYPHS
+        label = " or ".join(names[action] for action in row_actions)
+        if layout.path_label_columns:
+            canvas.write_text(time_axis.right + 2, row, label, "bold cyan")
+
+
+def _draw_time_labels(canvas: Canvas, y: int, time_axis: NumberLine) -> None:
+    """Draw the labels of the time axis."""
+    for seconds_left in (40, 30, 20, 10, 0):
+        canvas.write_text(time_axis.column_of(-seconds_left) - 1, y, f"{seconds_left}s", "dim")
+
+
+def _get_current_advisory(view: View[CollisionAvoidance]) -> str:
+    """Return the name of the advisory in force."""
+    rate = float(view.observation[2])
+    return "none" if not rate else "climb" if rate > 0 else "descend"
+
+
+def _format_state(view: View[CollisionAvoidance]) -> str:
+    """Format the current state in one line, with its symbols."""
+    h, dh, _, seconds_left = _get_current_state(view)
+    return (
+        f"◆ h {format_signed_fixed(h, 0)} m "
+        f" dh {format_signed_fixed(dh, 1)} "
+        f"m/s  {seconds_left:g} s  "
+        f"{_get_current_advisory(view)}"
+    )
+
+
+def _format_state_with_units(view: View[CollisionAvoidance]) -> str:
+    """Format the current state in one line, with units only."""
+    h, dh, _, seconds_left = _get_current_state(view)
+    return (
+        f"◆ {format_signed_fixed(h, 0)} "
+        f"m  {format_signed_fixed(dh, 1)} "
+        f"m/s  {seconds_left:g} s left "
+        f" {_get_current_advisory(view).replace('none', 'no advisory')}"
+    )
+
+
+def has_passed_intruder(view: View[CollisionAvoidance]) -> bool:
+    """Return whether the aircraft have passed each other."""
+    return bool(view.observation[3] < 0)
+
+
+def predict_miss_distance(view: View[CollisionAvoidance]) -> float:
+    """Return the vertical miss distance in metres, or its prediction at the current rate.
+
+    It is positive above the intruder.
+    """
+    h, dh, _, seconds_left = _get_current_state(view)
+    return h + dh * seconds_left
+
+
+def _describe_pass(view: View[CollisionAvoidance]) -> str:
+    """Describe the miss distance, and if it is a collision."""
+    return f"{_format_miss_distance(view)} A: {'COLLISION' if _is_collision(view) else 'clear'}"
+
+
+def _format_miss_distance(view: View[CollisionAvoidance]) -> str:
+    """Describe the miss distance as passed, or at the current rate without gusts."""
+    verb, side = (
+        "passed" if has_passed_intruder(view) else "at this rate",
+        "below" if predict_miss_distance(view) < 0 else "above",
+    )
+    return f"{verb} {abs(predict_miss_distance(view)):.0f} m {side}"
+
+
+def _is_collision(view: View[CollisionAvoidance]) -> bool:
+    """Return whether the miss distance is less than NEAR metres."""
+    return abs(predict_miss_distance(view)) < COLLISION_DISTANCE
+
+
+def _describe_outcome(view: View[CollisionAvoidance]) -> str:
+    """Describe the outcome of the pass, or the predicted one, in words."""
+    outcome = "collision" if _is_collision(view) else "clear"
+    suffix = "" if has_passed_intruder(view) else " course"
+    return f"{outcome}{suffix}: {_format_miss_distance(view)} the intruder"
+
+
+def goal_lines(view: View[CollisionAvoidance]) -> list[str]:
+    """Return the goal: the distance to keep from the intruder, and the costs."""
+    return [
+        f"pass the intruder A at least {COLLISION_DISTANCE:g} m above or below",
+        f"a collision costs {COLLISION_COST:g}",
+        f"each change of the advisory costs {ADVISORY_CHANGE_COST:g}",
+    ]
+
+
+def lesson(view: View[CollisionAvoidance]) -> Lesson:
+    """Return the lesson: the advisories, the distance to keep, and the costs."""
+    return Lesson(
+        "You advise the aircraft ◆ to climb, to descend, or neither (no-advisory, which keeps its "
+        "rate); another aircraft, A, comes towards it at height 0",
+        f"You want ◆ to be at least {COLLISION_DISTANCE:g} m above or below A when they pass, "
+        f"{START_TIME:g} s after the start",
+        f"A collision costs {COLLISION_COST:g}, and each change of the advisory costs "
+        f"{ADVISORY_CHANGE_COST:g}; {_describe_response(view.problem)}; gusts also change the rate",
+        "climb",
+    )
+
+
+def _describe_response(problem: CollisionAvoidance) -> str:
+    """Return a clause on how the rate follows an advisory."""
+    down, _, up = ADVISED_RATES
+    clause = (
+        f"an advisory changes the rate by {MAX_ACCELERATION:g} m/s each second, towards {up:g} or "
+        f"{down:g} m/s"
+    )
+    if problem.repaired:
+        return clause
+    return f"{clause} (by {up:g} m/s if the rate is less than {MAX_ACCELERATION:g} m/s from there)"
+
+
+def panel_rows(view: View[CollisionAvoidance]) -> list[tuple[str, str]]:
+    """Return the side panel's rows: height, rate, time left and advisory."""
+    h, dh, _, seconds_left = _get_current_state(view)
+    is_last_turn = seconds_left == 0 and not has_passed_intruder(view)
+    return [
+        ("height", f"{format_signed_fixed(h, 0)} m"),
+        ("rate", f"{format_signed_fixed(dh, 1)} m/s"),
+        ("pass in", "0 s: now (last turn)" if is_last_turn else f"{seconds_left:g} s"),
+        ("advisory", _get_current_advisory(view)),
+    ]
+
+
+def describe_turn(view: View[CollisionAvoidance]) -> str:
+    """Describe the last advisory, the state and the outcome."""
+    has_changed = view.observation[2] != view.observations[-2][2]
+    verb = "changed the advisory to" if has_changed else "kept the advisory:"
+    return (
+        f"{verb} {_get_current_advisory(view)}. {_describe_state(view)}. {_describe_outcome(view)}."
+    )
+
+
+def describe_situation(view: View[CollisionAvoidance]) -> str:
+    """Describe the predicted outcome, the state and the advisory in force."""
+    return (
+        f"{_describe_outcome(view)}. {_describe_state(view)}. "
+        f"advisory {_get_current_advisory(view)}."
+    )
+
+
+def _describe_state(view: View[CollisionAvoidance]) -> str:
+    """Describe the current height, rate and time left in words."""
+    h, dh, _, seconds_left = _get_current_state(view)
+    return (
+        f"height {format_signed_fixed(h, 0)} "
+        "m, rate "
+        f"{format_signed_fixed(dh, 1)} "
+        f"m/s, {seconds_left:g} s left"
+    )

@@ -1,0 +1,332 @@
+"""The view of 2048: tiles in boxes, the new tile underlined, and slides animated."""
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+from rich.text import Text
+
+from dmplay.core.arrays import Array, Reals
+from dmplay.core.session import View
+from dmplay.problems.game_2048.packed_boards import DOWN, RIGHT, UP
+from dmplay.problems.game_2048.rules import Game2048, slide_and_score
+from dmplay.views.protocol import DrawOptions, Forecast, Lesson
+from dmplay.views.toolkit.action_hints_and_outcomes import (
+    MAX_NUMBER_COLUMNS,
+    format_regret,
+    format_regret_bar,
+    sort_regrets,
+)
+from dmplay.views.toolkit.canvas import Canvas, format_percent
+
+KEYS = {
+    "left": "left", "down": "down", "right": "right", "up": "up",
+    "h": "left", "j": "down", "l": "right", "k": "up",
+    "a": "left", "s": "down", "d": "right", "w": "up",
+}  # fmt: skip
+DARK_COLOR, LIGHT_COLOR = 16, 231  # black and white in the ANSI palette
+TILE_COLORS = (
+    (DARK_COLOR, 255),
+    (DARK_COLOR, 230),
+    (DARK_COLOR, 216),
+    (DARK_COLOR, 209),
+    (DARK_COLOR, 203),
+    (LIGHT_COLOR, 160),
+    (DARK_COLOR, 228),
+    (DARK_COLOR, 221),
+    (DARK_COLOR, 214),
+    (DARK_COLOR, 154),
+    (DARK_COLOR, 51),
+    (LIGHT_COLOR, 63),
+    (LIGHT_COLOR, 93),
+    (LIGHT_COLOR, 127),
+    (LIGHT_COLOR, 53),
+    (LIGHT_COLOR, 22),
+)
+MARGIN_COLUMNS = 7  # columns on each side of the board for the regret of a slide that way
+ARROWS = "←↓→↑"  # indexed by action
+ACTIONS_TOP_TO_BOTTOM = (3, 0, 2, 1)  # actions by the side they slide to, from top to bottom
+EMPTY_GLYPH = "·"
+HAS_MOTION = True  # turns are animated
+
+
+class BoxLayout(NamedTuple):
+    """The size of a cell in columns and rows, and the rows of the border between cells."""
+
+    width: int
+    height: int
+    border_rows: int = 1
+
+    def get_cell_origin(self, row: float, column: float) -> tuple[int, int]:
+        """Return the column and row where a cell begins; fractions lie between two cells."""
+        return round(1 + column * (self.width + 1)), round(
+            1 + row * (self.height + self.border_rows)
+        )
+
+    @property
+    def border_position(self) -> tuple[int, int]:
+        """The column of the right border and the row of the bottom border."""
+        x, y = self.get_cell_origin(4, 4)
+        return x - 1, y - self.border_rows
+
+
+BOX_LAYOUTS = (
+    BoxLayout(9, 5),
+    BoxLayout(9, 3),
+    BoxLayout(7, 3),
+    BoxLayout(6, 1),
+    BoxLayout(5, 1),
+    BoxLayout(5, 1, 0),
+)
+TRANSCRIPT_LAYOUTS = BOX_LAYOUTS[3:5]
+
+
+class DrawnTile(NamedTuple):
+    """A tile to draw, in a cell or, while it slides, between two cells."""
+
+    row: float
+    column: float
+    exponent: int
+    text: str
+    is_new: bool = False
+
+
+def _format_tile(exponent: int) -> str:
+    """Return the number of a tile as text, or a dot for an empty cell."""
+    return str(2**exponent) if exponent else EMPTY_GLYPH
+
+
+def get_tile_style(exponent: int) -> str:
+    """Return the style of a tile: the palette colours of its number and its background."""
+    if not exponent:
+        return "dim"
+    text_color, tile_color = TILE_COLORS[min(exponent, len(TILE_COLORS)) - 1]
+    return f"bold color({text_color}) on color({tile_color})"
+
+
+def _find_new_tile(view: View[Game2048]) -> tuple[int, ...] | None:
+    """Return the (row, column) of the tile added in the last turn, or None if there is none."""
+    if not view.turns_played:
+        return None
+    before, after = view.observations[-2], view.observations[-1]
+    slid_boards, _ = slide_and_score(before[None], np.array([int(view.actions[-1])]))
+    changed_cells = np.argwhere(slid_boards[0] != after)
+    return tuple(changed_cells[0]) if len(changed_cells) else None
+
+
+class DisplayedBoard(NamedTuple):
+    """A board to draw, with its new tile, and a forecast or sliding tiles if there are any."""
+
+    board: Array  # [4, 4]
+    new_tile: tuple[int, ...] | None = None
+    title: str = ""
+    arrival_probabilities: Reals | None = None  # [4, 4], that a tile arrives in each cell
+    sliding_tiles: tuple[DrawnTile, ...] = ()  # tiles between cells, drawn over the board
+
+    @property
+    def tiles(self) -> list[DrawnTile]:
+        """The tiles to draw: a number, dot or arrival probability per cell, then sliding tiles."""
+        return [
+            *(self._make_tile(row, column) for row in range(4) for column in range(4)),
+            *self.sliding_tiles,
+        ]
+
+    def _make_tile(self, row: int, column: int) -> DrawnTile:
+        """Return the tile to draw in a cell."""
+        exponent = int(self.board[row, column])
+        probability = (
+            0.0
+            if self.arrival_probabilities is None
+            else float(self.arrival_probabilities[row, column])
+        )
+        text = format_percent(probability) or _format_tile(exponent)
+        return DrawnTile(row, column, exponent, text, (row, column) == self.new_tile)
+
+
+def _choose_displayed_board(view: View[Game2048], options: DrawOptions) -> DisplayedBoard:
+    """Return the board as it is, after the forecast slide, or during the animated slide."""
+    if options.forecast is not None:
+        return _forecast_board(view, options.forecast)
+    if options.motion_progress < 1 and view.turns_played:
+        before, action = view.observations[-2], int(view.actions[-1])
+        return DisplayedBoard(
+            np.zeros_like(before),
+            sliding_tiles=(*iter_sliding_tiles(before, action, options.motion_progress),),
+        )
+    return DisplayedBoard(view.observation, _find_new_tile(view))
+
+
+def iter_sliding_tiles(board: Array, action: int, motion_progress: float) -> Iterator[DrawnTile]:
+    """Yield the tiles of a board while it slides.
+
+    `motion_progress` is the part of the slide that is over, from 0 to 1.
+    """
+    for line in range(4):
+        target, previous = -1, 0
+        for offset in range(4):
+            start = _locate_cell(action, line, offset)
+            exponent = int(board[start])
+            if not exponent:
+                continue
+            merges = exponent == previous
+            target, previous = (target, 0) if merges else (target + 1, exponent)
+            end = _locate_cell(action, line, target)
+            row, column = (
+                (1 - motion_progress) * a + motion_progress * b
+                for a, b in zip(start, end, strict=True)
+            )
+            yield DrawnTile(row, column, exponent, _format_tile(exponent))
+
+
+def _locate_cell(action: int, line: int, offset: int) -> tuple[int, int]:
+    """Return the cell of a line at an offset from the edge that a slide goes to."""
+    position = 3 - offset if action in (DOWN, RIGHT) else offset
+    return (position, line) if action in (DOWN, UP) else (line, position)
+
+
+def _forecast_board(view: View[Game2048], forecast: Forecast) -> DisplayedBoard:
+    """Return the board after the forecast slide, with the probabilities of where a tile arrives."""
+    action = int(forecast.action)
+    (slid_board,), (reward,) = slide_and_score(view.observation[None], np.array([action]))
+    arrivals = (forecast.outcomes != slid_board) * forecast.probabilities[:, None, None]
+    return DisplayedBoard(
+        slid_board,
+        None,
+        f" {view.problem.format_action(0, action)} pays {reward:g} ",
+        arrivals.sum(axis=0),
+    )
+
+
+def iter_boards(view: View[Game2048], options: DrawOptions) -> Iterator[Text]:
+    """Yield the boards that fit, the largest boxes first, and last a board without borders."""
+    displayed = _choose_displayed_board(view, options)
+    for boxes in BOX_LAYOUTS if options.allow_large else TRANSCRIPT_LAYOUTS:
+        right, bottom = boxes.border_position
+        if right < options.width and bottom < options.height:
+            yield _draw_boxed_board(displayed, boxes, options)
+    canvas = Canvas()
+    for tile in displayed.tiles:
+        position = round(5 * tile.column), round(tile.row)
+        _draw_tile(canvas, position, tile.text.rjust(5), tile)
+    for row, action in enumerate(ACTIONS_TOP_TO_BOTTOM):
+        if regret_text := format_regret(options, action):
+            canvas.write_text(22, row, f"{ARROWS[action]} {regret_text}", "green")
+    yield canvas.to_text()
+
+
+def _draw_boxed_board(displayed: DisplayedBoard, boxes: BoxLayout, options: DrawOptions) -> Text:
+    """Return a board drawn in boxes, with margins for the regrets if there are hints."""
+    canvas, left = Canvas(), 0 if options.regret is None else MARGIN_COLUMNS
+    right, bottom = boxes.border_position
+    _draw_borders(canvas, boxes, left)
+    for tile in displayed.tiles:
+        x, y = boxes.get_cell_origin(tile.row, tile.column)
+        for row in range(y, y + boxes.height):
+            canvas.write_text(left + x, row, " " * boxes.width, get_tile_style(tile.exponent))
+        if not options.allow_large or tile.text != EMPTY_GLYPH:
+            middle = left + x, y + boxes.height // 2
+            _draw_tile(canvas, middle, tile.text.center(boxes.width), tile)
+    _draw_margins(canvas, displayed, options, (left, right, bottom))
+    return canvas.to_text()
+
+
+def _draw_borders(canvas: Canvas, boxes: BoxLayout, left: int) -> None:
+    """Draw the borders of the board and of its cells."""
+    bottom = boxes.border_position[1]
+    for y in range(bottom + 1):
+        canvas.write_text(left, y, "│".join(["", *[" " * boxes.width] * 4, ""]), "dim")
+    for row, ends in enumerate(("┌┬┐", "├┼┤", "├┼┤", "├┼┤", "└┴┘")):
+        if boxes.border_rows or ends[1] != "┼":
+            line = ends[0] + ends[1].join(["─" * boxes.width] * 4) + ends[2]
+            y = bottom if row == 4 else boxes.get_cell_origin(row, 0)[1] - 1
+            canvas.write_text(left, y, line, "dim")
+
+
+def _draw_margins(
+    canvas: Canvas, displayed: DisplayedBoard, options: DrawOptions, area: tuple[int, int, int]
+) -> None:
+    """Draw the title of the forecast, and at each edge the regret of a slide that way."""
+    left, width, height = area  # column of the left border; offsets of the right and bottom borders
+    long_title = f"{displayed.title.rstrip()}; %: chance of a new tile "
+    title = long_title if displayed.title and len(long_title) < width else displayed.title
+    canvas.write_text(left + 1, 0, title, "bold")
+    for action in sort_regrets(options):
+        if title and action == UP:
+            continue  # The title is at its place.
+        arrow, regret_text, regret_bar = (
+            ARROWS[action],
+            format_regret(
+                options, action, MAX_NUMBER_COLUMNS if action in {UP, DOWN} else MARGIN_COLUMNS - 1
+            ),
+            format_regret_bar(options, action, MARGIN_COLUMNS - 2),
+        )
+        style = "bold green" if regret_text == "best" else "green"
+        if arrow in "↑↓":
+            text = f" {arrow} {regret_text} {regret_bar}".rstrip() + " "
+            canvas.write_text(
+                left + (width - len(text)) // 2, 0 if arrow == "↑" else height, text, style
+            )
+            continue
+        for y, text in enumerate((arrow, regret_text, regret_bar), height // 2 - 1):
+            canvas.write_text(
+                left - 1 - len(text) if arrow == "←" else left + width + 2, y, text, style
+            )
+
+
+def _draw_tile(canvas: Canvas, position: tuple[int, int], text: str, tile: DrawnTile) -> None:
+    """Draw the text of a tile; in a new tile only the number is underlined."""
+    (x, y), style = position, get_tile_style(tile.exponent)
+    canvas.write_text(x, y, text, style)
+    if tile.is_new:
+        canvas.write_text(x + len(text) - len(text.lstrip()), y, text.strip(), f"{style} underline")
+
+
+def goal_lines(view: View[Game2048]) -> list[str]:
+    """Return the scoring rule, the end of the game and the probability of a new 2, as clauses."""
+    return [
+        "merge equal tiles: a merge pays the new value",
+        "no slide possible: game over",
+        f"{format_percent(view.problem.p_two)} of new tiles are 2, the others 4",
+    ]
+
+
+def lesson(view: View[Game2048]) -> Lesson:
+    """Return the three sentences that introduce the problem: role, objective and costs."""
+    return Lesson(
+        "You slide all tiles of a 4x4 board at the same time, to one of its four sides",
+        "You want merges: two equal tiles that meet become one tile, which pays its value",
+        (
+            "A slide is free and adds a tile; "
+            f"{format_percent(view.problem.p_two) or '0%'} of new tiles are 2, "
+            "the others 4; the game ends when no slide is possible"
+        ),
+        "left",
+    )
+
+
+def panel_rows(view: View[Game2048]) -> list[tuple[str, str]]:
+    """Return the panel row of the largest tile; the score is in the title of the screen."""
+    return [("largest", _format_tile(int(view.observation.max())))]
+
+
+def describe_turn(view: View[Game2048]) -> str:
+    """Return a description of the last slide and of the new tile."""
+    new_cell = _find_new_tile(view)
+    if new_cell is None:
+        return f"slid {view.last_action_label}."
+    number = _format_tile(int(view.observation[new_cell]))
+    return (
+        f"slid {view.last_action_label}. new {number} in "
+        f"row {new_cell[0] + 1}, column {new_cell[1] + 1}."
+    )
+
+
+def describe_situation(view: View[Game2048]) -> str:
+    """Return a description of the rows, from the top, and of the legal slides."""
+    rows = [
+        f"row {number}: {' '.join('empty' if not e else _format_tile(int(e)) for e in row)}."
+        for number, row in enumerate(view.observation, 1)
+    ]
+    legal_actions = view.problem.actions[view.seat].describe_actions(view.legal_actions_mask)
+    is_over = view.end_reason or not legal_actions
+    return " ".join([*rows, "the game is over." if is_over else f"legal: {legal_actions}."])

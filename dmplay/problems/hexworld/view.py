@@ -1,0 +1,232 @@
+"""The view of hex world: the map with its exits, your position and the keys of each move."""
+
+from collections.abc import Iterator
+
+from rich.text import Text
+
+from dmplay.core.hexgrid import Hex, format_hex, hex_neighbours
+from dmplay.core.session import View
+from dmplay.problems.hexworld.rules import HexWorld
+from dmplay.views.protocol import DrawOptions, Lesson
+from dmplay.views.toolkit import hexgrid
+from dmplay.views.toolkit.action_hints_and_outcomes import format_probability
+from dmplay.views.toolkit.canvas import format_percent, format_signed
+from dmplay.views.toolkit.hexgrid import HexCell, HexSize
+
+POSITIVE_EXIT_STYLE, NEGATIVE_EXIT_STYLE = (
+    "bold color(231) on color(25)",
+    "bold color(16) on color(214)",
+)  # ANSI palette colours
+EMPTY_CELL = HexCell("")
+KEY_FAMILY, KEYS, SECOND_PLAYER_KEYS = hexgrid.KEY_FAMILY, hexgrid.KEYS, hexgrid.SECOND_PLAYER_KEYS
+
+
+def _find_position(view: View[HexWorld], turn: int = -1) -> Hex | None:
+    """Return the position after a turn, or None once the game is over."""
+    hexes = view.problem.hexes
+    state = int(view.observations[turn])
+    return hexes[state] if state < len(hexes) else None
+
+
+def iter_boards(view: View[HexWorld], options: DrawOptions) -> Iterator[Text]:
+    """Yield the map in every size, the largest first."""
+    problem = view.problem
+    # After the game, you are still drawn on the exit that you took.
+    position_now = _find_position(view)
+    position = position_now or (_find_position(view, -2) if view.actions else None)
+    exits = dict(problem.rewards)
+    adjacent = hex_neighbours(position) if position else []
+    ghost = (
+        None
+        if options.ghost_state is None
+        else dict(enumerate(problem.hexes)).get(int(options.ghost_state))
+    )
+    probabilities = _forecast_hex_probabilities(view, options)
+    marked_hexes = {position, ghost, *exits, *adjacent, *probabilities}
+
+    def make_cell(hex_: Hex, size: HexSize) -> HexCell:
+        """Return the content of a hex."""
+        if hex_ not in marked_hexes and not options.overlay:
+            return EMPTY_CELL
+        reward = exits.get(hex_)
+        glyph = "" if reward is None else "◆" if reward > 0 else "✗"
+        style = "" if reward is None else POSITIVE_EXIT_STYLE if reward > 0 else NEGATIVE_EXIT_STYLE
+        note = "" if reward is None else format_signed(reward)
+        dot = note or "."
+        mark = glyph
+        if options.overlay and reward is None:
+            mark, note, _, style, _ = hexgrid.make_overlay_cell(
+                options, problem.hexes.index(hex_), size
+            )
+        if hex_ == position:
+            stay_text = (
+                format_probability(probabilities[hex_], size.width - 1)
+                if hex_ in probabilities and size.text_rows > 1
+                else note
+            )
+            return HexCell("@", stay_text, "@", "bold reverse")
+        if hex_ in probabilities:
+            probability_text = format_probability(probabilities[hex_], size.width - 1)
+            return HexCell(probability_text, note, probability_text, style or "bold cyan")
+        if (
+            hex_ in adjacent
+            and position_now
+            and position not in exits
+            and options.regret is not None
+            and not options.overlay
+        ):
+            key_cell = hexgrid.make_direction_cell(options, adjacent.index(hex_), size)
+            return (
+                key_cell
+                if reward is None
+                else HexCell(f"{glyph} {key_cell.mark}"[:5], key_cell.second_line, dot, style)
+            )
+        if hex_ == ghost:
+            return HexCell("&", note, "&", "dim")
+        if (
+            options.show_keys
+            and not (options.overlay and (mark or size.text_rows < 2))
+            and hex_ in adjacent
+            and position_now
+            and reward is None
+        ):
+            mark, style = hexgrid.get_direction_key(options, adjacent.index(hex_)), style or "green"
+        return HexCell(mark, note, dot, style)
+
+    yield from hexgrid.iter_maps(problem.hexes, make_cell, options, _format_caption(view, options))
+
+
+def _forecast_hex_probabilities(view: View[HexWorld], options: DrawOptions) -> dict[Hex, float]:
+    """Return the probability that the forecast action leads to each hex; empty if no forecast."""
+    hexes, probabilities = view.problem.hexes, dict[Hex, float]()
+    if options.forecast:
+        for state, probability in zip(
+            options.forecast.outcomes, options.forecast.probabilities, strict=True
+        ):
+            if int(state) < len(hexes):
+                hex_ = hexes[int(state)]
+                probabilities[hex_] = probabilities.get(hex_, 0.0) + float(probability)
+    return probabilities
+
+
+def _format_caption(view: View[HexWorld], options: DrawOptions) -> str:
+    """Return the caption of the map: an exit's reward, the forecast, wall regrets or a legend.
+
+    The caption is '' on small boards without a forecast or hints.
+    """
+    if not (options.allow_large or options.forecast or options.regret is not None):
+        return ""
+    position, exits = _find_position(view), dict(view.problem.rewards)
+    if position is None:
+        return _describe_last_move(view)[1] if view.actions else "over"
+    if position in exits and not view.end_reason:
+        return (
+            f"any action {'collects' if exits[position] > 0 else 'takes'} "
+            f"{format_signed(exits[position])}"
+        )
+    if options.forecast:
+        return f"{hexgrid.format_move_condition(options.forecast)}: chance of each hex"
+    if options.regret is not None and not options.overlay:
+        return hexgrid.format_wall_regrets(view.problem.hexes, position, options)
+    ghost = ", & ghost" * (options.ghost_state is not None)
+    keys = ", letters are keys" * options.show_keys
+    return f"@ {view.player_label}{ghost}, ◆ good exit, ✗ bad exit{keys}"
+
+
+def _describe_last_move(view: View[HexWorld]) -> tuple[str, str]:
+    """Return the result of the last move, in short for the panel and as a clause."""
+    before, after = _find_position(view, -2), _find_position(view)
+    assert before
+    if after is None:
+        exit_text = f"exit {format_signed(dict(view.problem.rewards)[before])}"
+        return exit_text, f"took {exit_text}"
+    result = hexgrid.classify_move(view.problem.hexes, before, after, int(view.actions[-1]))
+    return result.short_text, result.description
+
+
+def goal_lines(view: View[HexWorld]) -> list[str]:
+    """Return the exits to reach and avoid, the cost of a bump and the slips, as clauses."""
+    problem = view.problem
+    return [
+        *_format_exit_goals(view),
+        *([f"a bump costs {problem.bump_cost:g}"] if problem.bump_cost else []),
+        *([f"{format_percent(problem.slip)} of steps slip"] if problem.slip else []),
+    ]
+
+
+def _format_exit_goals(view: View[HexWorld]) -> list[str]:
+    """Return a clause with the rewards of exits to reach, and one of exits to avoid."""
+    rewards = sorted({pay for _, pay in view.problem.rewards}, reverse=True)
+    positive = " or ".join(format_signed(pay) for pay in rewards if pay > 0)
+    negative = " and ".join(format_signed(pay) for pay in rewards if pay < 0)
+    return [
+        *([f"reach exit {positive}"] if positive else []),
+        *([f"avoid exit {negative}"] if negative else []),
+    ]
+
+
+def lesson(view: View[HexWorld]) -> Lesson:
+    """Return the three sentences that introduce the problem: role, objective and costs."""
+    problem = view.problem
+    cost = f"costs {problem.bump_cost:g}" if problem.bump_cost else "is free too"
+    slips = (
+        f"{format_percent(problem.slip)} of steps slip sideways"
+        if problem.slip
+        else "no step slips"
+    )
+    return Lesson(
+        "You walk from hex to hex; you always see where you are",
+        f"You want to {' and '.join(_format_exit_goals(view))}: "
+        "on an exit, any action collects its reward and ends the game",
+        f"A step is free, a bump into a wall {cost}, and {slips}",
+        example_start="from hex {}",
+        chances=hexgrid.describe_step_chances(problem.slip),
+        map_mark="@",
+    )
+
+
+def panel_rows(view: View[HexWorld]) -> list[tuple[str, str]]:
+    """Return the panel rows: last action, result, reward, slip probabilities and discount."""
+    problem = view.problem
+    move_text = _describe_last_move(view)[0] if view.actions else "-"
+    reward = f"{view.rewards[-1]:.2f}" if view.rewards else "-"
+    return [
+        ("chose", view.last_action_label.upper() or "-"),
+        ("result", move_text),
+        ("reward", reward),
+        ("forward", f"{1 - problem.slip:.2f}"),
+        ("slip", f"{problem.slip / 2:.2f} each side"),
+        ("discount", f"{problem.discount:.2f} (gamma)"),
+    ]
+
+
+def describe_turn(view: View[HexWorld]) -> str:
+    """Return a description of the last action, its result and the position after it."""
+    position = _find_position(view)
+    move_text = _describe_last_move(view)[1]
+    if position:
+        move_text = hexgrid.append_hex(move_text, position)
+    return f"chose {view.last_action_label.upper()}, {move_text}."
+
+
+def describe_situation(view: View[HexWorld]) -> str:
+    """Return a description of the position, the six neighbours and the distance to each exit."""
+    problem, position = view.problem, _find_position(view)
+    exits = dict(problem.rewards)
+    if position is None:
+        return "the game is over."
+    sentences = [f"at {format_hex(position)}."]
+    if position in exits:
+        sentences.append(f"exit {format_signed(exits[position])} here: any action takes it.")
+    sentences += hexgrid.describe_neighbours(
+        problem.hexes, position, lambda hex_: _describe_hex(hex_, exits)
+    )
+    for hex_, pay in exits.items():
+        distance = hexgrid.format_distance(problem.hexes, position, hex_)
+        sentences.append(f"exit {format_signed(pay)} at {format_hex(hex_)}: {distance}.")
+    return " ".join(sentences)
+
+
+def _describe_hex(hex_: Hex, exits: dict[Hex, float]) -> str:
+    """Return the kind of a hex as text: `floor`, or an exit with its reward."""
+    return f"exit {format_signed(exits[hex_])}" if hex_ in exits else "floor"

@@ -1,0 +1,399 @@
+"""The view of machine replacement: the last product, and the belief in bars and a triangle."""
+
+import math
+from collections.abc import Iterator
+from functools import lru_cache
+
+import numpy as np
+from rich.text import Text
+
+from dmplay.core.arrays import Reals
+from dmplay.core.best_actions import mark_best_actions
+from dmplay.core.session import View
+from dmplay.core.tabular import tabulate
+from dmplay.problems.crying_baby import view as crying_baby
+from dmplay.problems.machine_replacement.rules import MachineReplacement
+from dmplay.solvers.pomdp.exact_pomdp import (
+    AlphaVectorStage,
+    compute_action_values,
+    solve_finite_horizon,
+)
+from dmplay.views.generic import format_last_observation
+from dmplay.views.protocol import DrawOptions, Lesson
+from dmplay.views.toolkit.action_hints_and_outcomes import (
+    format_forecast_rows,
+    format_observation,
+    format_regret_rows,
+    format_regret_with_bar,
+    iter_with_and_without_rows,
+    list_action_keys,
+    rank_actions,
+)
+from dmplay.views.toolkit.belief_bars import (
+    draw_belief_bars,
+    draw_belief_chart,
+    draw_probability_history,
+    draw_true_state,
+    format_belief,
+)
+from dmplay.views.toolkit.canvas import Canvas
+
+MAX_HISTORY_TURNS = 40  # turns in the belief history
+NEEDS_BELIEF = True  # no board hides the belief
+KEYS = {"m": "manufacture", "e": "examine", "i": "interrupt", "r": "replace"}
+STATE_NAMES = ("0 failed", "1 failed", "2 failed")
+# columns of the belief bars and of the small triangle
+BELIEF_COLUMNS, SMALL_TRIANGLE_COLUMNS = 36, 21
+TALL_TRIANGLE_ROWS, REGRET_BAR_COLUMNS = (
+    11,
+    8,
+)  # rows of the tall triangle; columns of a regret bar
+# rows of the largest triangle; rows of a triangle from which a chart of the belief is beside it
+MAX_TRIANGLE_ROWS, MIN_CHART_TRIANGLE_ROWS, MAX_CHART_ROWS = 40, 30, 12
+REGRET_COLUMN = 21  # first column of the regrets
+TRIANGLE_LEGEND = (
+    "● belief now, · earlier beliefs",
+    "corner: you are sure of the number",
+    "Tab shows the best action by belief",
+)
+REGION_LEGEND = (
+    "● belief now; letters: best action",
+    "at each belief, for the turns left",
+)
+REGION_STYLES = ("dim", "cyan", "magenta", "yellow")  # style of each action's key
+MAX_PLANNED_TURNS = 40  # maximum turns planned for the regions
+APEX_COLUMN, BASE_ROW = 10, 4  # column of the small triangle's apex, and row of its base
+
+
+def _compute_expected_rewards(
+    view: View[MachineReplacement], options: DrawOptions
+) -> list[tuple[str, str, float]]:
+    """Return each action's key, name and expected immediate reward under the belief."""
+    expected = view.belief @ view.problem.tables.rewards[:, :, 0]
+    return [
+        (options.keys_by_action.get(name, key), name, float(reward))
+        for (key, name), reward in zip(KEYS.items(), expected, strict=True)
+    ]
+
+
+def iter_boards(view: View[MachineReplacement], options: DrawOptions) -> Iterator[Text]:
+    """Yield the boards, the largest first: with a tall triangle, a small one, and none."""
+    if options.allow_large:
+        columns = options.columns_beside_panel - BELIEF_COLUMNS - 3
+        size = min(options.height - 3, columns // 2, MAX_TRIANGLE_ROWS)
+        if size >= MIN_CHART_TRIANGLE_ROWS:
+            yield _draw_large_board(view, options, size)
+        yield _draw_large_board(view, options)
+    forecast_rows = format_forecast_rows(view, options, view.problem.state_names)
+    yield from iter_with_and_without_rows(
+        _iter_small_boards(view, options),
+        [*format_regret_rows(options, list_action_keys(KEYS, options)), *forecast_rows],
+        options,
+    )
+
+
+def _iter_small_boards(view: View[MachineReplacement], options: DrawOptions) -> Iterator[Text]:
+    """Yield small boards: with the triangle, without it, and with all rewards in one row."""
+    for with_triangle in (True, False):
+        canvas = Canvas()
+        y = _draw_observation_and_belief(view, options, canvas, 2)
+        if with_triangle:
+            _draw_small_triangle(canvas, BELIEF_COLUMNS + 4, view.belief)
+        _draw_belief_history(view, canvas, y, options)
+        canvas.write_text(0, y + 2, "expected reward", "dim")
+        for number, (key, name, reward) in enumerate(_compute_expected_rewards(view, options)):
+            canvas.write_text(0, y + 3 + number, f"{key} {name:<11} {reward:+.3f}")
+        draw_true_state(canvas, y + 8, STATE_NAMES, options)
+        yield canvas.to_text()
+    canvas = Canvas()
+    y = _draw_observation_and_belief(view, options, canvas, 1)
+    line = "  ".join(
+        f"{key} {reward:+.2f}" for key, _, reward in _compute_expected_rewards(view, options)
+    )
+    canvas.write_text(0, y, "" if view.end_reason else line)
+    draw_true_state(canvas, y + 1, STATE_NAMES, options)
+    yield canvas.to_text()
+
+
+def _draw_belief_history(
+    view: View[MachineReplacement], canvas: Canvas, y: int, options: DrawOptions
+) -> None:
+    """Draw a sparkline of the past probabilities that at least one part has failed.
+
+    At most MAX_HISTORY_TURNS turns are drawn.
+    """
+    probabilities = [1.0 - float(b[0]) for b in view.beliefs or ()]
+    draw_probability_history(
+        canvas, y, "chance of failed parts", probabilities, options, max_turns=MAX_HISTORY_TURNS
+    )
+
+
+def _draw_large_board(
+    view: View[MachineReplacement], options: DrawOptions, size: int = TALL_TRIANGLE_ROWS
+) -> Text:
+    """Return the large board: bars and rewards at the left, the tall triangle at the right.
+
+    With hints, it also shows the regrets. Beside a triangle of many rows, a chart shows the belief
+    by turn.
+    """
+    canvas = Canvas()
+    y = _draw_observation_and_belief(view, options, canvas, 2)
+    _draw_belief_history(
+        view, canvas, y, options._replace(width=min(options.width, BELIEF_COLUMNS))
+    )
+    canvas.write_text(0, y + 2, "expected reward", "dim")
+    regret_heading = "value below best" if options.regret is not None else ""
+    canvas.write_text(REGRET_COLUMN, y + 2, regret_heading, "dim")
+    rewards_by_action = _compute_expected_rewards(view, options)
+    for row, action in enumerate(rank_actions(options, len(rewards_by_action)), y + 3):
+        key, name, reward = rewards_by_action[action]
+        canvas.write_text(0, row, f"{key} {name:<11} {reward:+.3f}")
+        canvas.write_text(
+            REGRET_COLUMN,
+            row,
+            format_regret_with_bar(options, action, REGRET_BAR_COLUMNS),
+            "yellow",
+        )
+    draw_true_state(canvas, y + 7, STATE_NAMES, options)
+    has_hints = view.rewards is None and not options.hints_forbidden  # not after the end
+    default_legend = TRIANGLE_LEGEND if has_hints else TRIANGLE_LEGEND[:-1]
+    turns_left = math.inf if view.turn_limit is None else view.turn_limit - view.turns_played
+    limit_note = (f"(for {MAX_PLANNED_TURNS} turns; more are left)",)
+    region_legend = REGION_LEGEND + limit_note * (turns_left > MAX_PLANNED_TURNS)
+    legend = default_legend if options.regret is None else region_legend
+    notes = format_forecast_rows(view, options, view.problem.state_names) or legend
+    for row, line in enumerate(notes, y + 8):
+        canvas.write_text(0, row, line, "" if options.forecast else "dim")
+    if size >= MIN_CHART_TRIANGLE_ROWS:
+        top = y + 9 + len(notes)
+        _draw_belief_chart(view, canvas, top, min(size - top - 4, MAX_CHART_ROWS), options)
+    _draw_tall_triangle(view, canvas, BELIEF_COLUMNS + 2, size, options)
+    return canvas.to_text()
+
+
+def _draw_belief_chart(
+    view: View[MachineReplacement], canvas: Canvas, y: int, rows: int, options: DrawOptions
+) -> None:
+    """Draw the probability of a failure by turn, with the keys and products below."""
+    keys = list_action_keys(KEYS, options)
+    products = [
+        format_observation(view.problem, 0, product)[:1] if _is_examined(view, action) else "·"
+        for action, product in zip(view.actions, view.observations[1:], strict=True)
+    ]
+    canvas.write_text(0, y, "P(failure) by turn", "dim")
+    bottom = draw_belief_chart(
+        canvas,
+        y + 1,
+        [1.0 - float(belief[0]) for belief in view.beliefs or ()],
+        [
+            ("turn", [str(turn) for turn in range(len(products) + 1)]),
+            ("chose", ["", *(keys[int(action)] for action in view.actions)]),
+            ("saw", ["", *products]),
+        ],
+        rows=rows,
+        columns=BELIEF_COLUMNS,
+        ascii_only=options.ascii,
+    )
+    canvas.write_text(0, bottom, "d defective, n nondefective, · none", "dim")
+
+
+def _draw_tall_triangle(
+    view: View[MachineReplacement], canvas: Canvas, x: int, size: int, options: DrawOptions
+) -> None:
+    """Draw the tall triangle, its corners by name, with past, current and forecast beliefs.
+
+    With hints, it also shows the best action in each region.
+    """
+    for row in range(1, size):
+        canvas.write_text(x + size - row, row + 1, "╱", "dim")
+        canvas.write_text(x + size + row, row + 1, "╲", "dim")
+    canvas.write_text(x, size + 1, "─" * (2 * size + 1), "dim")
+    canvas.write_text(x + size - len(STATE_NAMES[0]) // 2, 0, STATE_NAMES[0])
+    canvas.write_text(x, size + 2, STATE_NAMES[1])
+    if options.regret is not None:
+        _draw_policy_regions(view, canvas, x, size, options)
+    canvas.write_text(x + 2 * size + 1 - len(STATE_NAMES[2]), size + 2, STATE_NAMES[2])
+    forecast_beliefs = options.forecast.beliefs if options.forecast else None
+    marks = [(belief, "·", "cyan") for belief in view.beliefs or ()]
+    marks += [
+        (belief, "○", "bold yellow")
+        for belief in ([] if forecast_beliefs is None else forecast_beliefs)
+    ]
+    for belief, glyph, style in [*marks, (view.belief, "●", "bold cyan")]:
+        column = round(size * (1.0 + float(belief[2] - belief[1])))
+        canvas.write_text(x + column, 1 + round(size * float(1.0 - belief[0])), glyph, style)
+
+
+def _draw_policy_regions(
+    view: View[MachineReplacement], canvas: Canvas, x: int, size: int, options: DrawOptions
+) -> None:
+    """Draw the key of the best action at points all over the belief triangle.
+
+    The actions are optimal for the remaining turns, at most MAX_PLANNED_TURNS.
+    """
+    keys = list_action_keys(KEYS, options)
+    points = [(row, offset) for row in range(2, size) for offset in range(2 - row, row, 2)]
+    failed, skew = np.array(points).T / size
+    beliefs = np.stack([1.0 - failed, (failed - skew) / 2, (failed + skew) / 2], axis=1)
+    remaining_turns = (
+        MAX_PLANNED_TURNS
+        if view.turn_limit is None
+        else min(view.turn_limit - view.turns_played, MAX_PLANNED_TURNS)
+    )
+    stage = _plan_stages(view.problem, remaining_turns)[-1]
+    for (row, offset), action in zip(
+        points, mark_best_actions(compute_action_values(stage, beliefs)), strict=True
+    ):
+        best_action = int(np.argmax(action))
+        canvas.write_text(x + size + offset, row + 1, keys[best_action], REGION_STYLES[best_action])
+
+
+@lru_cache(maxsize=MAX_PLANNED_TURNS)
+def _plan_stages(problem: MachineReplacement, turns: int) -> list[AlphaVectorStage]:
+    """Return the optimal plans for 1, 2, ... `turns` turns; cached."""
+    return solve_finite_horizon(tabulate(problem), problem.discount, turns)
+
+
+def _draw_observation_and_belief(
+    view: View[MachineReplacement], options: DrawOptions, canvas: Canvas, y: int
+) -> int:
+    """Draw the last product and the belief bars; return the next free row."""
+    product = _format_last_product(view)
+    canvas.write_text(0, 0, "saw  ")
+    canvas.write_text(5, 0, product, "bold yellow" if product == "defective" else "bold")
+    return draw_belief_bars(
+        canvas,
+        y,
+        STATE_NAMES,
+        view.belief,
+        options._replace(width=min(options.width, BELIEF_COLUMNS)),
+    )
+
+
+def _draw_small_triangle(canvas: Canvas, x: int, belief: Reals) -> None:
+    """Draw a small triangle with the belief as a dot; each corner is one state with certainty."""
+    for row in range(1, BASE_ROW + 1):
+        canvas.write_text(x + APEX_COLUMN - 2 * row, row, "╱", "dim")
+        canvas.write_text(x + APEX_COLUMN + 2 * row, row, "╲", "dim")
+    canvas.write_text(x + 3, BASE_ROW, "─" * (SMALL_TRIANGLE_COLUMNS - 6), "dim")
+    row = round(BASE_ROW * float(1.0 - belief[0]))
+    column = APEX_COLUMN + round(2.0 * BASE_ROW * float(belief[2] - belief[1]))
+    canvas.write_text(x + APEX_COLUMN - (2 if row == 0 else 0), 0, "0")
+    canvas.write_text(x, BASE_ROW, "1")
+    canvas.write_text(x + SMALL_TRIANGLE_COLUMNS - 1, BASE_ROW, "2")
+    canvas.write_text(x + column, row, "●", "bold cyan")
+
+
+def goal_lines(view: View[MachineReplacement]) -> list[str]:
+    """Return the rewards of production and of the other actions, as clauses."""
+    labels = view.problem.actions[0].labels
+    intact_rewards, *failed_rewards = view.problem.tables.rewards[:, :, 0]
+    one_failed, two_failed = (f"{pays[0]:.3g}" for pays in failed_rewards)
+    other_clauses = [
+        f"{label} {_format_reward_bound(pays)}"
+        for label, pays in zip(labels, view.problem.tables.rewards[:, :, 0].T, strict=True)
+    ]
+    return [
+        f"keep earning: {labels[0]} pays {intact_rewards[0]:.3g}",
+        f"{one_failed} with 1 failed part, {two_failed} with 2",
+        "failures are hidden",
+        *other_clauses[:0:-1],
+    ]
+
+
+def _format_reward_bound(rewards: Reals) -> str:
+    """Return an action's reward, the largest one if it depends on the state, or its cost."""
+    largest, varies = float(rewards.max()), bool(np.ptp(rewards))
+    if largest < 0:
+        return f"costs {-largest:.3g}{' or more' * varies}"
+    return f"pays {'at most ' * varies}{largest:.3g}"
+
+
+def lesson(view: View[MachineReplacement]) -> Lesson:
+    """Return the three sentences that introduce the problem: role, objective and costs."""
+    rewards = view.problem.tables.rewards[:, :, 0]
+    production, *other_actions = zip(view.problem.actions[0].labels, rewards.T, strict=True)
+    clauses = [f"{name} {_format_rewards_by_failures(pays)}" for name, pays in other_actions]
+    return Lesson(
+        "You run a machine of two parts; failures are hidden. Examine tests a product, interrupt "
+        "repairs failed parts, replace puts in two new parts",
+        (
+            "You want it to produce as much as it can: "
+            f"{production[0]} pays {_format_rewards_by_failures(production[1])} "
+            "with 0, 1 or 2 failed parts when the turn begins"
+        ),
+        f"With 0, 1 or 2 failed parts, the other actions pay: {'; '.join(clauses)}",
+        "examine",
+        "with {} failed parts",
+        "{} failed",
+        _describe_chances(view.problem),
+    )
+
+
+def _describe_chances(problem: MachineReplacement) -> tuple[str, ...]:
+    """Return the probabilities of failures in a turn, and of a defective product."""
+    wear = problem.tables.transition[:, 0]
+    (_, one_of_two, both), (_, _, last) = wear[:2]
+    clues = problem.tables.observation_model[problem.actions[0].labels.index("examine"), :, 1]
+    return (
+        f"In a turn of manufacture or examine, two working parts become one with probability "
+        f"{one_of_two:g} and none with {both:g}",
+        f"If one part works, it fails with probability {last:g}; interrupt and replace always "
+        "lead to 0 failed",
+        "Examine sees a defective product with probability "
+        f"{', '.join(f'{p:g}' for p in clues)} with 0, 1 or 2 failed parts after the turn",
+        "The other actions always see a nondefective one",
+    )
+
+
+def _format_rewards_by_failures(rewards: Reals) -> str:
+    """Return the rewards for 0, 1 and 2 failed parts as text, once if they are equal."""
+    texts = [f"{pay:.4g}" for pay in rewards]
+    return texts[0] if len(set(texts)) == 1 else ", ".join(texts)
+
+
+def panel_rows(view: View[MachineReplacement]) -> list[tuple[str, str]]:
+    """Return the panel rows: the last reward and the discount.
+
+    The reward is hidden until the game is over, because it reveals the state.
+    """
+    return crying_baby.panel_rows(view)
+
+
+def describe_turn(view: View[MachineReplacement]) -> str:
+    """Return a description of the last turn: the action, the product and the belief."""
+    return (
+        f"chose {view.last_action_label}, saw {_format_last_product(view)}. "
+        f"{_describe_belief(view)}"
+    )
+
+
+def describe_situation(view: View[MachineReplacement]) -> str:
+    """Return a description of the last product, the belief and the expected rewards."""
+    expected = ", ".join(
+        f"{name} {reward:.3f}" for _, name, reward in _compute_expected_rewards(view, DrawOptions())
+    )
+    return (
+        f"saw {_format_last_product(view)}. "
+        f"{_describe_belief(view)} expected reward now: {expected}."
+    )
+
+
+def _format_last_product(view: View[MachineReplacement]) -> str:
+    """Return the last product as text; only an examination shows one.
+
+    After the other actions, the observation is the same in every state, and tells nothing.
+    """
+    if view.turns_played and not _is_examined(view, view.actions[-1]):
+        return "nothing (not examined)"
+    return format_last_observation(view)
+
+
+def _is_examined(view: View[MachineReplacement], action: float) -> bool:
+    """Return whether the observation after an action depends on the state."""
+    return bool(np.ptp(view.problem.tables.observation_model[int(action)], axis=0).any())
+
+
+def _describe_belief(view: View[MachineReplacement]) -> str:
+    """Return the belief about the number of failed parts, the likeliest number first."""
+    return f"belief: {format_belief(STATE_NAMES, view.belief)}."

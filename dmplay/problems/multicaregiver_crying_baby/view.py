@@ -1,0 +1,62 @@
+"""The view of the crying baby with two caregivers: one caregiver's observations and belief."""
+
+from collections.abc import Iterator
+
+from rich.text import Text
+
+from dmplay.core.session import View
+from dmplay.problems.crying_baby import view as crying_baby
+from dmplay.problems.crying_baby.view import KEYS, describe_turn, goal_lines, lesson, panel_rows
+from dmplay.problems.multicaregiver_crying_baby.rules import MulticaregiverCryingBaby
+from dmplay.views.protocol import DrawOptions
+
+
+def get_partner_name(view: View[MulticaregiverCryingBaby]) -> str:
+    """Return the name of the other caregiver."""
+    return view.problem.agents[1 - view.seat]
+
+
+def iter_boards(view: View[MulticaregiverCryingBaby], options: DrawOptions) -> Iterator[Text]:
+    """Yield each board for one caregiver with a note about the other caregiver, then without it.
+
+    The note says that the belief assumes a random policy of the other caregiver, and names the
+    policy that a forecast assumes if that is another one. Without a belief, there is no note.
+    """
+    if view.beliefs is None:
+        yield from crying_baby.iter_boards(view, options)
+        return
+    name = get_partner_name(view)
+    assumption = options.forecast.other_players if options.forecast else ""
+    note = f"bars: your belief, computed as if {name} acted at random"
+    short_note = f"belief as if {name} acted at random"
+    if assumption.startswith("if "):
+        policy = assumption.removeprefix("if ")
+        note = f"bars: {name} acts at random; forecast: {policy}"
+        short_note = f"bars assume a random {name}"
+    if len(note) > options.width:
+        note = short_note
+    for board in crying_baby.iter_boards(view, options):
+        yield board.copy().append(f"\n{note}", "dim")
+        yield board
+
+
+def describe_situation(view: View[MulticaregiverCryingBaby]) -> str:
+    """Return a description of the last observation, the belief and its assumption."""
+    text = crying_baby.describe_situation(view)
+    name = get_partner_name(view)
+    belief = "" if view.beliefs is None else "; the belief assumes uniformly random actions"
+    return f"{text} {name} is hidden{belief}."
+
+
+KEY_FAMILY = "crying-baby"
+
+__all__ = [
+    "KEYS",
+    "KEY_FAMILY",
+    "describe_situation",
+    "describe_turn",
+    "goal_lines",
+    "iter_boards",
+    "lesson",
+    "panel_rows",
+]

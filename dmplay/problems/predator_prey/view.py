@@ -1,0 +1,401 @@
+"""The view of predator-prey hex world: the map with all agents and the keys of each move."""
+
+from collections.abc import Iterator
+from string import ascii_uppercase
+
+import numpy as np
+from rich.text import Text
+
+from dmplay.core.hexgrid import DIRECTIONS, Hex, format_hex, hex_neighbours
+from dmplay.core.session import View
+from dmplay.problems.predator_prey.rules import DEVOURED_REWARD, MOVE_REWARD, PredatorPrey
+from dmplay.views.protocol import DrawOptions, Lesson
+from dmplay.views.toolkit import hexgrid
+from dmplay.views.toolkit.action_hints_and_outcomes import format_probability
+from dmplay.views.toolkit.canvas import format_percent
+from dmplay.views.toolkit.hexgrid import HexCell, HexSize
+
+KEY_FAMILY, KEYS, SECOND_PLAYER_KEYS = hexgrid.KEY_FAMILY, hexgrid.KEYS, hexgrid.SECOND_PLAYER_KEYS
+PREDATOR_GLYPHS = ascii_uppercase  # keys on the map are never capitals
+PREDATOR_COLORS, PREY_COLOR = ("yellow", "magenta", "blue"), "cyan"
+
+
+def _list_positions(view: View[PredatorPrey], turn: int = -1) -> list[Hex]:
+    """Return the hex of each agent after a turn."""
+    problem = view.problem
+    return [problem.hexes[int(hex_index)] for hex_index in view.observations[turn]]
+
+
+def get_agent_glyph(problem: PredatorPrey, seat: int) -> str:
+    """Return the glyph of an agent: a capital for a predator, `o` for prey, numbered if several."""
+    if seat in problem.predator_seats:
+        return PREDATOR_GLYPHS[seat % len(PREDATOR_GLYPHS)]
+    number = seat - problem.predators + 1
+    return "o" if problem.prey == 1 else f"o{number}"
+
+
+def get_displayed_glyph(view: View[PredatorPrey], seat: int, options: DrawOptions) -> str:
+    """Return the displayed glyph of an agent: `@` for your own on small boards, else its glyph."""
+    return (
+        "@"
+        if seat == view.seat and not options.allow_large
+        else get_agent_glyph(view.problem, seat)
+    )
+
+
+def _choose_agent_style(view: View[PredatorPrey], seat: int, options: DrawOptions) -> str:
+    """Return the style of an agent; your own agent is in reverse video."""
+    if not options.allow_large:
+        return "bold reverse" if seat == view.seat else "bold yellow"
+    color = (
+        PREDATOR_COLORS[seat % len(PREDATOR_COLORS)]
+        if seat in view.problem.predator_seats
+        else PREY_COLOR
+    )
+    return f"bold {color}{' reverse' * (seat == view.seat)}"
+
+
+def _flag_feeding_agents(view: View[PredatorPrey], turn: int = -1) -> list[bool]:
+    """Return a list of flags, one per agent: true if a predator and a prey share its hex."""
+    problem, positions = view.problem, _list_positions(view, turn)
+    shared_hexes = {positions[i] for i in problem.predator_seats} & {
+        positions[i] for i in problem.prey_seats
+    }
+    return [position in shared_hexes for position in positions]
+
+
+def iter_boards(view: View[PredatorPrey], options: DrawOptions) -> Iterator[Text]:
+    """Yield the map in every size, the largest first.
+
+    An overlay is for the states with you on each hex and all other agents where they are.
+    """
+    problem, positions = view.problem, _list_positions(view)
+    position = positions[view.seat]
+    adjacent = hex_neighbours(position)
+    can_show_keys = (
+        (options.show_keys or options.regret is not None)
+        and not options.overlay
+        and not _flag_feeding_agents(view)[view.seat]
+    )
+
+    def find_state_at(hex_: Hex) -> int:
+        """Return the index of the state with you on this hex and all others where they are."""
+        state = view.observation.copy()
+        state[view.seat] = problem.hexes.index(hex_)
+        return int(problem.state_indices(state[None])[0])
+
+    probabilities = _forecast_hex_probabilities(view, options)
+
+    def make_cell(hex_: Hex, size: HexSize) -> HexCell:
+        """Return the content of a hex."""
+        key_cell = HexCell("")
+        if can_show_keys and hex_ in adjacent:
+            key_cell = hexgrid.make_direction_cell(options, adjacent.index(hex_), size)
+        seats_on_hex = [seat for seat, agent_hex in enumerate(positions) if agent_hex == hex_]
+        marks = [get_displayed_glyph(view, seat, options) for seat in seats_on_hex]
+        if len(marks) > 1:
+            joined_marks, columns = "".join(sorted(marks)), size.width - 1
+            note = (
+                joined_marks if len(joined_marks) <= columns else joined_marks[: columns - 1] + "…"
+            )
+            return HexCell(
+                "*", note, "*", "bold reverse" if view.seat in seats_on_hex else "bold yellow"
+            )
+        arrival_cell = _make_arrival_cell(view, probabilities.get(hex_, {}), size)
+        if marks:
+            is_own = options.allow_large and view.seat in seats_on_hex
+            own_label = view.player_label if is_own and len(view.player_label) < size.width else ""
+            # The key of a move to an occupied hex is in the second line, or beside the glyph with
+            # hints.
+            mark_text = marks[0]
+            if options.regret is not None and key_cell.mark:
+                mark_text += f" {key_cell.mark.strip()}" if size.text_rows > 1 else key_cell.mark
+            second_line = arrival_cell.mark or key_cell.second_line or key_cell.mark or own_label
+            return HexCell(
+                mark_text,
+                "" if options.overlay else second_line,
+                marks[0],
+                _choose_agent_style(view, seats_on_hex[0], options),
+            )
+        if arrival_cell.second_line:
+            return arrival_cell
+        return (
+            hexgrid.make_overlay_cell(options, find_state_at(hex_), size)
+            if options.overlay
+            else key_cell
+        )
+
+    yield from hexgrid.iter_maps(problem.hexes, make_cell, options, _format_caption(view, options))
+
+
+def _forecast_hex_probabilities(
+    view: View[PredatorPrey], options: DrawOptions
+) -> dict[Hex, dict[int, float]]:
+    """Return the probability of each agent on each hex after the forecast action.
+
+    The result maps a hex to a dict from seat to probability; it is empty without a forecast.
+    """
+    probabilities: dict[Hex, dict[int, float]] = {}
+    if options.forecast:
+        for state, probability in zip(
+            options.forecast.outcomes, options.forecast.probabilities, strict=True
+        ):
+            for seat, hex_index in enumerate(state):
+                by_seat = probabilities.setdefault(view.problem.hexes[int(hex_index)], {})
+                by_seat[seat] = by_seat.get(seat, 0.0) + float(probability)
+    return probabilities
+
+
+def _make_arrival_cell(
+    view: View[PredatorPrey], probabilities: dict[int, float], size: HexSize
+) -> HexCell:
+    """Return a hex with the forecast probabilities that you and another agent arrive there.
+
+    Of the other agents, only the likeliest is shown.
+    """
+    columns = size.width - 1
+    others_by_seat = {
+        seat: probability for seat, probability in probabilities.items() if seat != view.seat
+    }
+    own_probability, other_text = probabilities.get(view.seat, 0.0), ""
+    if others_by_seat:
+        seat = max(others_by_seat, key=lambda other: others_by_seat[other])
+        name = get_agent_glyph(view.problem, seat)
+        other_text = name + format_probability(others_by_seat[seat], columns - len(name))
+    if own_probability:
+        probability = format_probability(own_probability, columns)
+        return HexCell(probability, other_text or " ", probability, "bold cyan")
+    return HexCell(other_text, " " * bool(other_text), other_text, "cyan")
+
+
+def _format_caption(view: View[PredatorPrey], options: DrawOptions) -> str:
+    """Return the caption of the map: the forecast, feeding, wall regrets or the agents' names."""
+    if options.forecast:
+        return f"{hexgrid.format_move_condition(options.forecast)}: chance of each hex"
+    if (
+        _flag_feeding_agents(view)[view.seat]
+        and not view.end_reason
+        and (options.allow_large or options.regret is not None)
+    ):
+        is_predator = view.seat in view.problem.predator_seats
+        return "any action eats the prey" if is_predator else "caught: any key moves you away"
+    if options.regret is not None and not options.overlay:
+        return hexgrid.format_wall_regrets(
+            view.problem.hexes, _list_positions(view)[view.seat], options
+        )
+    text = f"{get_agent_glyph(view.problem, view.seat)} is {_name_own_agent(view)}"
+    other_seats = [seat for seat in range(len(view.problem.agents)) if seat != view.seat]
+    if len(other_seats) == 1:
+        text += (
+            f", {get_agent_glyph(view.problem, other_seats[0])} "
+            f"is the {view.problem.agents[other_seats[0]]}"
+        )
+    return text if options.allow_large else ""
+
+
+def _name_own_agent(view: View[PredatorPrey]) -> str:
+    """Return `you`, or the name of the agent that is watched."""
+    return view.player_label if view.player_label == "you" else f"the {view.player_label}"
+
+
+def _get_last_action(view: View[PredatorPrey], seat: int) -> int:
+    """Return the last action of an agent."""
+    assert view.joint_actions is not None
+    return int(view.joint_actions[-1][seat])
+
+
+def _describe_last_move(view: View[PredatorPrey], seat: int) -> tuple[str, str]:
+    """Return the result of an agent's last move, in short for the panel and as a clause."""
+    if _flag_feeding_agents(view, -2)[seat]:
+        is_predator = seat in view.problem.predator_seats
+        return (
+            ("ate prey", "ate the prey, stayed")
+            if is_predator
+            else ("caught", "was caught, reappeared")
+        )
+    result = hexgrid.classify_move(
+        view.problem.hexes,
+        _list_positions(view, -2)[seat],
+        _list_positions(view)[seat],
+        _get_last_action(view, seat),
+    )
+    return result.short_text, result.description
+
+
+def _describe_action_and_move(
+    view: View[PredatorPrey], seat: int, *, with_hex: bool = False
+) -> str:
+    """Return an agent's last action and its result, such as `chose NE, moved NE to (1,2)`.
+
+    The hex is left out by default.
+    """
+    move_text = _describe_last_move(view, seat)[1]
+    if with_hex:
+        move_text = hexgrid.append_hex(move_text, _list_positions(view)[seat])
+    return f"chose {DIRECTIONS[_get_last_action(view, seat)].upper()}, {move_text}"
+
+
+def goal_lines(view: View[PredatorPrey]) -> list[str]:
+    """Return the goal and the rewards of a predator or a prey, as clauses."""
+    problem = view.problem
+    slips = [f"{format_percent(problem.slip)} of steps slip sideways"] if problem.slip else []
+    if view.seat in problem.predator_seats:
+        unit = "" if problem.prey == 1 else " per prey"
+        sharing_clause = ", shared by the predators there" if problem.predators > 1 else ""
+        return [
+            "catch the prey",
+            f"starting a turn on its hex pays 1{unit}{sharing_clause}",
+            "other turns cost 1",
+            *slips,
+            f"a caught prey loses {-DEVOURED_REWARD:g} and reappears at random",
+        ]
+    return [
+        f"avoid predators: being caught costs {-DEVOURED_REWARD:g}",
+        "moving is free",
+        *slips,
+        "once caught, you reappear on a random hex",
+    ]
+
+
+def lesson(view: View[PredatorPrey]) -> Lesson:
+    """Return the three sentences that introduce the problem: role, objective and costs."""
+    problem = view.problem
+    slips = (
+        f"{format_percent(problem.slip)} of steps slip sideways"
+        if problem.slip
+        else "no step slips"
+    )
+    start = f"with {' and '.join(f'{name} at {{}}' for name in problem.agents)}"
+    role = (
+        f"You are {problem.agents[view.seat]}; all agents see each other, move one hex at the same "
+        "time, and can swap hexes"
+    )
+    chances = (
+        *hexgrid.describe_step_chances(problem.slip),
+        "A predator and a prey that begin a turn on the same hex take no step in it, whatever they "
+        "choose",
+        f"The predator stays, and the prey reappears on each of the {len(problem.hexes)} hexes "
+        f"with probability 1/{len(problem.hexes)}",
+    )
+    mark = get_agent_glyph(problem, view.seat)
+    if view.seat in problem.predator_seats:
+        sharing_clause = ", shared by the predators on it" if problem.predators > 1 else ""
+        objective = (
+            f"You want to reach a prey: if you begin a turn on its hex, you get 1{sharing_clause}; "
+            f"you stay there, and the prey loses {-DEVOURED_REWARD:g} and reappears on a random hex"
+        )
+        costs = f"Any other turn costs {-MOVE_REWARD:g}, and {slips}"
+        return Lesson(role, objective, costs, example_start=start, chances=chances, map_mark=mark)
+    objective = "You want to avoid the hexes of predators"
+    costs = (
+        "A turn that begins on the hex of a predator costs you "
+        f"{-DEVOURED_REWARD:g}, and you reappear on a random hex; a step is free"
+    )
+    return Lesson(
+        role,
+        objective,
+        f"{costs}, and {slips}",
+        example_start=start,
+        chances=chances,
+        map_mark=mark,
+    )
+
+
+def panel_rows(view: View[PredatorPrey]) -> list[tuple[str, str]]:
+    """Return the panel rows: your last move, all positions, scores and shared hexes."""
+    problem, positions = view.problem, _list_positions(view)
+    move_text = _describe_last_move(view, view.seat)[0] if view.turns_played else "-"
+    reward = f"{view.rewards[-1]:g}" if view.rewards else "-"
+    rows = [
+        ("last", view.last_action_label.upper() or "-"),
+        ("moved", move_text),
+        ("reward", reward),
+    ]
+    for seat, agent in enumerate(problem.agents):
+        name = view.player_label if seat == view.seat else agent
+        rows.append((f"{get_agent_glyph(problem, seat)} {name}", format_hex(positions[seat])))
+    rows += [
+        *_list_discounted_scores(view),
+        ("slip", f"{problem.slip / 2:.2f} each side"),
+        ("discount", f"{problem.discount:.2f} (gamma)"),
+    ]
+    for hex_ in dict.fromkeys(positions):  # last, because these rows come and go
+        marks = sorted(
+            get_agent_glyph(problem, seat)
+            for seat, position in enumerate(positions)
+            if position == hex_
+        )
+        if len(marks) > 1:
+            rows.append((f"* {format_hex(hex_)}", " ".join(marks)))
+    return rows
+
+
+def _list_discounted_scores(view: View[PredatorPrey]) -> list[tuple[str, str]]:
+    """Return panel rows with the discounted return of each agent so far.
+
+    All agents see every state, and the rewards depend on the states alone.
+    """
+    problem = view.problem
+    if not view.turns_played:
+        return []
+    states = np.array(view.observations[:-1])
+    any_actions = np.zeros_like(states)  # the rewards do not depend on the actions
+    rewards = problem.resolve_events(states, any_actions, tuple(any_actions.T)).rewards
+    weights = problem.discount ** np.arange(view.turns_played)
+    sums = np.sum(weights[:, None] * rewards, axis=0)
+    return [
+        (f"score {get_agent_glyph(problem, seat)}", f"{sums[seat]:.4g}")
+        for seat in range(len(sums))
+    ]
+
+
+def describe_turn(view: View[PredatorPrey]) -> str:
+    """Return a description of your last move and position, then of the other agents."""
+    agents, positions = view.problem.agents, _list_positions(view)
+    other_seats = [seat for seat in range(len(agents)) if seat != view.seat]
+    sentences = [f"{_describe_action_and_move(view, view.seat, with_hex=True)}."]
+    fed_before = _flag_feeding_agents(view, -2)
+    for seat in other_seats:
+        # With several other agents, only the actions of those that fed or were caught are
+        # described.
+        action_text = (
+            f" {_describe_action_and_move(view, seat, with_hex=True)}"
+            if len(other_seats) == 1 or fed_before[seat]
+            else f" at {format_hex(positions[seat])}"
+        )
+        sentences.append(f"{agents[seat]}{action_text}.")
+    return " ".join(sentences)
+
+
+def describe_situation(view: View[PredatorPrey]) -> str:
+    """Return a description of your position, the six neighbours and the other agents' distances."""
+    problem, positions = view.problem, _list_positions(view)
+    position = positions[view.seat]
+    is_watched = view.player_label != "you"
+    watched_sentence = f"{view.player_label} at {format_hex(position)}." if is_watched else ""
+    sentences = [
+        watched_sentence or f"at {format_hex(position)}, you are {problem.agents[view.seat]}."
+    ]
+    if _flag_feeding_agents(view)[view.seat] and not is_watched:
+        is_predator = view.seat in problem.predator_seats
+        sentences.append(
+            "the prey is here: any action eats it and stays."
+            if is_predator
+            else "you are caught: after any action you reappear on a random hex."
+        )
+
+    def describe_hex(hex_: Hex) -> str:
+        """Return the names of the agents on a hex, or `free`."""
+        names = [problem.agents[i] for i, agent_hex in enumerate(positions) if agent_hex == hex_]
+        return " and ".join(names) or "free"
+
+    sentences += hexgrid.describe_neighbours(problem.hexes, position, describe_hex)
+    for seat, agent in enumerate(problem.agents):
+        if seat != view.seat:
+            distance = (
+                "here"
+                if positions[seat] == position
+                else hexgrid.format_distance(problem.hexes, position, positions[seat])
+            )
+            sentences.append(f"{agent} at {format_hex(positions[seat])}: {distance}.")
+    return " ".join(sentences)

@@ -1,0 +1,51 @@
+"""The view of the prisoner's dilemma: figure F.14 with the last actions."""
+
+from dmplay.core.session import View
+from dmplay.problems.prisoners_dilemma.rules import PrisonersDilemma
+from dmplay.views.protocol import Lesson
+from dmplay.views.toolkit.payoff_table import (
+    describe_situation,
+    describe_turn,
+    iter_boards,
+    panel_rows,
+)
+
+KEYS = {"c": "cooperate", "d": "defect"}
+
+
+def goal_lines(view: View[PrisonersDilemma]) -> list[str]:
+    """Return the goal, and the reward of each pair of actions, as clauses."""
+    other = view.problem.agents[1 - view.seat]
+    (cc, cd), (dc, dd) = view.problem.payoffs[:, :, 0]
+    return [
+        "spend few years in prison",
+        "each year costs 1",
+        f"if {other} cooperates: cooperate pays {cc:g}, defect {dc:g}",
+        f"if {other} defects: cooperate pays {cd:g}, defect {dd:g}",
+        "both choose at the same time",
+    ]
+
+
+def lesson(view: View[PrisonersDilemma]) -> Lesson:
+    """Return the three sentences that introduce the problem: role, objective and rewards."""
+    you, other = (view.problem.agents[seat] for seat in (view.seat, 1 - view.seat))
+    (cc, cd), (dc, dd) = view.problem.payoffs[:, :, 0]
+    return Lesson(
+        f"You are {you}, a prisoner; in every round you cooperate (stay silent) or defect (blame "
+        f"{other}), and {other} chooses at the same time",
+        f"You want few years in prison, whatever {other} gets; a year costs 1",
+        f"Cooperating pays {cc:g} if {other} does it too, else {cd:g}; defecting pays {dc:g} if "
+        f"{other} cooperates, else {dd:g}",
+        "cooperate",
+    )
+
+
+__all__ = [
+    "KEYS",
+    "describe_situation",
+    "describe_turn",
+    "goal_lines",
+    "iter_boards",
+    "lesson",
+    "panel_rows",
+]

@@ -1,0 +1,48 @@
+"""The view of rock-paper-scissors: figure F.15 with the last actions."""
+
+from dmplay.core.session import View
+from dmplay.problems.rock_paper_scissors.rules import RockPaperScissors
+from dmplay.views.protocol import Lesson
+from dmplay.views.toolkit.payoff_table import (
+    describe_situation,
+    describe_turn,
+    iter_boards,
+    panel_rows,
+)
+
+KEYS = {"r": "rock", "p": "paper", "s": "scissors"}
+
+
+def goal_lines(view: View[RockPaperScissors]) -> list[str]:
+    """Return the rule and the rewards of the winner and the loser, as clauses."""
+    win_reward = view.problem.payoffs.max()
+    return [
+        "rock beats scissors",
+        "scissors beat paper",
+        "paper beats rock",
+        f"the winner gets {win_reward:g}, the loser {-win_reward:g}",
+        "both choose at the same time",
+    ]
+
+
+def lesson(view: View[RockPaperScissors]) -> Lesson:
+    """Return the three sentences that introduce the problem: role, objective and rewards."""
+    you, other = (view.problem.agents[seat] for seat in (view.seat, 1 - view.seat))
+    win_reward = view.problem.payoffs.max()
+    return Lesson(
+        f"You are {you} and choose at the same time as {other}, in every round",
+        f"You want to beat {other}: rock beats scissors, scissors beat paper, paper beats rock",
+        f"A win pays {win_reward:g}, a loss costs {win_reward:g}, and a draw pays nothing",
+        "scissors",
+    )
+
+
+__all__ = [
+    "KEYS",
+    "describe_situation",
+    "describe_turn",
+    "goal_lines",
+    "iter_boards",
+    "lesson",
+    "panel_rows",
+]

@@ -1,0 +1,358 @@
+"""The view of the traveler's dilemma: the payoffs around both last claims, and the rounds."""
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+from rich.text import Text
+
+from dmplay.core.session import View
+from dmplay.problems.travelers_dilemma.rules import (
+    BONUS_DOLLARS,
+    MAX_CLAIM,
+    MIN_CLAIM,
+    TravelersDilemma,
+)
+from dmplay.views.protocol import DrawOptions, Lesson
+from dmplay.views.toolkit.action_hints_and_outcomes import (
+    MAX_NUMBER_COLUMNS,
+    format_action_condition,
+    format_regret_rows,
+    format_significant,
+    iter_with_and_without_rows,
+)
+from dmplay.views.toolkit.belief_bars import format_sparkline
+from dmplay.views.toolkit.canvas import Canvas
+from dmplay.views.toolkit.number_line import NumberLine
+from dmplay.views.toolkit.payoff_table import (
+    describe_turn,
+    draw_paid_rounds,
+    draw_rounds,
+    get_last_joint_action,
+    list_agent_names,
+    list_marked_agent_names,
+    panel_rows,
+)
+
+KEYS: dict[str, str] = {}  # claims are typed
+# amount that each key adds to the claim
+NUMBER_STEPS = {"up": 1, "down": -1, "pageup": 10, "pagedown": -10}
+ROW_LABEL_COLUMNS, CELL_COLUMNS, ELLIPSIS_COLUMNS = (
+    5,
+    8,
+    3,
+)  # columns of a row's label, of a cell, and of an ellipsis
+CLAIM_COLUMNS = 4  # columns of a claim in the list of rounds
+LARGE_LAYOUTS = (
+    (15, True),
+    (11, True),
+    (6, True),
+    (5, True),
+    (4, True),
+    (6, False),
+    (4, False),
+)  # number of claims; whether with the rounds
+MIN_LINE_CLAIM_COUNT = 6  # number of claims in the table below which the line stays as long
+
+
+def goal_lines(view: View[TravelersDilemma]) -> list[str]:
+    """Return the payment rule and the range of claims, as clauses."""
+    return [
+        "both get the lower claim",
+        f"the lower claimant gets {BONUS_DOLLARS:g} more, the higher {BONUS_DOLLARS:g} less",
+        f"claim {MIN_CLAIM} to {MAX_CLAIM}",
+    ]
+
+
+def lesson(view: View[TravelersDilemma]) -> Lesson:
+    """Return the three sentences that introduce the problem: role, objective and payments."""
+    you, other = (view.problem.agents[seat] for seat in (view.seat, 1 - view.seat))
+    return Lesson(
+        f"You are {you} and claim {MIN_CLAIM} to {MAX_CLAIM} whole dollars, at the same time as "
+        f"{other}",
+        f"You want as many dollars as you can get, whatever {other} gets",
+        f"Both get the lower claim; the lower claimant gets {BONUS_DOLLARS:g} more and the higher "
+        f"{BONUS_DOLLARS:g} less; if the claims are equal, each gets its claim",
+        "50",
+    )
+
+
+def iter_boards(view: View[TravelersDilemma], options: DrawOptions) -> Iterator[Text]:
+    """Yield the boards, the largest first: tables, with and without rounds, then the rounds."""
+    for claim_count, with_rounds in LARGE_LAYOUTS if options.allow_large else ():
+        yield _draw_large_board(view, options, claim_count, with_rounds)
+    hint_rows = format_regret_rows(options, view.problem.actions[view.seat])
+    if options.allow_large:
+        tables = (
+            _draw_claim_window(view, options, claim_count)[0].to_text() for claim_count in (4, 3)
+        )
+        yield from iter_with_and_without_rows(
+            tables,
+            [*hint_rows, *(_format_reply_payoffs(view, options) or [_format_last_payment(view)])],
+            options,
+        )
+    yield from iter_with_and_without_rows(
+        _iter_small_boards(view, options),
+        [*hint_rows, *_format_reply_payoffs(view, options)],
+        options,
+    )
+
+
+def _iter_small_boards(view: View[TravelersDilemma], options: DrawOptions) -> Iterator[Text]:
+    """Yield tables of five and three claims, with and without the rounds, then the rounds."""
+    row_claim, column_claim = _get_last_claims(view)
+    for claim_count, with_rounds in ((5, True), (5, False), (3, True), (3, False)):
+        canvas = Canvas()
+        y = _draw_claim_table(
+            view,
+            canvas,
+            0,
+            options,
+            (
+                _list_claim_window(row_claim, claim_count),
+                _list_claim_window(column_claim, claim_count),
+            ),
+        )
+        if with_rounds:
+            draw_rounds(
+                view, canvas, y + 1, options.width, round_columns=CLAIM_COLUMNS, empty_text="-"
+            )
+        yield canvas.to_text()
+    canvas = Canvas()
+    draw_rounds(view, canvas, 0, options.width, round_columns=CLAIM_COLUMNS, empty_text="-")
+    canvas.write_text(0, 2, "both get the lower claim,", "dim")
+    canvas.write_text(0, 3, f"lower claim +{BONUS_DOLLARS}, higher claim -{BONUS_DOLLARS}", "dim")
+    yield canvas.to_text()
+
+
+def _draw_large_board(
+    view: View[TravelersDilemma], options: DrawOptions, claim_count: int, with_rounds: bool
+) -> Text:
+    """Return the large board: the table, both claims on a line, the regrets and the rounds."""
+    canvas, y = _draw_claim_window(view, options, claim_count)
+    canvas.write_text(0, 0, f"{_format_axis_labels(view)}   cells: pay to agent1, agent2", "dim")
+    line_columns = (CELL_COLUMNS + 1) * max(claim_count, MIN_LINE_CLAIM_COUNT)
+    line = NumberLine(MIN_CLAIM, MAX_CLAIM, 2, 1 + line_columns)
+    y = _draw_claim_line(view, canvas, y + 1, line)
+    y = _draw_claim_regrets(canvas, y, options, line)
+    if with_rounds:
+        y = draw_paid_rounds(view, canvas, y + 1, options.width)
+    for row, reply_text in enumerate(_format_reply_payoffs(view, options), y):
+        canvas.write_text(0, row, reply_text)
+    return canvas.to_text()
+
+
+def _format_axis_labels(view: View[TravelersDilemma]) -> str:
+    """Return the labels of the table's axes: the agents whose claims are rows and columns."""
+    down, across = list_marked_agent_names(view)
+    return f"{down} ↓   {across} →"
+
+
+def _draw_claim_window(
+    view: View[TravelersDilemma], options: DrawOptions, claim_count: int
+) -> tuple[Canvas, int]:
+    """Draw the table around both last claims; return the canvas and the next free row.
+
+    With a forecast, the table is centred on the claim in question for the seat's own axis.
+    """
+    canvas, centers = Canvas(), [*_get_last_claims(view)]
+    canvas.write_text(0, 0, _format_axis_labels(view), "dim")
+    if options.forecast is not None:
+        centers[view.seat] = MIN_CLAIM + int(options.forecast.action)
+    rows, columns = ([*_choose_claim_range(claim, claim_count)] for claim in centers)
+    return canvas, _draw_claim_table(view, canvas, 1, options, (rows, columns))
+
+
+def _format_last_payment(view: View[TravelersDilemma]) -> str:
+    """Return both claims of the last round and their payments as text, or `no claims yet`."""
+    joint_action = get_last_joint_action(view)
+    if joint_action is None:
+        return "no claims yet"
+    payments = zip(
+        list_agent_names(view), joint_action, view.problem.payoffs[joint_action], strict=True
+    )
+    return "; ".join(
+        f"{name} claimed {MIN_CLAIM + claim}, got {pay:g}" for name, claim, pay in payments
+    )
+
+
+def _draw_claim_line(view: View[TravelersDilemma], canvas: Canvas, y: int, line: NumberLine) -> int:
+    """Draw both last claims and their payments on a line of claims; return the next free row."""
+    canvas.write_text(
+        0,
+        y + 1,
+        f"{MIN_CLAIM} ├{'─' * (line.right - line.left - 1)}┤ {MAX_CLAIM}",
+        "dim",
+    )
+    joint_action = get_last_joint_action(view)
+    if joint_action is None:
+        canvas.write_text(line.left, y, "no claims yet", "dim")
+        return y + 3
+    glyphs = {view.seat: ("●", "bold cyan", y), 1 - view.seat: ("○", "bold magenta", y + 2)}
+    for seat in (1 - view.seat, view.seat):
+        glyph, style, row = glyphs[seat]
+        claim = MIN_CLAIM + joint_action[seat]
+        label = (
+            f"{list_agent_names(view)[seat]} claimed "
+            f"{claim}, got "
+            f"{view.problem.payoffs[joint_action][seat]:g}"
+        )
+        column = line.column_of(claim)
+        canvas.write_text(column, y + 1, glyph, style)
+        canvas.write_text(min(column, line.right + 5 - len(label)), row, label, style)
+    return y + 3
+
+
+def _draw_claim_regrets(canvas: Canvas, y: int, options: DrawOptions, line: NumberLine) -> int:
+    """Draw the regret of each claim under the line of claims; return the next free row."""
+    if options.regret is None:
+        return y
+    best, largest = int(np.argmin(options.regret)), float(options.regret.max())
+    columns = range(line.left, line.right + 1)
+    fractions = [
+        options.regret[round(line.value_at(column)) - MIN_CLAIM] / (largest or 1.0)
+        for column in columns
+    ]
+    canvas.write_text(line.left, y, format_sparkline(fractions, options.ascii), "yellow")
+    canvas.write_text(line.column_of(MIN_CLAIM + best), y, "●", "bold")
+    canvas.write_text(
+        0,
+        y + 1,
+        f"● best claim {MIN_CLAIM + best}; bars: value lost by each claim; tallest "
+        f"{format_significant(largest, MAX_NUMBER_COLUMNS)}",
+        "yellow",
+    )
+    return y + 2
+
+
+def _format_reply_payoffs(view: View[TravelersDilemma], options: DrawOptions) -> list[str]:
+    """Return a row with the payoffs of the forecast claim against each kind of reply.
+
+    A reply is equal, lower or higher. The list is empty without a forecast.
+    """
+    if options.forecast is None:
+        return []
+    claim = MIN_CLAIM + int(options.forecast.action)
+    return [
+        f"{format_action_condition(view, options.forecast, 'claim {}')}, "
+        f"you get {claim} if equal, {claim + BONUS_DOLLARS} if lower, "
+        f"else the other claim - {BONUS_DOLLARS}"
+    ]
+
+
+def _get_last_claims(view: View[TravelersDilemma]) -> tuple[int | None, int | None]:
+    """Return both claims of the last round, or (None, None) before the first round."""
+    joint_action = get_last_joint_action(view)
+    return (
+        (MIN_CLAIM + joint_action[0], MIN_CLAIM + joint_action[1]) if joint_action else (None, None)
+    )
+
+
+def _draw_claim_table(
+    view: View[TravelersDilemma],
+    canvas: Canvas,
+    y: int,
+    options: DrawOptions,
+    claims: tuple[Sequence[int | None], Sequence[int | None]],
+) -> int:
+    """Draw the table of the given claims from row `y` on; return the next free row.
+
+    None in `claims` stands for omitted claims, drawn as `…`.
+    """
+    last_row_claim, last_column_claim = _get_last_claims(view)
+    rows, columns = claims
+    widths = [CELL_COLUMNS if claim else ELLIPSIS_COLUMNS for claim in columns]
+    headings = [
+        (str(claim), "bold" * (claim == last_column_claim)) if claim else ("…", "dim")
+        for claim in columns
+    ]
+    _draw_table_row(canvas, y, widths, headings)
+    canvas.write_text(
+        0, y + 1, "─" * ROW_LABEL_COLUMNS + "".join("┼" + "─" * width for width in widths), "dim"
+    )
+    for canvas_row, row in enumerate(rows, y + 2):
+        row_label, style = (
+            f"{row:>4}" if row else "…".rjust(ROW_LABEL_COLUMNS - 1),
+            "" if row else "dim",
+        )
+        if row and row == last_row_claim:
+            row_label, style = f">{row:>3}", "bold"
+        canvas.write_text(0, canvas_row, row_label, style)
+        _draw_table_row(
+            canvas,
+            canvas_row,
+            widths,
+            [_format_payoff_cell(view, options, row, claim) for claim in columns],
+        )
+    return y + 2 + len(rows)
+
+
+def _choose_claim_range(claim: int | None, claim_count: int) -> range:
+    """Return `claim_count` claims around a claim, or the highest ones if it is None."""
+    lowest = min(
+        max((claim or MAX_CLAIM) - claim_count // 2, MIN_CLAIM), MAX_CLAIM + 1 - claim_count
+    )
+    return range(lowest, lowest + claim_count)
+
+
+def _list_claim_window(claim: int | None, claim_count: int) -> list[int | None]:
+    """Return `claim_count` claims around a claim, with None where further claims are omitted."""
+    claims = _choose_claim_range(claim, claim_count)
+    return [*[None] * (claims[0] > MIN_CLAIM), *claims, *[None] * (claims[-1] < MAX_CLAIM)]
+
+
+def _draw_table_row(
+    canvas: Canvas, y: int, widths: list[int], cells: list[tuple[str, str]]
+) -> None:
+    """Draw the cells of a table row, given as pairs of text and style, after its label."""
+    x = ROW_LABEL_COLUMNS
+    for width, (text, style) in zip(widths, cells, strict=True):
+        canvas.write_text(x, y, "│", "dim")
+        canvas.write_text(x + 1, y, text.center(width), style)
+        x += width + 1
+
+
+def _format_payoff_cell(
+    view: View[TravelersDilemma],
+    options: DrawOptions,
+    row_claim: int | None,
+    column_claim: int | None,
+) -> tuple[str, str]:
+    """Return the payoffs of two claims as text, and the style of their cell.
+
+    The payoffs of the last round are in brackets. Those of the forecast claim are in bold.
+    """
+    if row_claim is None or column_claim is None:
+        return "", ""
+    joint_action = (row_claim - MIN_CLAIM, column_claim - MIN_CLAIM)
+    first, second = view.problem.payoffs[joint_action]
+    if joint_action == get_last_joint_action(view):
+        return f"[{first:g},{second:g}]", "bold reverse"
+    is_forecast = options.forecast is not None and joint_action[view.seat] == int(
+        options.forecast.action
+    )
+    return f"{first:g}, {second:g}", "bold yellow" if is_forecast else ""
+
+
+def describe_situation(view: View[TravelersDilemma]) -> str:
+    """Return a description of the last round and of the rules; the table is too long for words."""
+    role = [f"you are {view.problem.agents[view.seat]}."] if view.player_label == "you" else []
+    last_round = [f"last round: {describe_turn(view)}"] if view.turns_played else []
+    sentences = [
+        *role,
+        *last_round,
+        f"claim {MIN_CLAIM} to {MAX_CLAIM} whole dollars.",
+        "if the claims are equal, each gets its claim.",
+        f"else both get the lower claim, the lower claimant {BONUS_DOLLARS} more and the higher "
+        f"{BONUS_DOLLARS} less.",
+    ]
+    return " ".join(sentences)
+
+
+__all__ = [
+    "KEYS",
+    "NUMBER_STEPS",
+    "describe_situation",
+    "describe_turn",
+    "iter_boards",
+    "panel_rows",
+]
