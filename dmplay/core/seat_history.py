@@ -1,6 +1,6 @@
 """The history of what one seat has observed, and the beliefs computed from it."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from threading import Lock
 from typing import NamedTuple, TypeVar, overload
 
@@ -29,11 +29,14 @@ class HistorySnapshot(Sequence[T]):
     def __getitem__(self, index: slice) -> tuple[T, ...]: ...
     def __getitem__(self, index: int | slice) -> T | tuple[T, ...]:
         if isinstance(index, slice):
-            return tuple(self._items[position] for position in range(self._length)[index])
+            return tuple(self._items[: self._length][index])
         position = index + self._length if index < 0 else index
         if not 0 <= position < self._length:
             raise IndexError(f"got index {index}, expected one of {self._length} items")
         return self._items[position]
+
+    def __iter__(self) -> Iterator[T]:
+        return iter(self[:])  # checks the length, and computes what is missing, once
 
 
 class SeatHistory(NamedTuple):

@@ -122,7 +122,8 @@ def _draw_belief_history(
 
     At most MAX_HISTORY_TURNS turns are drawn.
     """
-    probabilities = [1.0 - float(b[0]) for b in view.beliefs or ()]
+    recent_beliefs = (view.beliefs or ())[-MAX_HISTORY_TURNS - 1 :]  # one more than are drawn
+    probabilities = [1.0 - float(b[0]) for b in recent_beliefs]
     draw_probability_history(
         canvas, y, "chance of failed parts", probabilities, options, max_turns=MAX_HISTORY_TURNS
     )
@@ -213,15 +214,15 @@ def _draw_tall_triangle(
     if options.regret is not None:
         _draw_policy_regions(view, canvas, x, size, options)
     canvas.write_text(x + 2 * size + 1 - len(STATE_NAMES[2]), size + 2, STATE_NAMES[2])
-    forecast_beliefs = options.forecast.beliefs if options.forecast else None
-    marks = [(belief, "·", "cyan") for belief in view.beliefs or ()]
-    marks += [
-        (belief, "○", "bold yellow")
-        for belief in ([] if forecast_beliefs is None else forecast_beliefs)
-    ]
-    for belief, glyph, style in [*marks, (view.belief, "●", "bold cyan")]:
-        column = round(size * (1.0 + float(belief[2] - belief[1])))
-        canvas.write_text(x + column, 1 + round(size * float(1.0 - belief[0])), glyph, style)
+    marks = [([*(view.beliefs or ())], "·", "cyan")]
+    if options.forecast and options.forecast.beliefs is not None:
+        marks.append(([*options.forecast.beliefs], "○", "bold yellow"))
+    for beliefs, glyph, style in [*marks, ([view.belief], "●", "bold cyan")]:
+        sound, one_failed, both_failed = np.reshape(beliefs, (-1, 3)).T
+        columns = np.rint(size * (1.0 + (both_failed - one_failed))).astype(int)
+        rows = np.rint(size * (1.0 - sound)).astype(int)
+        for column, row in {*zip(columns.tolist(), rows.tolist(), strict=True)}:
+            canvas.write_text(x + column, 1 + row, glyph, style)
 
 
 def _draw_policy_regions(
