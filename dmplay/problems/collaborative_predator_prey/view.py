@@ -143,7 +143,8 @@ def _iter_shaded_maps(
         )
 
     caption = _format_caption(view, options, own_hex)
-    for drawing in hexgrid.iter_maps(problem.hexes, draw_cell, options):
+    map_options = options._replace(height=options.height - len(caption))
+    for drawing in hexgrid.iter_maps(problem.hexes, draw_cell, map_options):
         for row in caption:
             drawing.append(f"\n{row[: options.width]}", "dim")
         yield drawing
