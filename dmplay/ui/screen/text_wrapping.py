@@ -18,6 +18,7 @@ def wrap_lines(lines: Sequence[str], viewport: Viewport) -> list[str]:
     return [row for line in lines for row in wrap_line(line, viewport.width)]
 
 
+@lru_cache(256)  # A line of the log stays for several frames.
 def wrap_line(line: str, width: int) -> Sequence[str]:
     """Wrap one line; continuation rows are indented to its last column if that is wide enough."""
     if len(line) <= width - 4:
