@@ -2,6 +2,7 @@
 
 from bisect import bisect_right
 from collections.abc import Sequence
+from functools import lru_cache
 from itertools import accumulate, groupby
 
 from rich.style import Style
@@ -16,6 +17,7 @@ ASCII_TRANSLATION = str.maketrans(
 )
 BAR_LEVELS = "▁▂▃▄▅▆▇█"  # eighths of a cell's height
 MAX_CELLS = 3e6  # maximum number of cells of a drawing
+MAX_CACHED_ROWS = 2**11  # drawn rows that are kept, as most are those of the drawing before
 SPARE_CELLS = 80  # extra cells when a row grows, because more text usually follows
 DIAGONAL_ARROW_NAMES = {"↗": "NE", "↖": "NW", "↙": "SW", "↘": "SE"}
 
@@ -50,24 +52,30 @@ class Canvas:
 
     def to_text(self) -> Text:
         """Return the drawing as text, one line per row, without trailing blanks."""
-        rows: list[str] = []
-        spans: list[Span] = []
-        start = 0
-        for glyphs, styles in self._rows:
-            rows.append("".join(glyphs).rstrip())
-            spans += _build_spans(rows[-1], styles, start)
-            start += len(rows[-1]) + 1
-        return Text("\n".join(rows), spans=spans, no_wrap=True)
+        rows = [("".join(glyphs).rstrip(), styles) for glyphs, styles in self._rows]
+        return Text("\n", no_wrap=True).join(
+            [
+                _make_row(plain, _build_spans(plain, (*styles[: len(plain)],)))
+                for plain, styles in rows
+            ]
+        )
 
 
-def _build_spans(plain: str, styles: list[str], start: int) -> list[Span]:
-    """Return the styled spans of a row that begins at offset `start`.
+@lru_cache(MAX_CACHED_ROWS)
+def _make_row(plain: str, spans: tuple[Span, ...]) -> Text:
+    """Return a row of a drawing; drawings share it, so it must not be changed."""
+    return Text(plain, spans=[*spans])
+
+
+@lru_cache(MAX_CACHED_ROWS)
+def _build_spans(plain: str, styles: tuple[str, ...]) -> tuple[Span, ...]:
+    """Return the styled spans of a row.
 
     A blank takes its neighbour's style, so that a row has few spans.
     """
     spans: list[Span] = []
     style, span_start, position = "", 0, 0
-    for cell_style, cells in groupby(styles[: len(plain)]):
+    for cell_style, cells in groupby(styles):
         first, position = position, position + len([*cells])
         if not cell_style and not _is_visible_on_blank(style):
             piece = plain[first:position]
@@ -75,11 +83,11 @@ def _build_spans(plain: str, styles: list[str], start: int) -> list[Span]:
         if cell_style == style or first == position:
             continue
         if style:
-            spans.append(Span(start + span_start, start + first, style))
+            spans.append(Span(span_start, first, style))
         style, span_start = cell_style, first
     if style:
-        spans.append(Span(start + span_start, start + len(plain), style))
-    return spans
+        spans.append(Span(span_start, len(plain), style))
+    return (*spans,)
 
 
 def _is_visible_on_blank(style: str) -> bool:
@@ -98,7 +106,7 @@ def draw_text_rows(*rows: str) -> Text:
 def sanitize_drawing(drawing: str | Text) -> Text:
     """Convert a user's drawing to text, without links or unprintable characters."""
     text = drawing if isinstance(drawing, Text) else Text.from_ansi(drawing)
-    return Text("\n", no_wrap=True).join(map(_sanitize_row, split_rows(text)))
+    return Text("\n", no_wrap=True).join([_sanitize_row(row.copy()) for row in split_rows(text)])
 
 
 def _sanitize_row(row: Text) -> Text:
@@ -127,12 +135,12 @@ def measure_text(text: Text) -> tuple[int, int]:
 
 
 def split_rows(text: Text) -> list[Text]:
-    """Split a drawing into rows, each with its own spans."""
+    """Split a drawing into rows, which must not be changed."""
     return split_styled_rows(text.plain, text.spans)
 
 
 def split_styled_rows(plain: str, spans: Sequence[Span]) -> list[Text]:
-    """Split the characters and spans of a drawing into styled rows."""
+    """Split the characters and spans of a drawing into rows, which must not be changed."""
     rows = plain.split("\n")
     starts = [0, *accumulate(len(row) + 1 for row in rows[:-1])]
     row_spans: list[list[Span]] = [[] for _ in rows]
@@ -142,7 +150,7 @@ def split_styled_rows(plain: str, spans: Sequence[Span]) -> list[Text]:
             x = starts[y]
             row_spans[y].append(Span(max(start - x, 0), min(end - x, len(rows[y])), style))
             y += 1
-    return [Text(row, spans=pieces) for row, pieces in zip(rows, row_spans, strict=True)]
+    return [_make_row(row, (*pieces,)) for row, pieces in zip(rows, row_spans, strict=True)]
 
 
 def to_ascii(text: Text) -> Text:
