@@ -1,6 +1,7 @@
 """The view of 2048: tiles in boxes, the new tile underlined, and slides animated."""
 
 from collections.abc import Iterator
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -216,9 +217,9 @@ def iter_boards(view: View[Game2048], options: DrawOptions) -> Iterator[Text]:
 
 def _draw_boxed_board(displayed: DisplayedBoard, boxes: BoxLayout, options: DrawOptions) -> Text:
     """Return a board drawn in boxes, with margins for the regrets if there are hints."""
-    canvas, left = Canvas(), 0 if options.regret is None else MARGIN_COLUMNS
+    left = 0 if options.regret is None else MARGIN_COLUMNS
     right, bottom = boxes.border_position
-    _draw_borders(canvas, boxes, left)
+    canvas = _draw_borders(boxes, left).copy()
     for tile in displayed.tiles:
         x, y = boxes.get_cell_origin(tile.row, tile.column)
         for row in range(y, y + boxes.height):
@@ -230,9 +231,10 @@ def _draw_boxed_board(displayed: DisplayedBoard, boxes: BoxLayout, options: Draw
     return canvas.to_text()
 
 
-def _draw_borders(canvas: Canvas, boxes: BoxLayout, left: int) -> None:
+@cache
+def _draw_borders(boxes: BoxLayout, left: int) -> Canvas:
     """Draw the borders of the board and of its cells."""
-    bottom = boxes.border_position[1]
+    canvas, bottom = Canvas(), boxes.border_position[1]
     for y in range(bottom + 1):
         canvas.write_text(left, y, "│".join(["", *[" " * boxes.width] * 4, ""]), "dim")
     for row, ends in enumerate(("┌┬┐", "├┼┤", "├┼┤", "├┼┤", "└┴┘")):
@@ -240,6 +242,7 @@ def _draw_borders(canvas: Canvas, boxes: BoxLayout, left: int) -> None:
             line = ends[0] + ends[1].join(["─" * boxes.width] * 4) + ends[2]
             y = bottom if row == 4 else boxes.get_cell_origin(row, 0)[1] - 1
             canvas.write_text(left, y, line, "dim")
+    return canvas
 
 
 def _draw_margins(

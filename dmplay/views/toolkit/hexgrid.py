@@ -199,28 +199,41 @@ def _draw_captioned_map(
 
 def _draw_cells(hexes: Sequence[Hex], cells: Sequence[HexCell], size: HexSize) -> Text:
     """Return the map drawn with the given content of each hex."""
-    canvas = Canvas()
-    left = min(2 * q + r for q, r in hexes)
-    top = max(r for _, r in hexes)
-    row_pitch = size.text_rows + size.slope_rows
-    hexes_and_cells = zip(hexes, cells, strict=True)
-    for (q, r), cell in sorted(hexes_and_cells, key=lambda pair: (-pair[0][1], pair[0][0])):
-        x, y = (2 * q + r - left) * size.width // 2, (top - r) * row_pitch
+    canvas = _draw_borders_and_holes((*hexes,), size).copy()
+    positions = _list_positions(hexes, hexes, size)
+    for (y, x), cell in sorted(zip(positions, cells, strict=True)):
         if size.text_rows:
-            _draw_hex_border(canvas, x, y, size)
             _draw_hex_content(canvas, x + 1, y + size.slope_rows, cell, size)
         else:
             columns = size.width - 1
             text = cell.dot_glyph if len(cell.dot_glyph) <= columns else cell.dot_glyph[:1]
             canvas.write_text(x, y, text.center(columns), cell.style)
+    return canvas.to_text()
+
+
+@lru_cache(16)  # Every frame of a recording has them.
+def _draw_borders_and_holes(hexes: tuple[Hex, ...], size: HexSize) -> Canvas:
+    """Return the part of a map in one size that does not depend on the content of its hexes."""
+    canvas = Canvas()
+    if size.text_rows:
+        for y, x in _list_positions(hexes, hexes, size):
+            _draw_hex_border(canvas, x, y, size)
     fill = HOLE_GLYPH * max(size.width - 3, 1)
-    for q, r in _list_holes(hexes):
-        x, y = (2 * q + r - left) * size.width // 2, (top - r) * row_pitch
+    for y, x in _list_positions(_list_holes(hexes), hexes, size):
         for row in range(size.text_rows):
             canvas.write_text(
                 x + 1, y + size.slope_rows + row, fill.center(size.width - 1), EDGE_STYLE
             )
-    return canvas.to_text()
+    return canvas
+
+
+def _list_positions(
+    hexes: Sequence[Hex], map_hexes: Sequence[Hex], size: HexSize
+) -> list[tuple[int, int]]:
+    """Return the first row and column of each hex in a map of all `map_hexes`."""
+    left, top = min(2 * q + r for q, r in map_hexes), max(r for _, r in map_hexes)
+    row_pitch = size.text_rows + size.slope_rows
+    return [((top - r) * row_pitch, (2 * q + r - left) * size.width // 2) for q, r in hexes]
 
 
 def _list_holes(hexes: Sequence[Hex]) -> list[Hex]:
