@@ -5,6 +5,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
+from math import prod
 from typing import NamedTuple
 
 import numpy as np
@@ -110,33 +111,47 @@ class BeliefPolicy(SeatPolicy, ABC):
 
     def _enumerate_transitions(self, action: int) -> dict[int, SparseTransition]:
         """Return the transition of every observation that an action can lead to."""
-        problem = self.problem
+        problem, seat, node_count = self.problem, self.seat, self.partner_node_count
         states = problem.enumerate_states()
         state_count = len(states)
-        observation_count = problem.observation_counts[self.seat]
         choices = [range(count) for count in problem.action_counts]
-        choices[self.seat] = range(action, action + 1)
-        joint_actions = list(product(*choices))
+        choices[seat] = range(action, action + 1)
         parts_by_observation: dict[int, list[tuple[Ints, Reals]]] = {}
-        for joint in joint_actions:
+        for joint in product(*choices):
             source, p, outcome = enumerate_possible_outcomes(
                 problem, states, np.tile(joint, (state_count, 1))
             )
-            cells, weights = (
-                source * state_count + checked_state_indices(problem, outcome.state),
-                p / len(joint_actions),
-            )
-            observations = outcome.observations[:, self.seat]
-            for observation in range(observation_count):
+            node, next_node, chance = self._follow_partners(joint, outcome.observations)
+            before = node * state_count + source
+            after = next_node * state_count + checked_state_indices(problem, outcome.state)
+            cells, weights = before * (node_count * state_count) + after, p * chance
+            observations = outcome.observations[:, seat]
+            for observation in np.unique(observations).tolist():
                 matches = observations == observation
-                if matches.any():
-                    parts_by_observation.setdefault(observation, []).append(
-                        _sum_duplicates(cells[matches], weights[matches])
-                    )
+                parts_by_observation.setdefault(observation, []).append(
+                    _sum_duplicates(cells[..., matches], weights[..., matches])
+                )
         return {
-            observation: _build_transition(parts, state_count)
+            observation: _build_transition(parts, node_count * state_count)
             for observation, parts in parts_by_observation.items()
         }
+
+    @property
+    def partner_node_count(self) -> int:
+        """The number of nodes of the partners' rules in a belief: one, as these are unknown."""
+        return 1
+
+    def _follow_partners(
+        self, joint: tuple[int, ...], observations: Array
+    ) -> tuple[Array, Array, Array]:
+        """Return the partners' nodes before and after each outcome of a joint action.
+
+        The last array has the probabilities of the partners' part of the joint action at each node.
+        Unknown partners act uniformly at random.
+        """
+        counts = self.problem.action_counts
+        node = np.zeros((1, 1), int)
+        return node, node, np.full((1, 1), counts[self.seat] / prod(counts))
 
 
 def apply_by_group(b: Reals, groups: Ints, function: Callable[[Reals, int], Array]) -> Array:
@@ -161,7 +176,7 @@ def apply_by_group(b: Reals, groups: Ints, function: Callable[[Reals, int], Arra
 def _sum_duplicates(cell: Ints, weight: Reals) -> tuple[Ints, Reals]:
     """Return each distinct cell once, with the sum of its weights."""
     cells, inverse = np.unique(cell, return_inverse=True)
-    return cells, np.bincount(inverse.reshape(-1), weight).astype(float)
+    return cells, np.bincount(inverse.reshape(-1), weight.reshape(-1)).astype(float)
 
 
 def _build_transition(parts: list[tuple[Ints, Reals]], size: int) -> SparseTransition:

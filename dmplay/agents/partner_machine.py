@@ -14,7 +14,7 @@ from dmplay.errors import BadPolicy
 class PartnerMachine(NamedTuple):
     """A partner as a finite machine; a node is its memory, maybe with its last observation."""
 
-    observations: Ints  # [N], the last observation of each node, -1 before the first
+    observations: Ints  # [N], the last observation of each node, -1 if it has none or several
     probabilities: Reals  # [N, A], of each action
     next_nodes: Ints  # [N, A, O], after an action of the partner and its observation
 
@@ -24,8 +24,9 @@ def build_partner_machine(
 ) -> PartnerMachine:
     """Return the machine of the policy of an agent, whose first observation is empty.
 
-    With `splits_observations`, a node has one last observation. Raises BadPolicy if the choices
-    are not known, or if there are more than `max_nodes` nodes.
+    With `splits_observations`, a node has one last observation. Memories that lead to the same play
+    are one node. Raises BadPolicy if the choices are not known, or if there are more than
+    `max_nodes` memories.
     """
     action_count = policy.problem.action_counts[policy.seat]
     observation_count = policy.problem.observation_counts[policy.seat]
@@ -42,15 +43,34 @@ def build_partner_machine(
         next_nodes.append(np.zeros((action_count, observation_count), np.int64))
         for action, observed in product(np.flatnonzero(chances[0]), range(observation_count)):
             percept = Percept(np.array([action]), np.array([observed]), None, None)
-            after = policy.update_memory(memory, percept)
-            key = _node_key(observed if splits_observations else -1, after)
+            after = observed if splits_observations else -1, policy.update_memory(memory, percept)
+            key = _node_key(*after)
             if key not in nodes:
                 nodes[key] = len(nodes)
-                pending.append((observed, after))
+                pending.append(after)
             next_nodes[-1][action, observed] = nodes[key]
         # An action that the rule never takes leads where its usual action leads.
         next_nodes[-1][chances[0] == 0.0] = next_nodes[-1][chances[0].argmax()]
-    return PartnerMachine(np.array(observations), np.array(probabilities), np.array(next_nodes))
+    return _merge_equal_nodes(
+        PartnerMachine(np.array(observations), np.array(probabilities), np.array(next_nodes))
+    )
+
+
+def _merge_equal_nodes(machine: PartnerMachine) -> PartnerMachine:
+    """Return the smallest machine with the same choices, by partition refinement (Moore)."""
+    features = np.column_stack([machine.observations, machine.probabilities])
+    block_count = 0
+    while True:
+        _, first, block = np.unique(features, axis=0, return_index=True, return_inverse=True)
+        block = np.argsort(np.argsort(first))[block.reshape(-1)]  # the first node stays the first
+        if len(first) == block_count:
+            observations, probabilities, next_nodes = machine
+            first.sort()
+            return PartnerMachine(
+                observations[first], probabilities[first], block[next_nodes[first]]
+            )
+        block_count = len(first)
+        features = np.column_stack([block, block[machine.next_nodes].reshape(len(block), -1)])
 
 
 def _node_key(observation: int, memory: Memory) -> bytes:

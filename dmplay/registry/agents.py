@@ -11,6 +11,8 @@ from importlib import import_module
 from importlib.util import find_spec
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from dmplay.agents.available_agents import HINT_PROVIDER_ROLE, PARTNER_ROLE, Roster
 from dmplay.agents.base import (
     CONDITIONAL_VALUES,
@@ -20,6 +22,7 @@ from dmplay.agents.base import (
     AdviceQuestion,
     SeatPolicy,
 )
+from dmplay.core.arrays import Array
 from dmplay.core.parameter_parsing import parse_parameter
 from dmplay.core.parameters import INTEGER_TYPES
 from dmplay.core.policy import Policy, forbid_exit
@@ -182,23 +185,25 @@ def find_hint_provider(problem: Problem, question: AdviceQuestion) -> HintAgent 
     return _plan_best_response(agent) or agent
 
 
-def _values_game_exactly(agent: HintAgent) -> bool:
-    """Return whether the values are exact in the game of a question, by a model of its players."""
+def _plans_with_players(agent: HintAgent) -> bool:
+    """Return whether an agent's values are about the players of its question by a model of them.
+
+    If all see the state, they must be exact in this game too.
+    """
     policy, question = agent.policy, agent.question
+    is_exact = policy.values_name == EXACT_VALUES and not policy.describe_scope(question.turn_limit)
     return (
-        policy.values_name == EXACT_VALUES
-        and policy.has_opponent_model
-        and not policy.describe_scope(question.turn_limit)
+        policy.has_opponent_model
         and not policy.describe_assumed_players(question.opponents)
+        and (is_exact or policy.problem.partially_observable)
     )
 
 
 def _plan_best_response(agent: HintAgent) -> HintAgent | None:
     """Return the best response to the players of an agent's question; None if it is not computed.
 
-    It is not needed if the agent's values are exact against its model of these players.
-    It is not tried in games of unknown size that only a search can play, and it does not replace
-    the hint provider of a user's module.
+    It is not needed if the agent plans with these players. It is not tried in games of unknown size
+    that only a search can play, and it does not replace the hint provider of a user's module.
     """
     problem, question = agent.policy.problem, agent.question
     others = [(seat, name) for seat, name in enumerate(question.players) if seat != question.seat]
@@ -207,20 +212,33 @@ def _plan_best_response(agent: HintAgent) -> HintAgent | None:
     ]
     is_large = agent.name == "search" and not isinstance(problem.state_count, int)
     is_of_user = not type(agent.policy).__module__.startswith("dmplay.")
-    is_excluded = problem.partially_observable or is_large or is_of_user
-    if is_excluded or not others or not all(is_known) or _values_game_exactly(agent):
+    if is_large or is_of_user or not others or not all(is_known) or _plans_with_players(agent):
         return None
-    from dmplay.agents.best_response_plan import BestResponsePlan
-
     try:
-        policies = [_make_roster_agent(problem, seat, name) for seat, name in others]
-        policy = BestResponsePlan(
-            problem, question.seat, question.opponents, question.turn_limit, tuple(policies)
-        )
-        policy.action_values(policy.initial_memory(initial_state_distribution(problem)[1]))
+        policy, observation = _make_best_response(problem, question)
+        policy.action_values(policy.initial_memory(observation))
     except DmplayError:
         return None
     return HintAgent("best-response", policy, question)
+
+
+def _make_best_response(problem: Problem, question: AdviceQuestion) -> tuple[SeatPolicy, Array]:
+    """Return the best response to the players of a question, with its first observations.
+
+    Raises an error if it cannot be planned.
+    """
+    seat, turns, names = question.seat, question.turn_limit, question.opponents
+    if problem.partially_observable:
+        from dmplay.agents.best_response_in_team import BestResponseInTeam
+
+        team_policy = BestResponseInTeam(problem, seat, to=names[0], horizon=turns or 0)
+        return team_policy.with_policy_lookup(partial(_make_opponent, problem)), np.full(1, -1)
+    from dmplay.agents.best_response_plan import BestResponsePlan
+
+    others = [other for other in range(len(problem.agents)) if other != seat]
+    policies = [_make_roster_agent(problem, *pair) for pair in zip(others, names, strict=True)]
+    plan = BestResponsePlan(problem, seat, names, turns, tuple(policies))
+    return plan, initial_state_distribution(problem)[1]
 
 
 def load_hint_agent(problem: Problem, question: AdviceQuestion, name: str) -> HintAgent:

@@ -7,6 +7,7 @@ import pytest
 
 import dmplay
 from dmplay.agents.base import AdviceQuestion
+from dmplay.agents.best_response_in_team import BestResponseInTeam
 from dmplay.agents.best_response_plan import BestResponsePlan
 from dmplay.core.problem import Problem
 from dmplay.errors import BadParameter, BadPolicy, DmplayError, UnknownName
@@ -69,7 +70,8 @@ def test_a_hint_provider_is_the_agent_of_its_name(name: str) -> None:
             provider = find_hint_provider(
                 problem, AdviceQuestion(seat, turns, (rival,) * len(problem.agents))
             )
-            if provider and not isinstance(provider.policy, BestResponsePlan):
+            best_responses = BestResponsePlan, BestResponseInTeam
+            if provider and type(provider.policy) not in best_responses:
                 assert dmplay.load_agent(problem, seat, provider.name) == provider.policy
 
 

@@ -20,11 +20,18 @@ from dmplay.agents.base import (
     AdviceQuestion,
     SeatPolicy,
 )
-from dmplay.core.arrays import Reals
-from dmplay.core.policy import Memory
-from dmplay.core.problem import Outcome, Problem, build_percept, enumerate_outcomes
+from dmplay.core.arrays import Array, Reals
+from dmplay.core.policy import Memory, Percept
+from dmplay.core.problem import (
+    Outcome,
+    Problem,
+    build_percept,
+    enumerate_outcomes,
+    initial_state_distribution,
+)
 from dmplay.core.session import Session
 from dmplay.formats.gambit_nfg import read_nfg
+from dmplay.game.hints.hint_provider import HintProvider
 from dmplay.registry.agents import find_hint_provider, load_agent, load_roster
 from dmplay.registry.builtin_names import problem_names
 from dmplay.registry.problems import load_variants
@@ -32,6 +39,7 @@ from dmplay.solvers.games.bimatrix_game import build_payoffs
 from tests.support.literature_dec_pomdps import (
     format_broadcast,
     format_dectiger,
+    format_meeting,
     format_recycling,
     parse_team_file,
 )
@@ -372,8 +380,7 @@ def test_advice_assumes_each_agent_of_a_game_that_can_be_computed_with(name: str
             agent = find_hint_provider(problem, AdviceQuestion(seat, 2, tuple(players)))
             assert agent is not None
             is_known = agent.players in {f"against {other}", f"with {other}"}
-            if name != "team":  # there, the advice assumes a plan of both
-                assert is_known is (other not in UNPREDICTED | BELIEF_AGENTS), (seat, other)
+            assert is_known is (other not in UNPREDICTED | BELIEF_AGENTS), (seat, other)
             if agent.values_name == EXACT_VALUES:
                 assert is_known, (seat, other)
             if is_known and len(problem.agents) == 2 and agent.values_name != UPPER_BOUNDS:
@@ -442,6 +449,210 @@ def test_exact_values_of_a_team_that_follows_one_plan(text: str, turns: int) -> 
     for seat in (0, 1):
         other = f"joint-plan:horizon={turns}"
         assert check_first_values(problem, turns, other, seat=seat) == EXACT_VALUES
+
+
+TEAMS = {
+    "dectiger": format_dectiger(), "broadcast": format_broadcast(),
+    "recycling": format_recycling(), "meeting": format_meeting(),
+}  # fmt: skip
+History = list[tuple[int, int]]  # the actions and observations of one seat
+Particle = tuple[float, Array, Memory]  # a weight, a state, and the memory of the partner
+
+
+class BestReply:
+    """The best return of a seat beside a partner, by expectimax over the seat's own histories."""
+
+    def __init__(self, problem: Problem, seat: int, partner: str) -> None:
+        self.problem, self.seat = problem, seat
+        self.partner = cast(SeatPolicy, load_agent(problem, 1 - seat, partner))
+
+    def split(
+        self, particles: list[Particle], action: int
+    ) -> tuple[float, dict[int, list[Particle]]]:
+        """Return the expected reward of an action, and the particles after each observation."""
+        weights, nodes, reward = defaultdict[tuple[int, bytes], float](float), {}, 0.0
+        for weight, state, memory in particles:
+            chances = self.partner.choice_probabilities(memory)
+            assert chances is not None
+            for reply in np.flatnonzero(chances[0]).tolist():
+                joint = np.array([[action, reply] if self.seat == 0 else [reply, action]])
+                p, outcome = enumerate_outcomes(self.problem, state[None], joint)
+                for k in np.flatnonzero(p[0]).tolist():
+                    total = weight * float(chances[0, reply] * p[0, k])
+                    reward += total * float(outcome.rewards[0, k, self.seat])
+                    observed, heard = outcome.observations[0, k][[self.seat, 1 - self.seat]]
+                    percept = Percept(np.array([reply]), heard[None], None, None)
+                    after, next_memory = (
+                        outcome.state[0, k], self.partner.update_memory(memory, percept)
+                    )  # fmt: skip
+                    key = (
+                        int(observed),
+                        b"".join(array.tobytes() for array in (after, *next_memory)),
+                    )
+                    weights[key] += total
+                    nodes[key] = after, next_memory
+        groups = defaultdict[int, list[Particle]](list)
+        for key, total in weights.items():
+            groups[key[0]].append((total, *nodes[key]))
+        return reward, groups
+
+    def follow(self, history: History) -> list[Particle]:
+        """Return the particles after a history, whose weights add up to 1."""
+        p, states = initial_state_distribution(self.problem)
+        memory = self.partner.initial_memory(np.full(1, -1))
+        particles = [(weight, s, memory) for weight, s in zip(p.tolist(), states, strict=True)]
+        for action, observation in history:
+            particles = self.split(particles, action)[1][observation]
+        total = sum(weight for weight, _, _ in particles)
+        return [(weight / total, state, memory) for weight, state, memory in particles]
+
+    def values(self, particles: list[Particle], turns_left: int) -> list[float]:
+        """Return the value of each action, times the weight of the particles."""
+        values = []
+        for action in range(self.problem.action_counts[self.seat]):
+            value, groups = self.split(particles, action)
+            if turns_left > 1:
+                best = [max(self.values(group, turns_left - 1)) for group in groups.values()]
+                value += self.problem.discount * sum(best)
+            values.append(value)
+        return values
+
+
+def check_best_reply(problem: Problem, seat: int, partner: str, turns: int) -> None:
+    """Compare values, forecasts and beliefs with those of the best reply, along one game."""
+    players = ("human", partner) if seat == 0 else (partner, "human")
+    agent = find_hint_provider(problem, AdviceQuestion(seat, turns, players))
+    assert agent is not None
+    assert (agent.label, agent.players) == ("best-response", f"with {partner}")
+    assert agent.values_name == EXACT_VALUES
+    policy, reply = agent.policy, BestReply(problem, seat, partner)
+    rng, memory = np.random.default_rng(7), policy.initial_memory(np.full(1, -1))
+    history: History = []
+    for turns_left in range(turns, 0, -1):
+        values, particles = policy.action_values(memory), reply.follow(history)
+        assert values is not None
+        assert values[0] == pytest.approx(reply.values(particles, turns_left), abs=1e-9)
+        action = int(rng.integers(problem.action_counts[seat]))
+        reward, groups = reply.split(particles, action)
+        assert policy.expected_reward(memory, action) == pytest.approx(reward)
+        forecast = policy.forecast_observations(memory, action)
+        assert forecast is not None
+        joint = np.zeros(forecast[1].shape)
+        for heard, group in groups.items():
+            for weight, state, _ in group:
+                joint[heard, problem.state_indices(state[None])[0]] += weight
+        np.testing.assert_allclose(forecast[0][:, None] * forecast[1], joint, atol=1e-12)
+        observation = int(rng.choice(np.flatnonzero(forecast[0])))
+        percept = Percept(np.array([action]), np.array([observation]), None, None)
+        memory = policy.update_memory(memory, percept)
+        history.append((action, observation))
+
+
+@pytest.mark.parametrize("turns", [1, 2, 3, pytest.param(4, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("partner", ["random", "optimal", "joint-plan:horizon=2"])
+@pytest.mark.parametrize("name", TEAMS)
+def test_exact_values_in_a_team_are_those_of_the_best_reply_to_the_partner(
+    name: str, partner: str, turns: int
+) -> None:
+    for seat in (0, 1):
+        check_best_reply(parse_team_file(TEAMS[name]), seat, partner, turns)
+
+
+LIGHTHOUSE_SOURCE = """\
+import numpy as np
+from dmplay import Categorical, Labels, Outcome, Problem
+from dmplay.agents.available_agents import Roster
+from dmplay.agents.base import ConstantPolicy, ReactivePolicy
+
+
+class Light(ConstantPolicy):
+    '''Always signals.'''
+
+    action = 1
+
+
+class Echo(ReactivePolicy):
+    '''Signals after it heard a horn.'''
+
+    def choose(self, memory, legal, u):
+        return np.maximum(memory[0], 0)
+
+
+class Lighthouse(Problem):
+    '''A ship that two keepers guide; what they hear depends on where it was.'''
+
+    agents = ("north", "south")
+    actions = (Labels(("wait", "signal")),) * 2
+    observations = (Labels(("silence", "horn")),) * 2
+    state_count, discount, shared_reward = 2, 0.9, SHARED
+
+    def initial_chance(self, rows):
+        return (Categorical(np.full((rows, 1), 0.5)),)
+
+    def initial_states(self, rows, events):
+        return events[0]
+
+    def chance(self, s, a):
+        return tuple(Categorical(np.full((len(s), 1), p)) for p in (0.8, 0.7, 0.6))
+
+    def resolve_events(self, s, a, events):
+        moved, *errors = events
+        signals = a.sum(axis=1)
+        after = np.where(signals == 1, 1 - s, np.where(moved == 1, s, s ^ (signals == 2)))
+        heard = np.stack([np.where(error == 1, 1 - s, s) for error in errors], axis=1)
+        rewards = 3.0 * s[:, None] - a * [1, 2]
+        return Outcome(after, rewards[:, [0, 0]] if SHARED else rewards, heard)
+
+    def format_state(self, s):
+        return ("near", "far")[int(s)]
+
+    def parse_state(self, text):
+        return np.array(("near", "far").index(text))
+
+
+AGENTS = Roster({"light": Light, "echo": Echo})
+"""
+
+
+@pytest.mark.parametrize("turns", [1, 2, 4])
+@pytest.mark.parametrize("partner", ["light", "echo", "random"])
+@pytest.mark.parametrize("shared", ["True", "False"])
+def test_exact_values_in_a_game_of_a_module_are_those_of_the_best_reply_to_its_agents(
+    tmp_path: Path, shared: str, partner: str, turns: int
+) -> None:
+    path = tmp_path / "lighthouse.py"
+    path.write_text(LIGHTHOUSE_SOURCE.replace("SHARED", shared))
+    for seat in (0, 1):
+        check_best_reply(dmplay.load_problem(f"{path}:Lighthouse"), seat, partner, turns)
+
+
+def test_a_best_response_too_large_to_plan_leaves_the_joint_plan_and_says_so() -> None:
+    for partner, turns in (("random", 40), ("search", 3), ("human", 3)):
+        question = AdviceQuestion(0, turns, ("human", partner))
+        agent = find_hint_provider(parse_team_file(format_dectiger()), question)
+        assert agent is not None
+        assert agent.players == "if the whole team follows the plan"
+        assert agent.values_name != EXACT_VALUES
+
+
+@pytest.mark.parametrize("partner", ["optimal", "random"])
+def test_a_hint_does_not_depend_on_what_the_partner_observes(partner: str) -> None:
+    problem, hints = parse_team_file(format_dectiger()), defaultdict[bytes, set[str]](set)
+    partner_observations = set()
+    for seed in range(40):
+        seated = [None, load_agent(problem, 1, partner)]
+        session = Session(problem, dmplay.SeededUniforms(seed), seated, turn_limit=4)
+        for _ in range(2):
+            session.advance([0, None])
+        provider = HintProvider(session, AdviceQuestion.about(session, 0, ["human", partner]))
+        observed, others = (
+            np.array([session.observation_after(seat, turn) for turn in (1, 2)]).tobytes()
+            for seat in (0, 1)
+        )
+        hints[observed].add(f"{provider.create_hint()} {provider.forecast_action(1)}")
+        partner_observations.add((observed, others))
+    assert [len(texts) for texts in hints.values()] == [1] * 4
+    assert len(partner_observations) > 8
 
 
 @pytest.mark.parametrize("seat", [0, 1])

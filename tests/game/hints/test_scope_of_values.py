@@ -166,38 +166,38 @@ def test_the_last_move_of_a_hunt_pays_only_itself() -> None:
 
 def test_a_plan_of_a_team_has_no_values_after_the_person_left_it() -> None:
     listen, open_left = 0, 1
-    players = ["human", "joint-plan:horizon=3"]
+    players = ["human", "human"]
     session = Session(parse_team_file(format_dectiger()), dmplay.SeededUniforms(1), turn_limit=3)
     provider = HintProvider(session, AdviceQuestion.about(session, 0, players))
-    assert provider.create_hint().startswith("hint by joint-plan (3 turns left): listen. exact ")
+    assumption = "if the whole team follows the plan"
+    assert provider.create_hint().startswith(
+        f"hint by joint-plan (3 turns left, {assumption}): listen. conditional "
+    )
     session.advance([listen, listen])
-    assert "exact values: listen " in provider.create_hint()
+    assert "conditional values: listen " in provider.create_hint()
     session.undo()
     session.advance([open_left, listen])  # the tiger moves, which the plan does not expect
     assert provider.create_hint() == (
-        "hint by joint-plan (2 turns left, no values since the plan was left or began again): "
-        "listen"
+        f"hint by joint-plan (2 turns left, {assumption}, "
+        "no values since the plan was left or began again): listen"
     )
     session.advance([listen, listen])
     question = AdviceQuestion.about(session, 0, players)
     assert [move.turn for move in review_actions(session, [question])] == [1]
 
 
-@pytest.mark.parametrize(
-    ("opponent", "players"),
-    [
-        ("joint-plan:horizon=3", ""),
-        ("joint-plan", "if the whole team follows the plan"),  # it plans four turns
-        ("random", "if the whole team follows the plan"),
-    ],
-)
-def test_a_partner_with_a_plan_for_other_turns_does_not_follow_the_plan(
-    opponent: str, players: str
-) -> None:
-    problem = parse_team_file(format_dectiger())
-    agent = find_hint_provider(problem, AdviceQuestion(0, 3, ("human", opponent)))
-    assert agent is not None
-    assert agent.scope == players
+def test_advice_beside_a_plan_goes_on_after_the_person_left_the_plan() -> None:
+    listen, open_left = 0, 1
+    players = ["human", "joint-plan:horizon=3"]
+    session = Session(parse_team_file(format_dectiger()), dmplay.SeededUniforms(1), turn_limit=3)
+    provider = HintProvider(session, AdviceQuestion.about(session, 0, players))
+    session.advance([open_left, listen])
+    hint = provider.create_hint()
+    assert hint.startswith("hint by best-response (2 turns left, with joint-plan:horizon=3, belief")
+    assert ": listen. exact values: listen " in hint
+    session.advance([listen, listen])
+    question = AdviceQuestion.about(session, 0, players)
+    assert [move.turn for move in review_actions(session, [question])] == [1, 2]
 
 
 @pytest.mark.parametrize(
