@@ -158,7 +158,7 @@ class BestResponseInTeam(TurnsLeftPolicy, GreedyPolicy, PartnerBeliefPolicy):
         return True
 
     @cached_property
-    def _rewards(self) -> Reals:
+    def rewards(self) -> Reals:
         """The expected reward `[A, N * S]` of each action."""
         problem, chances = self.problem, self.machine.probabilities
         states = problem.enumerate_states()
@@ -172,7 +172,7 @@ class BestResponseInTeam(TurnsLeftPolicy, GreedyPolicy, PartnerBeliefPolicy):
 
     def expected_reward(self, memory: Memory, action: int) -> float:
         """Return the expected reward of an action beside the partner."""
-        return float(memory[0][0] @ self._rewards[action])
+        return float(memory[0][0] @ self.rewards[action])
 
     def forecast_observations(self, memory: Memory, action: int) -> tuple[Reals, Reals]:
         """Return the probability `[O]` of each observation, and the belief `[O, S]` after it."""
@@ -219,7 +219,7 @@ class BestResponseInTeam(TurnsLeftPolicy, GreedyPolicy, PartnerBeliefPolicy):
 
     def _look_ahead(self, b: Reals, turns_left: int, budget: Budget) -> Reals:
         """Return the rewards `[B, A]` of beliefs and, discounted, the best values after them."""
-        q = weighted_sum(b, self._rewards.T)
+        q = weighted_sum(b, self.rewards.T)
         if turns_left == 1:
             return q
         cells, likelihoods, beliefs = [], [], []

@@ -199,4 +199,4 @@ def test_a_partner_who_deviates_is_treated_as_random_for_that_turn() -> None:
     for _ in range(2):  # after the first cry the partner should feed, so that no second cry follows
         percept = Percept(np.array([IGNORE]), np.array([CRYING]), None, None)
         memory = policy.update_memory(memory, percept)
-    assert memory[0][0].reshape(2, 3)[:, 1].tolist() == [0, 1]  # hungry and heard crying
+    assert memory[0][0].reshape(3, 2)[1].tolist() == [0, 1]  # hungry and heard crying

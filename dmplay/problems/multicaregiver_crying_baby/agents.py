@@ -1,38 +1,25 @@
 """Policies for two caregivers: the single caregiver's rule, best responses and joint plans."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import product
 from typing import Self
 
 import numpy as np
 
 from dmplay.agents.available_agents import Roster
-from dmplay.agents.base import (
-    EXACT_VALUES,
-    AdviceQuestion,
-    ConstantPolicy,
-    GreedyPolicy,
-    PolicyLookup,
-    SeatPolicy,
-)
+from dmplay.agents.base import AdviceQuestion, ConstantPolicy, SeatPolicy
 from dmplay.agents.belief_policy import apply_by_group
-from dmplay.agents.partner_machine import PartnerMachine, build_partner_machine
-from dmplay.agents.random_agent import Random
+from dmplay.agents.best_response_in_team import BestResponseInTeam
 from dmplay.agents.single_agent_planning import MAX_ALPHA_VECTOR_TURNS
-from dmplay.agents.turns_left import TurnsLeftPolicy
-from dmplay.core import belief
-from dmplay.core.arrays import Array, Reals
+from dmplay.core.arrays import Reals
 from dmplay.core.parameters import parameter
-from dmplay.core.policy import Memory, Percept
-from dmplay.core.problem import Problem, enumerate_outcomes
+from dmplay.core.policy import Memory
+from dmplay.core.problem import Problem
 from dmplay.core.tabular import Tables
 from dmplay.errors import BadPolicy, DmplayError
 from dmplay.problems.crying_baby.agents import FeedWhenCrying
 from dmplay.problems.multicaregiver_crying_baby.rules import MulticaregiverCryingBaby
 from dmplay.problems.multicaregiver_crying_baby.same_observation_planning import (
-    PartnerBeliefFilter,
     SharedObservationPlan,
 )
 from dmplay.solvers.pomdp import exact_pomdp
@@ -41,121 +28,10 @@ from dmplay.solvers.pomdp.exact_pomdp import AlphaVectorStage
 ACTIONS = MulticaregiverCryingBaby.actions[0]
 N_OBSERVATIONS = 2  # crying and quiet
 DEFAULT_PARTNER = "feed-when-crying"
-MAX_PARTNER_NODES = 60  # maximum number of memories of a partner that is planned with
 
 
 @dataclass(frozen=True)
-class _PartnerModelPolicy(SeatPolicy):
-    """A policy whose memory is its belief if the partner always plays `to`.
-
-    Both caregivers observe the same, so a partner's rule is known from its own actions and from
-    what this seat observes. The problem becomes a POMDP whose state is the baby's state and the
-    node of the partner.
-    """
-
-    to: str = parameter(DEFAULT_PARTNER, "assumed partner: an agent or an action")
-    policy_lookup: PolicyLookup | None = field(default=None, compare=False, repr=False)
-
-    def with_policy_lookup(self, policy_lookup: PolicyLookup) -> Self:
-        """Return this policy with a function that makes the partner named by `to`."""
-        policy = replace(self, policy_lookup=policy_lookup)
-        if self.to not in (DEFAULT_PARTNER, "random", *ACTIONS):
-            _ = policy._partner  # raises an error for an unknown name
-        return policy
-
-    @cached_property
-    def pomdp_tables(self) -> Tables:
-        """The arrays of that POMDP; its state is N times the baby's state plus the node."""
-        return self._build_tables(self._partner.probabilities)
-
-    @property
-    def _partner_policy(self) -> SeatPolicy:
-        """The partner's policy; raises BadPolicy if there is none of this name."""
-        seat = 1 - self.seat
-        if self.to == DEFAULT_PARTNER:
-            return FeedWhenCrying(self.problem, seat)
-        if self.to == "random":
-            return Random(self.problem, seat)
-        if self.to in ACTIONS:
-            return _Constant(self.problem, seat, ACTIONS.index(self.to))
-        policy = self.policy_lookup(seat, self.to) if self.policy_lookup else None
-        if policy is None:
-            raise BadPolicy(f"best-response: no rule {self.to!r} of the partner")
-        return policy
-
-    @cached_property
-    def _partner(self) -> PartnerMachine:
-        """The partner's machine; raises BadPolicy if it is not known or has too many nodes."""
-        return build_partner_machine(
-            self.to, self._partner_policy, MAX_PARTNER_NODES, splits_observations=True
-        )
-
-    def _build_tables(self, action_probabilities: Reals) -> Tables:
-        """Return the POMDP's arrays if the partner's actions have probabilities `[N, A]`."""
-        partner, action_count, state_count = self._partner, len(ACTIONS), 2
-        node_count = len(partner.observations)
-        transition = np.zeros((state_count, node_count, action_count, state_count, node_count))
-        rewards = np.zeros((state_count, node_count, action_count))
-        for action, partner_action in product(range(action_count), repeat=2):
-            joint_action = (action, partner_action) if self.seat == 0 else (partner_action, action)
-            p, outcome = enumerate_outcomes(
-                self.problem, np.arange(state_count), np.tile(joint_action, (state_count, 1))
-            )
-            weights = action_probabilities[:, partner_action]
-            rewards[:, :, action] += np.outer(
-                (p * outcome.rewards[:, :, self.seat]).sum(axis=1), weights
-            )
-            for s, k in np.ndindex(p.shape):
-                heard = outcome.observations[s, k, self.seat]
-                after = partner.next_nodes[:, partner_action, heard]
-                transition[s, np.arange(node_count), action, outcome.state[s, k], after] += (
-                    p[s, k] * weights
-                )
-        size = state_count * node_count
-        observation_model = np.eye(N_OBSERVATIONS)[
-            np.maximum(np.tile(partner.observations, state_count), 0)
-        ]
-        return Tables(
-            transition.reshape(size, action_count, size),
-            rewards.reshape(size, action_count, 1),
-            np.repeat(observation_model[None], action_count, axis=0),
-        )
-
-    @cached_property
-    def _belief_filter(self) -> PartnerBeliefFilter:
-        """The belief filter by own action and observation, with a random partner as its
-        fallback.
-        """
-        action_count = len(ACTIONS)
-        random_tables = self._build_tables(
-            np.full((len(self._partner.observations), action_count), 1 / action_count)
-        )
-        return PartnerBeliefFilter.from_arrays(
-            *(
-                tables.joint_probabilities.transpose(1, 2, 0, 3)
-                for tables in (self.pomdp_tables, random_tables)
-            )
-        )
-
-    def initial_memory(self, observation: Array) -> Memory:
-        """Return the belief before the first turn, with nothing observed yet."""
-        node_count = len(self._partner.observations)
-        b = np.zeros((len(observation), 2 * node_count))
-        b[:, ::node_count] = belief.initial_belief(self.problem)
-        return (b,)
-
-    def update_memory(self, memory: Memory, percept: Percept) -> Memory:
-        """Return the belief after a turn, by Bayes' rule.
-
-        If the modelled partner rules out the observation, a random partner is assumed instead.
-        """
-        return (
-            self._belief_filter.update_beliefs(memory[0], (percept.action, percept.observation)),
-        )
-
-
-@dataclass(frozen=True)
-class BestResponse(TurnsLeftPolicy, GreedyPolicy, _PartnerModelPolicy):
+class BestResponse(BestResponseInTeam):
     """Plays a best response to the partner, if it plays as assumed.
 
     The partner is assumed to play `to` (an agent or an action) always. It plans for an infinite
@@ -163,9 +39,10 @@ class BestResponse(TurnsLeftPolicy, GreedyPolicy, _PartnerModelPolicy):
     that partner.
     """
 
-    values_name = EXACT_VALUES
-    has_opponent_model = True
-    plays_with = "with"
+    to: str = parameter(DEFAULT_PARTNER, "assumed partner: an agent or an action")
+
+    max_belief_size = 120  # alpha vectors of more probabilities take too long
+    splits_observations = True  # both hear the same, so that a node determines what this seat hears
 
     def __post_init__(self) -> None:
         """Raise BadPolicy for an infinite horizon without a discount."""
@@ -173,33 +50,29 @@ class BestResponse(TurnsLeftPolicy, GreedyPolicy, _PartnerModelPolicy):
         if self.problem.discount >= 1.0 and not self.horizon:
             raise BadPolicy("an infinite horizon needs a discount below 1; set horizon=TURNS")
 
-    def describe_assumed_players(self, opponents: Sequence[str]) -> str:
-        """Return the model of the partner, if it is not how this partner plays."""
-        if (self.to,) == tuple(opponents):
-            return ""
-        is_random = self.to == "random"
-        return "assuming a random partner" if is_random else f"if the partner plays {self.to}"
+    def make_partner(self, seat: int) -> SeatPolicy | None:
+        """Return the policy `to` of the partner in its seat; None if there is none."""
+        if self.to == DEFAULT_PARTNER:
+            return FeedWhenCrying(self.problem, seat)
+        if self.to in ACTIONS:
+            return _Constant(self.problem, seat, ACTIONS.index(self.to))
+        return super().make_partner(seat)
 
-    def describe_model(self, memory: Memory) -> str:
-        """Return the belief with a partner that is not random, which differs from the board's."""
-        if self.to == "random":
-            return ""
-        (b,) = memory[0].reshape(1, 2, -1).sum(axis=2)
-        names = map(self.problem.format_state, self.problem.enumerate_states())
-        return f"belief {', '.join(f'{name} {p:.3f}' for name, p in zip(names, b, strict=True))}"
-
-    def forecast_observations(self, memory: Memory, action: int) -> tuple[Reals, Reals]:
-        """Return the probability `[O]` of each observation, and the belief `[O, S]` after it."""
-        tables = self.pomdp_tables
-        joint = (memory[0][0] @ tables.transition[:, action]).reshape(2, -1)
-        heard = self._partner.observations == np.arange(N_OBSERVATIONS)[:, None]
-        by_state = heard @ joint.T  # [O, S]
-        posterior = belief.apply_bayes_rule(by_state)
-        return posterior.likelihood, posterior.belief
-
-    def expected_reward(self, memory: Memory, action: int) -> float:
-        """Return the expected reward of an action against that partner."""
-        return float(memory[0][0] @ self.pomdp_tables.rewards[:, action, 0])
+    @cached_property
+    def pomdp_tables(self) -> Tables:
+        """The arrays of the POMDP whose states are the partner's nodes with the baby's states."""
+        observations = np.repeat(self.machine.observations, 2)
+        size, action_count = len(observations), len(ACTIONS)
+        transition = np.zeros((size, action_count, size))
+        for action in range(action_count):
+            for part in self._cached_transitions(action).values():
+                transition[part.source, action, part.target] += part.weight
+        observation_model = np.eye(N_OBSERVATIONS)[np.maximum(observations, 0)]
+        return Tables(
+            transition,
+            self.rewards.T[:, :, None],
+            np.repeat(observation_model[None], action_count, axis=0),
+        )
 
     @cached_property
     def _alpha_vectors(self) -> AlphaVectorStage:
@@ -239,7 +112,7 @@ class BestResponse(TurnsLeftPolicy, GreedyPolicy, _PartnerModelPolicy):
             return policy
         partner = replace(policy, to=question.opponents[0])
         try:
-            _ = partner._partner
+            _ = partner.machine
         except DmplayError:
             return replace(policy, to="random")
         return partner

@@ -460,7 +460,7 @@ def test_a_hint_beside_a_partner_without_a_known_rule_uses_the_belief_of_the_boa
         for turn in range(1, 5):
             session.advance([2, 2 if partner == "human" else None])
             memory = policy.update_memory(memory, session.build_percept(0, turn))
-            marginal = memory[0].reshape(2, 3).sum(axis=1)
+            marginal = memory[0].reshape(3, 2).sum(axis=0)
             assert marginal == pytest.approx(session.view(0).belief)
 
 
