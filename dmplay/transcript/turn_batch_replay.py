@@ -60,10 +60,10 @@ def apply_block(
 class BatchReplayer:
     """A replayer of the blocks of a transcript, which computes many turns at once.
 
-    The state in a block of the file is assumed to be the state before the next turn. States of real
-    numbers, which the file rounds, are computed from the previous state instead. A turn is accepted
-    only if all turns before it led to the assumed states, so a false state in the file has no
-    effect.
+    The state in a block of the file is assumed to be the state before the next turn. A state that
+    is new, or has real numbers, which the file rounds, is computed from the previous state instead.
+    A turn is accepted only if all turns before it led to the assumed states, so a false state in
+    the file has no effect.
     """
 
     def __init__(self, transcript: Transcript, blocks: Sequence[Block], session: Session) -> None:
@@ -81,8 +81,8 @@ class BatchReplayer:
         self._batch_start = 0
         # computed turns, the first of which is at `_batch_start`
         self._batch_turns: list[Turn] = []
-        # True if states are real numbers, which a file rounds
-        self._has_real_states = session.initial_state.dtype.kind == "f"
+        # False once a computed state was wrong, or could not be computed
+        self._computes_states = session.initial_state.dtype.kind in "iubf"
 
     def apply_block(self, position: int) -> None:
         """Apply the block at a position; raise BadTranscript if that is impossible."""
@@ -102,7 +102,7 @@ class BatchReplayer:
 
     def compute_turns(self, position: int) -> Turn | None:
         """Return as many turns from a position as can be computed at once `[T, ...]`; else None."""
-        self._cache_state(self._blocks[position - 1])
+        self._cache_state(self._blocks[position - 1], self._session.state)
         with suppress(Exception):  # errors are reported when turns are played one by one
             states = self._collect_states_before(position)
             if len(states) >= MIN_BATCH_TURNS:
@@ -111,9 +111,9 @@ class BatchReplayer:
                 )
         return None
 
-    def _cache_state(self, block: Block) -> None:
-        """Cache the current state by its text in the file, if the text is exact."""
-        state_text, state = block.get("state"), self._session.state
+    def _cache_state(self, block: Block, state: Array) -> None:
+        """Cache the state after a block by its text in the file, if the text is exact."""
+        state_text = block.get("state")
         if (
             isinstance(state_text, str)
             and len(self._states_by_text) < MAX_CACHED_LINES
@@ -134,8 +134,8 @@ class BatchReplayer:
             else session.turn_limit - len(session.turns)
         )
         state_column = keys.index("state") if "state" in keys else None
-        is_exact = self._has_real_states or self._is_exact(session.state)
-        state = session.state if is_exact else None
+        is_known = self._computes_states or self._is_exact(session.state)
+        state = session.state if is_known else None
         states: list[Array] = []
         for index in range(
             position, min(position + min(remaining, self._max_batch_turns), len(self._blocks))
@@ -144,29 +144,27 @@ class BatchReplayer:
             if state is None or block.keys is not keys:
                 break
             states.append(state)
-            if self._has_real_states:
-                state = self._compute_next_state(block, state)
-            elif state_column is not None:
-                state_text = block.values[state_column]
-                state = (
-                    self._states_by_text.get(state_text) if isinstance(state_text, str) else None
-                )
+            state_text = None if state_column is None else block.values[state_column]
+            state = self._states_by_text.get(state_text) if isinstance(state_text, str) else None
+            if state is None and self._computes_states:
+                state = self._compute_next_state(block, states[-1])
+                self._cache_state(block, state)
         return states
 
     def _compute_next_state(self, block: Block, s: Array) -> Array:
         """Return the state after a turn, computed from the state before it."""
         # This stays False if the turn cannot be played.
-        self._has_real_states, problem = False, self._session.problem
+        self._computes_states, problem = False, self._session.problem
         u = read_uniforms(self._transcript, block, problem.uniform_counts.step)
         a = np.array([self._read_block_actions(block)])
         next_state: Array = problem.step(s[None], a, np.array([u])).state[0]
-        self._has_real_states = True
+        self._computes_states = next_state.dtype == s.dtype
         return next_state
 
     def _step_blocks(self, blocks: Sequence[Block], s: Array) -> Turn | None:
         """Return the turns of blocks from assumed states, as far as each leads to the next state.
 
-        Return None if there are none, or if a batch of real-valued states differs from the file.
+        Return None if there are none, or if a computed state was wrong.
         """
         problem, uniform_count = self._session.problem, self._session.problem.uniform_counts.step
         a = np.array([*map(self._read_block_actions, blocks)])
@@ -181,15 +179,13 @@ class BatchReplayer:
             make_readonly(a[:turn_count]),
             make_readonly(np.array(uniforms)),
         )
-        had_real_states, self._has_real_states = (
-            self._has_real_states,
-            False,
-        )  # This stays False unless a batch leads to the same bits.
+        computed_states = self._computes_states
+        self._computes_states = False  # This stays False unless a batch leads to the same bits.
         state, rewards, observations = problem.step(s, a, u)
         is_followed = (state[:-1] == s[1:]).reshape(turn_count - 1, -1).all(axis=1)
         turn_count = 1 + _count_leading_true(is_followed)
-        self._has_real_states = had_real_states and turn_count == len(s)
-        if self._has_real_states != had_real_states:
+        self._computes_states = computed_states and turn_count == len(s)
+        if self._computes_states != computed_states:
             return None
         next_states = readonly_copy(state[:turn_count])
         copied_observations = (

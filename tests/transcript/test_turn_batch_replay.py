@@ -194,6 +194,7 @@ def test_a_game_with_repeated_states_is_replayed_in_few_moves(tmp_path: Path) ->
     MoveCountingHexWorld.moves.clear()
     assert verify_transcript(transcript, problem, [Anything(problem, 0)]).is_ok
     assert MoveCountingHexWorld.moves.total() < 60
+    assert MoveCountingHexWorld.moves[256] == 1  # A new state ends no batch.
     MoveCountingHexWorld.moves.clear()
     assert verify_transcript(transcript, problem).is_ok
     assert len(replay(transcript, problem).turns) == 300
