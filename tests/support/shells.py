@@ -25,7 +25,11 @@ class CompletingShell:
         package_folder = Path(__file__).parents[2]
         program = home / "bin" / "dmplay"
         program.parent.mkdir(parents=True)
-        program.write_text(f'#!/bin/sh\nexec "{sys.executable}" -m dmplay "$@"\n')
+        # completion is asked of dmplay; a line that is run only shows its words
+        program.write_text(
+            '#!/bin/sh\n[ -n "$_DMPLAY_COMPLETE" ] || { printf "<%s>" "$@"; exit; }\n'
+            f'exec "{sys.executable}" -m dmplay "$@"\n'
+        )
         program.chmod(0o755)
         installed = run_fresh_interpreter(
             "--install-completion", shell, folder=home, env={"PYTHONPATH": str(package_folder)}
@@ -59,7 +63,7 @@ class CompletingShell:
         return self._type(line + TAB * tabs + CLEAR_LINE)
 
     def complete_and_run(self, line: str) -> str:
-        """Type a line, press Tab and Enter, and return all that was printed meanwhile."""
+        """Type a line, press Tab and Enter, and return what was printed, with each word in <>."""
         return self._type(line + TAB + ENTER)
 
     def _type(self, keys: str) -> str:
