@@ -44,7 +44,7 @@ After a wrong answer, dmplay shows with numbers why it is wrong, and you try aga
   dmplay learn ./week3/ 2       open lesson 2 of the folder
   dmplay learn --json           print your progress as JSON, for a course page
   dmplay learn puzzle           solve the puzzle of the day
-  dmplay learn puzzle catch     solve a puzzle of one problem
+  dmplay learn puzzle hexworld  solve a puzzle of one problem
   dmplay learn from game.dmt    find better actions for your worst choices
 
 \b
@@ -141,7 +141,7 @@ def puzzle(
       dmplay learn puzzle
       dmplay learn puzzle crying-baby
       printf 'nw\\n' | dmplay learn puzzle hexworld:2
-      dmplay learn puzzle catch:7 --json --solution
+      dmplay learn puzzle machine-replacement:7 --json --solution
     """
     if terminal_options.json:
         from dmplay.output.question_report import report_puzzle

@@ -2,6 +2,7 @@
 
 import re
 import shlex
+import shutil
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -69,6 +70,29 @@ def list_needed_extras(line: str) -> list[str]:
 EXAMPLES = dict.fromkeys(line for c in COMMANDS.values() for line in find_examples(c))
 
 
+@pytest.fixture(scope="module")
+def folder_of_examples(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with the files that examples name."""
+    folder = tmp_path_factory.mktemp("examples")
+    (folder / "commands.txt").write_text(COMMAND_SCRIPT)
+    for topic, name in (("problems", "tiger.py"), ("problems", "shop.py"), ("agents", "calm.py")):
+        (folder / name).write_text(extract_file(read_topic(topic), name))
+    (folder / "week3").mkdir()
+    for name in ("01-cries.toml", "02-more-cries.toml"):
+        lesson = extract_file(read_topic("lessons"), "01-cries.toml")
+        (folder / "week3" / name).write_text(lesson)
+    problem_lines = writer.iter_problem_lines(
+        make_cheese_maze(), ".pomdp", "Rooms that look alike."
+    )
+    (folder / "hallway.pomdp").write_text("".join(problem_lines))
+    (folder / "tigers.dpomdp").write_text(extract_file(read_topic("planning"), "tigers.dpomdp"))
+    run_dmplay(folder, "crying-baby", "--seed", "7", stdin=BABY_ACTIONS)
+    (folder / "transcripts").mkdir()
+    run_dmplay(folder, "hexworld", "--agent", "optimal", "--seed", "7", "-o", "transcripts/a.dmt")
+    run_dmplay(folder, "crying-baby", "--seed", "7", "-o", "game.dmt", stdin=BABY_ACTIONS)
+    return folder
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "line",
@@ -77,26 +101,14 @@ EXAMPLES = dict.fromkeys(line for c in COMMANDS.values() for line in find_exampl
         for line in EXAMPLES
     ],
 )
-def test_an_example_runs_without_an_error(line: str, tmp_path: Path) -> None:
+def test_an_example_runs_without_an_error(
+    line: str, folder_of_examples: Path, tmp_path: Path
+) -> None:
+    shutil.copytree(folder_of_examples, tmp_path, dirs_exist_ok=True)
     (tmp_path / "dmplay").write_text(f'#!/bin/sh\nexec "{sys.executable}" -m dmplay "$@"\n')
     (tmp_path / "dmplay").chmod(0o755)
-    (tmp_path / "commands.txt").write_text(COMMAND_SCRIPT)
-    for topic, name in (("problems", "tiger.py"), ("problems", "shop.py"), ("agents", "calm.py")):
-        (tmp_path / name).write_text(extract_file(read_topic(topic), name))
-    (tmp_path / "week3").mkdir()
-    for name in ("01-cries.toml", "02-more-cries.toml"):
-        lesson = extract_file(read_topic("lessons"), "01-cries.toml")
-        (tmp_path / "week3" / name).write_text(lesson)
-    problem_lines = writer.iter_problem_lines(
-        make_cheese_maze(), ".pomdp", "Rooms that look alike."
-    )
-    (tmp_path / "hallway.pomdp").write_text("".join(problem_lines))
-    (tmp_path / "tigers.dpomdp").write_text(extract_file(read_topic("planning"), "tigers.dpomdp"))
-    run_dmplay(tmp_path, "crying-baby", "--seed", "7", stdin=BABY_ACTIONS)
-    (tmp_path / "transcripts").mkdir()
-    run_dmplay(tmp_path, "hexworld", "--agent", "optimal", "--seed", "7", "-o", "transcripts/a.dmt")
-    if "-o game.dmt" not in line:
-        run_dmplay(tmp_path, "crying-baby", "--seed", "7", "-o", "game.dmt", stdin=BABY_ACTIONS)
+    if "-o game.dmt" in line:
+        (tmp_path / "game.dmt").unlink()
     typed, path = COMMAND_SCRIPT if line == "dmplay" else "", f"{tmp_path}:/usr/bin:/bin"
     if line.startswith("dmplay") and not SHELL_CHARACTERS & {*line}:  # starts quicker
         result = run_dmplay(tmp_path, *shlex.split(line)[1:], stdin=typed, PATH=path)
