@@ -10,12 +10,14 @@ import pytest
 from tests.support.games import record_game, replace_in_file
 
 pytestmark = pytest.mark.slow  # starts pytest many times
+# other plug-ins, which take two thirds of a start
+UNUSED_PLUGINS = ("-p", "no:hypothesispytest", "-p", "no:xdist", "-p", "no:anyio")
 
 
 def run_pytest(folder: Path, *words: str, **env: str) -> subprocess.CompletedProcess[str]:
     clean = {key: value for key, value in os.environ.items() if key != "CI"}
     return subprocess.run(
-        [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", "-q", *words],
+        [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", *UNUSED_PLUGINS, "-q", *words],
         cwd=folder, env=clean | env, capture_output=True, text=True, check=False,
     )  # fmt: skip
 
