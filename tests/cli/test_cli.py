@@ -178,7 +178,7 @@ def test_the_printed_command_plays_the_same_game_again(tmp_path: Path) -> None:
         (["info", "own.py"], "no such file: own.py"),
         (["cart-pole", "--rate", "x"], "--rate: got 'x', expected a number from 0.1 to 1000"),
         (["play", "cart-pole", "--rate", "fast"], "--rate: got 'fast', expected a number"),
-        (["play", "--rate", "cart-pool"], "unknown problem 'cart-pool'"),
+        (["play", "--rate", "cart-pole", "x"], "unexpected argument 'x'"),
     ],
 )
 def test_bad_input_is_one_clear_line_and_exit_code_2(
