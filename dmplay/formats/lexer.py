@@ -24,6 +24,7 @@ TOKEN_PATTERN = re.compile(r"[^\s:]+|:")
 GLUED_COMMENT_PATTERN = re.compile(r"[^\s#]#")
 # a word before a comma, or numbers with a decimal point between commas
 COMMA_LIST_PATTERN = re.compile(r"[^,]+,|[\d.eE+-]*\.[\d.eE+-]*(,[\d.eE+-]+)+")
+COMMA_NUMBER_PATTERN = re.compile(r"[+-]?\d*(,\d+)+")
 NAME_LIST_PATTERN = re.compile(r"\w[\w.-]*(,\w[\w.-]*)*,|\w[\w.-]*(,\w[\w.-]*)+")
 
 
@@ -66,11 +67,23 @@ class SourceText:
             frozenset(content.count("\n", 0, n) + 1 for n in glued_offsets),
         )
 
-    def error_at(self, offset: int, explanation: object) -> BadFile:
-        """Return an error with the line and column of an offset in the content."""
-        line = self.content.count("\n", 0, offset) + 1
+    def error_at(
+        self, offset: int, explanation: object, first_offset: int | None = None
+    ) -> BadFile:
+        """Return an error with the line and column of an offset in the content.
+
+        It names a comment that directly follows a word on these lines, from the first offset on.
+        """
+        line, first_line = (
+            self.content.count("\n", 0, n) + 1
+            for n in (offset, offset if first_offset is None else first_offset)
+        )
         column = offset - (self.content.rfind("\n", 0, offset) + 1) + 1
-        note = "; # begins a comment, also after a name" * (line in self.glued_comment_lines)
+        is_glued = any(first_line <= number <= line for number in self.glued_comment_lines)
+        note = (
+            "; # begins a comment, also after a name; write a space before it, and no # in names"
+            * is_glued
+        )
         return BadFile(self.path, line, column, f"{explanation}{note}")
 
 
@@ -100,11 +113,13 @@ class TokenSpan(NamedTuple):
         return [*islice(matches, self.skipped_tokens + len(self.tokens))]
 
     def error_at(self, index: int, explanation: object) -> BadFile:
-        """Return an error with the line and column of a token; a list with commas is named."""
+        """Return an error with the line and column of a token; its commas are named."""
         token = self.tokens[index] if index < len(self.tokens) else ""
         if COMMA_LIST_PATTERN.fullmatch(token):
             explanation = f"got {token!r}, expected blanks instead of commas"
-        return self.source.error_at(self.token_offset(index), explanation)
+        elif COMMA_NUMBER_PATTERN.fullmatch(token):
+            explanation = f"{explanation}; a number has a decimal point, not a comma"
+        return self.source.error_at(self.token_offset(index), explanation, self.offset)
 
     def slice(self, first: int, last: int | None = None) -> "TokenSpan":
         """Return a span of some of the tokens."""

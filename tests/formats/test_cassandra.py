@@ -392,6 +392,10 @@ def test_actions_and_states_may_be_named_like_statements() -> None:
         ("0.85 0.15", "0.85,0.15", "got '0.85,0.15', expected blanks instead of commas"),
         ("values", "horizon: 3\nvalues", "got horizon:, which the format lacks; set --turns"),
         ("R: open-left : tiger-left", "R: open-left : tiger#2", "# begins a comment, also after"),
+        ("0.85 0.15", "0.85#1 0.15", "write a space before it, and no # in names"),
+        ("identity", "\n1#x 0\n0 1", "got 3 numbers, expected 4; # begins a comment"),
+        ("0.85 0.15", "0,85 0,15", "expected one of uniform, reset; a number has a decimal point"),
+        ("0.95", "0,95", "1:11: got '0,95', expected a number from 0 to 1; a number has a decimal"),
     ],
 )
 def test_messages_name_what_the_format_lacks(old: str, new: str, fault: str) -> None:
