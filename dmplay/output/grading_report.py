@@ -92,10 +92,13 @@ def format_grades(grades: GradingReport, file_count: int, output_format: str = "
             [row | {key: _join_words(row[key]) for key in LIST_COLUMNS} for row in rows]
         )
     verified_count = sum(grade.verified for grade in grades.grades)
-    headline = f"{format_count(len(rows), 'game')}, {verified_count} verified"
+    empty_path_count = sum(not (row.problem or Path(row.path).is_file()) for row in grades.grades)
+    headline = f"{format_count(len(rows) - empty_path_count, 'game')}, {verified_count} verified"
     unfinished_count = sum(grade.verified and not grade.is_finished for grade in grades.grades)
     if unfinished_count:
         headline += f", {unfinished_count} of them unfinished (no return)"
+    if empty_path_count:
+        headline += f"; {format_count(empty_path_count, 'path')} without a transcript"
     if grades.file_count < file_count:
         headline += f"; interrupted after {grades.file_count} of {format_count(file_count, 'file')}"
     missing_lines = [

@@ -342,6 +342,8 @@ def test_a_path_without_a_transcript_is_named_and_the_others_are_graded(
     assert "no .dmt file in this folder" in outcome.stdout
     assert "no such file or folder" in outcome.stdout
     assert "Ada" in outcome.stdout
+    headline = "1 game, 1 verified; 3 paths without a transcript\n"
+    assert bool(extra_args) or outcome.stdout.startswith(headline)
     assert run_dmplay(tmp_path, "grade", paths[0]).returncode == 0
     assert run_dmplay(tmp_path, "grade", paths[1]).returncode == 2
 
