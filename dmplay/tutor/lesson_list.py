@@ -1,5 +1,6 @@
 """The built-in lessons, and those in a teacher's folder."""
 
+import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -94,7 +95,8 @@ def load_lessons(source: str) -> LessonSet:
 def find_lesson(lesson_set: LessonSet, word: str) -> TutorLesson:
     """Return the lesson with this number or name.
 
-    Raise the fault of its file if it is invalid, and UnknownName if there is no such file.
+    Raise the fault of its file if it is invalid, and UnknownName if there is no such file, or
+    BadParameter if the word is a folder of lessons.
     """
     lessons, faults = lesson_set
     for lesson in lessons:
@@ -103,6 +105,9 @@ def find_lesson(lesson_set: LessonSet, word: str) -> TutorLesson:
     for path, error in faults.items():
         if word in {str(_number_of(path, 0)), name_of_file(path), path.stem}:
             raise error
+    if any(Path(word).glob(f"*{LESSON_SUFFIX}")):
+        folder = os.path.join(os.curdir, word)
+        raise BadParameter(f"unknown lesson {word!r}; {folder} opens the folder of lessons")
     names = [str(lesson.number) if word.isdecimal() else lesson.name for lesson in lessons]
     raise UnknownName("lesson", word, names)
 

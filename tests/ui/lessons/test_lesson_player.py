@@ -167,6 +167,8 @@ def test_a_folder_of_lessons_is_listed_and_opened(tmp_path: Path) -> None:
     assert run_dmplay(tmp_path, "learn", "./week3/", "7", stdin="feed\nfeed\n").returncode == 0
     assert run_dmplay(tmp_path, "learn", "week3", "cries").stdout.startswith("lesson 7: Cries (")
     assert "1 of 1 done." in run_dmplay(tmp_path, "learn", "./week3").stdout
+    advice = "error: unknown lesson 'week3'; ./week3 opens the folder of lessons\n"
+    assert run_dmplay(tmp_path, "learn", "week3").stderr == advice
 
 
 @pytest.mark.parametrize(
