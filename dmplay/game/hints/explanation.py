@@ -486,8 +486,13 @@ class _ValueExplainer:
         for count in [count for count in counts if count > 1]:
             largest = [item for item in shares[:count] if item.share > 0.0]
             if all(_is_short(item.outcome.text) for item in largest):
-                entries = [f"{item.outcome.text} ({100 * item.share:.0f} %)" for item in largest]
-                entries[0] = entries[0].replace("%)", "% of the difference)")
+                texts = [item.outcome.text for item in shares]
+                entries = list[str]()
+                for item in largest:
+                    text, noun = item.outcome.text, " of the difference" * (not entries)
+                    is_named_twice = texts.count(text) > 1 and problem.rewards_observable
+                    reward = f"reward {format_score(item.outcome.reward)}, " * is_named_twice
+                    entries.append(f"{text} ({reward}{100 * item.share:.0f} %{noun})")
                 start = "mainly because of" if main_count else "because of"
                 yield f", {start} {', '.join(entries[:-1])} and {entries[-1]}"
 

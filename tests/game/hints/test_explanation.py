@@ -336,9 +336,13 @@ def check_causes(sentence: str, ranked: list[tuple[tuple[str, float], float]]) -
     several = re.search(r"(mainly )?because of (.*)\.$", sentence)
     if not several:
         return 0
-    entries = re.findall(r"(\S+|the end \(\S+\)) \((\d+) %(?: of the difference)?\)", several[2])
+    pattern = r"(\S+|the end \(\S+\)) \((?:reward (\S+), )?(\d+) %(?: of the difference)?\)"
+    entries = re.findall(pattern, several[2])
+    texts = [text for (text, _), _ in ranked]
     assert len(entries) >= 2, sentence
-    for (name, percent), ((text, _), share) in zip(entries, ranked, strict=False):
+    for (name, paid, percent), ((text, reward), share) in zip(entries, ranked, strict=False):
+        assert bool(paid) == (texts.count(text) > 1), sentence
+        assert not paid or float(paid) == pytest.approx(reward, abs=0.01), sentence
         assert (name, int(percent)) == (text, round(100 * share)), sentence
         assert (share >= 0.5) == bool(several[1]), sentence
     return len(entries)
