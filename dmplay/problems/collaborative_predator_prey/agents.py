@@ -16,9 +16,8 @@ from dmplay.agents.base import (
 )
 from dmplay.agents.belief_policy import BeliefPolicy, apply_by_group
 from dmplay.agents.belief_policy_bases import GreedyBeliefPolicy
+from dmplay.agents.best_response_in_team import PartnerBeliefPolicy
 from dmplay.agents.dec_pomdp import JointPlan
-from dmplay.agents.partner_machine import PartnerMachine, build_partner_machine
-from dmplay.agents.random_agent import Random
 from dmplay.agents.turns_left import TurnsLeftPolicy
 from dmplay.core import belief
 from dmplay.core.arrays import Array, Bools, Ints, Reals
@@ -44,7 +43,6 @@ from dmplay.solvers.mdp.sparse_mdp import SparseMdp
 
 PLAN_WORK_PER_JOINT_NODE = 4e8  # for each joint node of a plan
 MAX_PLANNED_STATES = 200_000  # states times turns up to which qmdp plans a game to its end
-MAX_PARTNER_BELIEF = 1_000_000  # maximum number of states times nodes of a partner
 PLAN_SEED = 3  # gives the best plans of four seeds on the standard map
 
 
@@ -210,54 +208,28 @@ class Qmdp(TurnsLeftPolicy, _FactoredBeliefPolicy, GreedyBeliefPolicy):
 
 
 @dataclass(frozen=True)
-class _PartnerBeliefPolicy(_FactoredBeliefPolicy):
-    """A belief policy that follows the rule of its only partner.
+class QmdpWithPartner(Qmdp, PartnerBeliefPolicy):
+    """QMDP beside a partner whose rule is known, for advice.
 
-    Its memory is the probability `[B, N * S]` of each node of the partner with each state.
+    The partner takes its action of this turn; from the next turn on, one planner who sees all
+    positions moves the whole team.
     """
 
-    policy_lookup: PolicyLookup | None = field(default=None, compare=False, repr=False)
-    to: str = parameter("", "the only partner, an agent")
+    max_belief_size = 1_000_000
 
-    @cached_property
-    def machine(self) -> PartnerMachine:
-        """The partner's rule; raises BadPolicy if it is not known or has too many nodes."""
-        seat, partner = 1 - self.seat, None
-        if len(self.problem.agents) == 2:
-            is_random = self.to == "random"
-            partner = Random(self.problem, seat) if is_random else self._look_up(seat)
-        if partner is None:
-            raise BadPolicy(f"qmdp: no rule {self.to!r} of a single partner")
-        max_nodes = MAX_PARTNER_BELIEF // self.problem.state_count
-        return build_partner_machine(self.to, partner, max_nodes, splits_observations=False)
-
-    def _look_up(self, seat: int) -> SeatPolicy | None:
-        """Return the agent `to` in a seat; None if it is not known."""
-        return self.policy_lookup(seat, self.to) if self.policy_lookup else None
+    hint_basis = "qmdp, as if you see all positions and move both from the next turn on"
+    current_belief = PartnerBeliefPolicy.current_belief
+    describe_assumed_players = PartnerBeliefPolicy.describe_assumed_players
+    with_policy_lookup = PartnerBeliefPolicy.with_policy_lookup
 
     @cached_property
     def _observations_by_state(self) -> Ints:
         """The observation of each seat in each state `[S, n]`."""
         return np.asarray(self.problem.observe(self.problem.enumerate_states()))
 
-    def initial_memory(self, observation: Array) -> Memory:
-        """Return the beliefs before the first turn, at the partner's first node."""
-        (first,) = super().initial_memory(observation)
-        nodes = np.zeros((len(first), len(self.machine.observations), first.shape[1]))
-        nodes[:, 0] = first
-        return (nodes.reshape(len(first), -1),)
-
-    def current_belief(self, memory: Memory) -> Reals:
-        """Return the beliefs over states `[B, S]`."""
-        return np.asarray(self.split_nodes(memory).sum(axis=1))
-
-    def split_nodes(self, memory: Memory) -> Reals:
-        """Return the probabilities of nodes and states `[B, N, S]`."""
-        return np.asarray(memory[0]).reshape(len(memory[0]), -1, self.problem.state_count)
-
     def weigh_partner_actions(self, memory: Memory) -> Reals:
         """Return the probability `[B, A, S]` of each action of the partner with each state."""
-        chances, nodes = self.machine.probabilities, self.split_nodes(memory)
+        chances, nodes = self.machine.probabilities, self.split_nodes(memory[0])
         return np.asarray(np.einsum("na,bns->bas", chances, nodes))
 
     def predict_nodes(self, nodes: Reals, action: int) -> Reals:
@@ -280,34 +252,19 @@ class _PartnerBeliefPolicy(_FactoredBeliefPolicy):
     def _joint_belief_update(self, before: Reals, action: int, observation: int) -> Reals:
         """Return the probabilities of this observation and each next node and state."""
         is_seen = self._observations_by_state[:, self.seat] == observation
-        after = [self.predict_nodes(nodes, action) for nodes in self.split_nodes((before,))]
+        after = [self.predict_nodes(nodes, action) for nodes in self.split_nodes(before)]
         return np.asarray((np.array(after) * is_seen).reshape(before.shape))
-
-
-@dataclass(frozen=True)
-class QmdpWithPartner(Qmdp, _PartnerBeliefPolicy):
-    """QMDP beside a partner whose rule is known, for advice.
-
-    The partner takes its action of this turn; from the next turn on, one planner who sees all
-    positions moves the whole team.
-    """
-
-    has_opponent_model = True
-    plays_with = "with"
-
-    hint_basis = "qmdp, as if you see all positions and move both from the next turn on"
-
-    def describe_assumed_players(self, opponents: Sequence[str]) -> str:
-        """Return the partner, '' if it is this opponent."""
-        is_partner = (self.to,) == tuple(opponents)
-        return "" if is_partner else f"if the partner plays {self.to}"
 
     def describe_model(self, memory: Memory) -> str:
         """Return the likeliest hexes in the belief, which is not the board's; '' with random."""
         if self.to == "random":
             return ""
         hunt = self.problem
-        b = self.current_belief(memory).reshape((len(hunt.hexes),) * hunt.walker_count)
+        b = (
+            self.split_nodes(memory[0][:1])
+            .sum(axis=1)
+            .reshape((len(hunt.hexes),) * hunt.walker_count)
+        )
         names = [*hunt.agents, "prey"]
         parts = []
         for walker, name in enumerate(names):
@@ -318,7 +275,7 @@ class QmdpWithPartner(Qmdp, _PartnerBeliefPolicy):
 
     def forecast_observations(self, memory: Memory, action: int) -> tuple[Reals, Reals]:
         """Return the probability `[O]` of each observation, and the belief `[O, S]` after it."""
-        after = self.predict_nodes(self.split_nodes(memory)[0], action).sum(axis=0)
+        after = self.predict_nodes(self.split_nodes(memory[0])[0], action).sum(axis=0)
         observations = np.arange(self.problem.observation_counts[self.seat])[:, None]
         is_seen = self._observations_by_state[:, self.seat] == observations
         posterior = belief.apply_bayes_rule(after * is_seen)

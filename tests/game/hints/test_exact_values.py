@@ -21,6 +21,7 @@ from dmplay.agents.base import (
     SeatPolicy,
 )
 from dmplay.core.arrays import Array, Reals
+from dmplay.core.belief import initial_belief
 from dmplay.core.policy import Memory, Percept
 from dmplay.core.problem import (
     Outcome,
@@ -672,9 +673,8 @@ def test_advice_in_a_hunt_follows_the_belief_and_the_action_of_the_partner(
         evaluation = Evaluation(hunt, agent.policy, partner)
         memory = agent.policy.initial_memory(np.array([-1]))
         key = evaluation.key_of(partner.initial_memory(np.array([-1])))
-        belief = agent.policy.current_belief(memory)
-        assert belief is not None
-        distribution = {(s, key): p for s, p in enumerate(belief[0].tolist())}
+        belief = initial_belief(hunt)
+        distribution = {(s, key): p for s, p in enumerate(belief.tolist())}
         values = agent.policy.action_values(memory)
         assert values is not None
         for action, value in enumerate(values[0].tolist()):
@@ -682,7 +682,7 @@ def test_advice_in_a_hunt_follows_the_belief_and_the_action_of_the_partner(
             assert value == pytest.approx(expected) if turns == 1 else value >= expected
             forecast = agent.policy.forecast_observations(memory, action)
             assert forecast is not None
-            joint = np.zeros((len(forecast[0]), len(belief[0])))
+            joint = np.zeros((len(forecast[0]), len(belief)))
             reward = 0.0
             for (s, _), p_state in distribution.items():
                 for joint_action, p_action in evaluation._joint_actions(s, key, action):
