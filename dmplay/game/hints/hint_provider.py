@@ -481,16 +481,18 @@ class HintProvider:
         return format_fixed(action, max(ceil(-log10(step)), 0))
 
     def _describe_basis(self) -> str:
-        """Return the hint agent, the game of its values, its estimates, and its rule for ties."""
+        """Return the hint agent, the game and method of its values, its estimates and tie rule."""
         assert self._hint_agent
         policy = self._hint_agent.policy
         with limit_total_work(HINT_WORK_LIMIT):
             values = self._legal_values() if policy.tie_rule else None
             tolerance = VALUE_TOLERANCE * self.session.problem.reward_scale
             is_tie = values is not None and (values >= np.nanmax(values) - tolerance).sum() > 1
+            name, _, method = (policy.hint_basis or self._hint_agent.label).partition(", ")
             parts = [
-                policy.hint_basis or self._hint_agent.label,
-                self.describe_game(),
+                name,
+                self.describe_game(),  # before the longer texts, which a narrow screen cuts
+                method,
                 self.describe_model(),
                 policy.tie_rule if is_tie else "",
             ]
