@@ -6,6 +6,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from dmplay.core.text import format_number
 from dmplay.errors import BadParameter
 
 T = TypeVar("T")
@@ -73,13 +74,13 @@ def _check_parameter(value: object, parameter_field: Field[Any]) -> None:
     low, high = (parameter_field.metadata[key] for key in ("low", "high"))
     if not low <= number <= high:
         got = (
-            f"{number:g}"
+            format_number(number)
             if abs(number) <= MAX_PRINTED_NUMBER
             else "a number that is too large or not finite"
         )
-        upper_text = (
-            f" and at most {high:g}" if high < DEFAULT_PARAMETER_BOUND or number > high else ""
-        )
+        has_upper_bound = high < DEFAULT_PARAMETER_BOUND or number > high
+        upper_text = f" and at most {format_number(high)}" * has_upper_bound
+        low_text = format_number(low)
         raise BadParameter(
-            f"{parameter_field.name}: got {got}, expected a number at least {low:g}{upper_text}"
+            f"{parameter_field.name}: got {got}, expected a number at least {low_text}{upper_text}"
         )

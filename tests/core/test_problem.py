@@ -65,6 +65,12 @@ def test_rewards_are_per_agent_unless_shared_reward_is_set() -> None:
     ("name", "parameter", "value", "message"),
     [
         ("hexworld", "slip", 1.5, "slip: got 1.5, expected a number at least 0 and at most 1"),
+        (
+            "hexworld",
+            "slip",
+            1250100,
+            "slip: got 1250100, expected a number at least 0 and at most 1",
+        ),
         ("cart-pole", "length", 0.0, "length: got 0, expected a number at least 1e-06"),
         (
             "cart-pole",
