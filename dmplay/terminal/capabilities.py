@@ -10,6 +10,7 @@ from collections.abc import Iterator, Mapping
 from typing import NamedTuple, TextIO
 
 from dmplay.terminal.background import choose_theme, find_background
+from dmplay.terminal.input_sequences import remove_sequences
 
 # indices of the input and local flags in a terminal's attributes
 INPUT_FLAGS_INDEX, LOCAL_FLAGS_INDEX = 0, 3
@@ -154,13 +155,16 @@ def mute_typed_keys(stdin: TextIO) -> Iterator[None]:
 def read_line(prompt: str, stdin: TextIO) -> str:
     """Print a prompt and return the next line, "" at the end of input.
 
+    A line from a terminal is without its control sequences, such as replies to a query.
     On a terminal, a signal between the prompt and the read would only be handled after the line. So
     this waits for input and signals together.
     """
     sys.stdout.write(prompt)
     sys.stdout.flush()
-    if not hasattr(select, "poll") or not stdin.isatty():
+    if not stdin.isatty():
         return stdin.readline()
+    if not hasattr(select, "poll"):
+        return remove_sequences(stdin.readline())
     wakeup_read, wakeup_write = os.pipe()
     os.set_blocking(wakeup_write, False)
     previous_fd = signal.set_wakeup_fd(wakeup_write)
@@ -171,4 +175,4 @@ def read_line(prompt: str, stdin: TextIO) -> str:
         signal.set_wakeup_fd(previous_fd)
         os.close(wakeup_read)
         os.close(wakeup_write)
-    return stdin.readline()
+    return remove_sequences(stdin.readline())

@@ -273,3 +273,11 @@ class InputSequences:
 
 # the input of the terminal of this process, which all screens and prompts read in turn
 TERMINAL_INPUT = InputSequences()
+
+
+def remove_sequences(line: str) -> str:
+    """Return a line of a terminal without control sequences, which its end cuts off."""
+    text = line.removesuffix("\n")
+    tokens = InputSequences().feed(text, 0.0)
+    typed = "".join(token.data for token in tokens if token.kind is not InputKind.SEQUENCE)
+    return typed + line[len(text) :]

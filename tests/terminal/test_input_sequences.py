@@ -12,6 +12,7 @@ from dmplay.terminal.input_sequences import (
     PASTE_END,
     PASTE_START,
     InputSequences,
+    remove_sequences,
 )
 from dmplay.ui.screen.key_reader import KeyReader
 
@@ -150,6 +151,21 @@ def test_a_paste_may_contain_sequences_and_its_markers_may_be_cut() -> None:
         typed = TypedInput()
         typed.send(PASTE_START, text + PASTE_END[:length], 0.5, PASTE_END[length:], "n")
         assert [press.data for press in typed.presses] == [text, "n"]
+
+
+@pytest.mark.parametrize(
+    ("line", "typed"),
+    [
+        ("\x1b_Gi=31;OK\x1b\\feed\n", "feed\n"),
+        ("0.\x1b[?997;1n5\n", "0.5\n"),
+        ("\x9d52;c;ab\x9cn\x1b[I\n", "n\n"),
+        ("\x1bPquit\n", "\n"),
+        (f"{PASTE_START}e\x1b[A{PASTE_END}\n", "e\x1b[A\n"),
+        ("", ""),
+    ],
+)
+def test_a_line_has_no_sequences_and_ends_where_it_ended(line: str, typed: str) -> None:
+    assert remove_sequences(line) == typed
 
 
 RECORDED_STREAMS = [

@@ -194,7 +194,7 @@ def test_wrong_words_get_one_line(words: tuple[str, ...], message: str, tmp_path
 def test_a_game_is_played_on_the_full_screen(tmp_path: Path) -> None:
     with Terminal("learn", "first-walk", folder=tmp_path) as terminal:
         terminal.until("answer>")
-        terminal.press("(8,2) 0.7 (7,2) 0.15 (8,1) 0.15\r")
+        terminal.press("\x1b_Gi=31;OK\x1b\\(8,2) 0.7 (7,2) 0.15 (8,1) \x1b[?997;1n0.15\r")
         terminal.until("Enter to start the game>")
         terminal.press("0.5\r")
         terminal.until("error: got '0.5'; press Enter to start the game, or type: hint")
