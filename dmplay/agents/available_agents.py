@@ -1,8 +1,4 @@
-"""The agents that can play a seat of a problem.
-
-Each module of a problem's policies, the one for user-defined problems and the one for any problem
-have a function `build_roster(problem, seat)`.
-"""
+"""The agents that can play a seat of a problem, and their roles."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -4,12 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dmplay.agents.available_agents import Roster
-from dmplay.agents.base import ReactivePolicy
+from dmplay.agents.base import ReactivePolicy, SeatPolicy
 from dmplay.agents.search import TreeSearch
 from dmplay.core.arrays import Array, Bools, Reals
 from dmplay.core.policy import Memory
-from dmplay.core.problem import Problem
 
 
 @dataclass(frozen=True)
@@ -30,6 +28,4 @@ class Random(ReactivePolicy):
         return self.problem.actions[self.seat].sample_actions(u[:, 0], legal)
 
 
-def build_roster(problem: Problem, seat: int) -> Roster:
-    """Return the agents that can play any problem."""
-    return Roster({"random": Random, "search": TreeSearch})
+AGENTS_FOR_ANY_PROBLEM: dict[str, type[SeatPolicy]] = {"random": Random, "search": TreeSearch}

@@ -35,7 +35,7 @@ from dmplay.game.seat_snapshot import SeatSnapshot
 from dmplay.game.verdict import Verdict, compute_verdict
 from dmplay.registry.agents import load_roster
 from dmplay.registry.problem_name_kinds import names_bot
-from dmplay.registry.problems import builtin_stem
+from dmplay.registry.problems import is_built_in
 from dmplay.terminal.signals import defer_signals
 from dmplay.transcript.concealment import RESUMABLE_END_REASONS, has_hidden_information
 from dmplay.transcript.recorder import Recorder
@@ -299,7 +299,7 @@ class Game:
 
         Code of users is not run here, as it may fail, or not be safe in a second thread.
         """
-        for seat in self.human_seats if builtin_stem(self.problem) else []:
+        for seat in self.human_seats if is_built_in(self.problem) else []:
             load_roster(self.problem, seat)
 
     def view(self, seat: int | None = None) -> View[Problem]:

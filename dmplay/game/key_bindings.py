@@ -12,8 +12,7 @@ from dmplay.core.problem import Problem
 from dmplay.core.spaces import Labels
 from dmplay.errors import BadParameter, UnknownName
 from dmplay.game.key_preferences import DIGIT_KEYS, KEY_PRESETS, NAVIGATION_KEYS, KeyPreferences
-from dmplay.registry import problem_module_exports, problems
-from dmplay.registry.builtin_names import stem_to_name
+from dmplay.registry import problem_module_exports
 from dmplay.views.protocol import load_view_module
 
 ARROW_PAIRS = [
@@ -45,7 +44,7 @@ def resolve_key_maps(problem: Problem, preferences: KeyPreferences) -> KeyMaps:
         )
     view_module, labels = load_view_module(problem), problem.actions[0].labels
     for key in problem_module_exports.module_keys(problem):
-        _reject_reserved_key(key, f"{problem_module_exports.module_file(problem)}: KEYS")
+        _reject_reserved_key(key, f"{problem_module_exports.export_file(problem, 'KEYS')}: KEYS")
     second_player_keys: Mapping[str, str] = getattr(view_module, "SECOND_PLAYER_KEYS", {})
     types_numbers = hasattr(view_module, "NUMBER_STEPS")  # Digits write a number.
     preset_keys = _select_preset_keys(
@@ -69,7 +68,7 @@ def resolve_key_maps(problem: Problem, preferences: KeyPreferences) -> KeyMaps:
 
 def _list_key_families(problem: Problem) -> list[str]:
     """Return the config names under which a problem's keys are set, the most general first."""
-    name = stem_to_name(problems.builtin_stem(problem))
+    name = problem_module_exports.find_folder_name(problem)
     family: str = getattr(load_view_module(problem), "KEY_FAMILY", name)
     return list(dict.fromkeys((family, name)))
 

@@ -141,18 +141,13 @@ def make_policy(problem: Problem, seat: int, name: str, request: EvaluationReque
 
 
 def limit_turns(request: EvaluationRequest) -> EvaluationRequest:
-    """Return the request, with a turn limit if a user-defined hidden problem would never end.
+    """Return the request, with a turn limit if a hidden problem would never end.
 
     The limit is the turn whose discount falls below NEGLIGIBLE_WEIGHT, at most DEFAULT_TURN_LIMIT.
     A problem with a horizon, or without discounting, gets no limit here.
     """
     problem = request.load_problem().problem
-    is_bounded = (
-        request.turn_limit
-        or problem.horizon
-        or problem.discount == 1.0
-        or problems.builtin_stem(problem)
-    )
+    is_bounded = request.turn_limit or problem.horizon or problem.discount == 1.0
     if is_bounded or not problem.partially_observable:
         return request
     turns = log(NEGLIGIBLE_WEIGHT) / log(problem.discount) if problem.discount else 1

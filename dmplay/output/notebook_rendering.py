@@ -15,8 +15,7 @@ from dmplay.output.html_markup import (
     escape_html,
     render_html_rows,
 )
-from dmplay.registry import problems
-from dmplay.registry.builtin_names import stem_to_name
+from dmplay.registry.problem_module_exports import name_problem
 from dmplay.views.protocol import DrawOptions, fit_board, load_view_module
 
 DRAW_OPTIONS = DrawOptions(80, 24, allow_large=True)
@@ -39,7 +38,7 @@ def mime_bundle(game: Session | Playback) -> dict[str, str]:
     session, is_revealed = (game.session, True) if isinstance(game, Playback) else (game, game.over)
     is_private = session.problem.partially_observable and not is_revealed
     seat = _visible_seat(session, secret=is_private)
-    title = f"dmplay {_problem_name(session.problem)}"
+    title = f"dmplay {name_problem(session.problem)}"
     if seat is None:
         message = f"turn {len(session.turns)}. each seat has its own view: call view(seat)."
         return {
@@ -67,12 +66,6 @@ def _visible_seat(session: Session, *, secret: bool) -> int | None:
         seat for seat, agent in enumerate(session.seated_policies) if agent is None
     ] or [0]
     return None if secret and len(outside_seats) > 1 else outside_seats[0]
-
-
-def _problem_name(problem: Problem) -> str:
-    """Return the name of a problem, or the name of its class if it is user-defined."""
-    stem = problems.builtin_stem(problem)
-    return stem_to_name(stem) if stem else type(problem).__name__
 
 
 def _status_line(session: Session, view: View[Problem]) -> str:

@@ -29,7 +29,7 @@ def load_or_solve(
     code. Solutions of user-defined problems are not cached, because their code may change.
     """
     loaded = problems.resolve_problem(name, parameters)
-    if not problems.builtin_stem(loaded.problem):
+    if not problems.is_built_in(loaded.problem):
         return solve_with_options(loaded.problem, solve_options)
     option_values = solve_options.episodes, solve_options.turns, solve_options.work
     key_parts = [loaded.name, loaded.parameters, *option_values, __version__, *_source_times()]

@@ -4,15 +4,14 @@ An agent is `NAME`, `NAME:PARAMETER=VALUE,...`, `MODULE:ATTRIBUTE`, `./FILE.py:A
 program, `bot:COMMAND` or `bot:PARAMETER=VALUE,...,COMMAND`.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import Field, fields, replace
-from functools import cache, partial
-from importlib import import_module
-from importlib.util import find_spec
+from functools import cache, cached_property, partial
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from dmplay.agents import agents_by_method
 from dmplay.agents.available_agents import HINT_PROVIDER_ROLE, PARTNER_ROLE, Roster
 from dmplay.agents.base import (
     CONDITIONAL_VALUES,
@@ -23,6 +22,7 @@ from dmplay.agents.base import (
     SeatPolicy,
 )
 from dmplay.core.arrays import Array
+from dmplay.agents.random_agent import AGENTS_FOR_ANY_PROBLEM
 from dmplay.core.parameter_parsing import parse_parameter
 from dmplay.core.parameters import INTEGER_TYPES
 from dmplay.core.policy import Policy, forbid_exit
@@ -31,9 +31,9 @@ from dmplay.core.text import format_count
 from dmplay.core.user_code_locations import describe_error_location
 from dmplay.errors import BadParameter, BadPolicy, DmplayError, UnknownName
 from dmplay.registry import problem_module_exports
-from dmplay.registry.builtin_names import problem_names, stem_to_name
+from dmplay.registry.builtin_names import problem_names
 from dmplay.registry.problem_name_kinds import names_bot
-from dmplay.registry.problems import builtin_stem, load_problem
+from dmplay.registry.problems import load_problem
 from dmplay.registry.user_code import load_named_attribute, may_name_code
 
 NON_PARAMETER_FIELDS = ("problem", "seat", "policy_lookup", "opponents")
@@ -105,19 +105,52 @@ class HintAgent(NamedTuple):
 
 
 def load_roster(problem: Problem, seat: int = 0) -> Roster:
-    """Return the agents that can play a seat: the problem's own, then those for any problem.
+    """Return the agents that can play a seat: the problem's own, then those of general methods."""
+    specific = problem_module_exports.load_specific_roster(problem, seat)
+    general = partial(agents_by_method.build_roster, problem, seat)
+    if specific is None:
+        roster = general()
+        return replace(roster, agents={**roster.agents, **AGENTS_FOR_ANY_PROBLEM})
+    agents = _SpecificAgentsFirst(specific.agents, lambda: general().agents)
+    roster = replace(specific, agents=agents)
+    problem_module_exports.check_roles(problem, roster)
+    if roster.hint_provider:
+        return roster
+    adviser = general()
+    return replace(
+        roster,
+        hint_provider=adviser.hint_provider,
+        finite_horizon_hint_provider=adviser.finite_horizon_hint_provider,
+    )
 
-    If the problem is user-defined, the agents of its module come first.
-    """
-    module_name = f"dmplay.problems.{builtin_stem(problem)}.agents"
-    if not builtin_stem(problem) or find_spec(module_name) is None:
-        module_name = "dmplay.agents.user_defined_problems"
-    specific = _load_module_roster(module_name, problem, seat)
-    general = _load_module_roster("dmplay.agents.random_agent", problem, seat)
-    merged = replace(specific, agents={**specific.agents, **general.agents})
-    if builtin_stem(problem):
-        return merged
-    return problem_module_exports.merge_module_agents(problem, seat, merged)
+
+class _SpecificAgentsFirst(Mapping[str, type[SeatPolicy]]):
+    """The agents of a problem, then those of general methods, which are found when needed."""
+
+    def __init__(
+        self,
+        specific: Mapping[str, type[SeatPolicy]],
+        find_general: Callable[[], Mapping[str, type[SeatPolicy]]],
+    ) -> None:
+        self._specific, self._find_general = {**specific}, find_general
+
+    @cached_property
+    def _all(self) -> dict[str, type[SeatPolicy]]:
+        """All agents; a general one is left out if the problem has it under another name."""
+        classes = {*self._specific.values()}
+        general = self._find_general().items()
+        others = {name: kind for name, kind in general if kind not in classes}
+        names = dict.fromkeys([*self._specific, *others, *AGENTS_FOR_ANY_PROBLEM])
+        return {name: (others | AGENTS_FOR_ANY_PROBLEM | self._specific)[name] for name in names}
+
+    def __getitem__(self, name: str) -> type[SeatPolicy]:
+        return self._specific[name] if name in self._specific else self._all[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._all)
+
+    def __len__(self) -> int:
+        return len(self._all)
 
 
 def load_agent(problem: Problem, seat: int, name: str) -> Policy:
@@ -312,12 +345,6 @@ def parameter_meanings(agent_class: type[SeatPolicy]) -> dict[str, str]:
     return {parameter.name: parameter.metadata.get("meaning", "") for parameter in parameters}
 
 
-def _load_module_roster(module: str, problem: Problem, seat: int) -> Roster:
-    """Return the roster that a module of policies builds for a seat."""
-    module_roster: Roster = import_module(module).build_roster(problem, seat)
-    return module_roster
-
-
 def _make_roster_agent(problem: Problem, seat: int, name: str) -> SeatPolicy:
     """Return the agent of a roster by name, with its parameters.
 
@@ -409,7 +436,7 @@ def make_bot(problem: Problem, seat: int, name: str, turn_limit: int | None = No
         pair, _, command = command.partition(",")
         key, _, value = pair.partition("=")
         options[key] = parse_parameter(key, value, getattr(Bot, key))
-    label = stem_to_name(builtin_stem(problem)) or type(problem).__name__
+    label = problem_module_exports.name_problem(problem)
     return Bot(problem, seat, command, label, turn_limit, **options)  # type: ignore[arg-type]
 
 

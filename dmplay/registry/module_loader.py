@@ -97,12 +97,17 @@ def _add_folder_to_path(file: Path) -> None:
 
 
 def _import_module(name: str, file: Path) -> ModuleType:
-    """Return an imported module, which can import from its file's folder.
-
-    Its output goes to standard error. Raises BadParameter if it exits the program, has a syntax
-    error or is not text.
-    """
+    """Return an imported module, which can import from its file's folder."""
     _add_folder_to_path(file)
+    return import_module_quietly(name, str(file))
+
+
+def import_module_quietly(name: str, file: str = "") -> ModuleType:
+    """Return an imported module of user code, whose output goes to standard error.
+
+    Raises BadParameter if it exits the program, has a syntax error or is not text; `file` is named
+    if the error does not say where it is.
+    """
     try:
         with contextlib.redirect_stdout(sys.stderr):
             return importlib.import_module(name)
@@ -110,9 +115,9 @@ def _import_module(name: str, file: Path) -> ModuleType:
         advice = 'put the code that runs the script under `if __name__ == "__main__":`'
         raise BadParameter(f"{describe_error_location(error)}; {advice}") from None
     except SyntaxError as error:
-        location = format_location(error.filename or str(file), error.lineno)
+        location = format_location(error.filename or file, error.lineno)
         raise BadParameter(f"{location}: {error.msg}") from None
     except ValueError as error:  # the file is not text
         if describe_error_location(error):
             raise
-        raise BadParameter(f"{format_location(str(file), 1)}: {error}") from None
+        raise BadParameter(f"{format_location(file or name, 1)}: {error}") from None

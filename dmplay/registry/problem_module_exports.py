@@ -1,28 +1,86 @@
-"""The definitions that a module exports: problems, VARIANTS, AGENTS, its view and its keys.
+"""The names that the code of a problem defines, in one file or in a folder of files.
 
-class Grid(Problem): ...                      a problem, or several
-VARIANTS = {"wide": Grid(width=20)}           other instances, by name
-AGENTS = {"careful": Careful}                 agents by name, or a `Roster` that also has roles
-VIEW = view                                   a module with the functions of a view, or some of them
-KEYS = {"l": "left"}                          the action of each key
+class Grid(Problem): ...                      rules.py     a problem, or several
+VARIANTS = {"wide": Grid(width=20)}           rules.py     other instances, by name
+AGENTS = {"careful": Careful}                 agents.py    agents by name, a `Roster` that also has
+                                                           roles, or a function of problem and seat
+VIEW = view                                   view.py      the functions of a view, or some of them
+KEYS = {"l": "left"}                          view.py      the action of each key
+SOLUTION = solve_grid                         solution.py  how `solve` answers
+RULES_OF_THUMB, PUZZLE_GAMES, QUANTITIES      teach.py     what puzzles and lessons use
+FIGURES                                       figures.py   figures that show the problem
+
+The folder of a problem has the file `rules.py`, and the others if they are needed; there the module
+`view.py` is the view. A single file defines all of it under these names.
 """
 
 import inspect
 import sys
 from collections.abc import Mapping
-from dataclasses import MISSING, Field, fields, replace
+from dataclasses import MISSING, Field, fields
+from functools import lru_cache
+from importlib.util import find_spec
+from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 from dmplay.core import user_code_locations
 from dmplay.core.problem import Problem
 from dmplay.errors import BadParameter, UnknownName
+from dmplay.registry.builtin_names import stem_to_name
+from dmplay.registry.module_loader import import_module_quietly
 
 if TYPE_CHECKING:  # The list of problems needs no agents.
     from dmplay.agents.available_agents import Roster
 
 # names of players that are not agents of a roster
 RESERVED_AGENT_NAMES = ("human", "mcp", "script", "replay", "bot")
+ROLES = (  # fields of a Roster
+    "hint_provider",
+    "finite_horizon_hint_provider",
+    "default_partner",
+    "batch_agent",
+    "simulation_agent",
+)
+RULES = "rules"  # the file of a folder that defines the problem
+PARTS = {  # the file of a folder that defines each name
+    "AGENTS": "agents",
+    "VIEW": "view",
+    "KEYS": "view",
+    "SOLUTION": "solution",
+    "RULES_OF_THUMB": "teach",
+    "PUZZLE_GAMES": "teach",
+    "QUANTITIES": "teach",
+    "FIGURES": "figures",
+}
+
+
+def find_export(problem: Problem, name: str) -> Any:
+    """Return the object of a name of `PARTS` that the code of a problem defines; else None."""
+    module = _find_part(problem, name)
+    if name == "VIEW" and module and _is_part(module, "view"):
+        return module
+    return getattr(module, name, None)
+
+
+def _find_part(problem: Problem, name: str) -> ModuleType | None:
+    """Return the module that defines a name, or would define it; None for one without a module."""
+    rules = sys.modules.get(type(problem).__module__)
+    return _load_part(rules, PARTS[name]) or rules if rules else None
+
+
+@lru_cache(256)
+def _load_part(rules: ModuleType, part: str) -> ModuleType | None:
+    """Return a file of a problem's folder as a module; None if there is none, or no folder."""
+    name = f"{rules.__package__}.{part}"
+    if not _is_part(rules, RULES) or find_spec(name) is None:
+        return None
+    return import_module_quietly(name)
+
+
+def _is_part(module: ModuleType, part: str) -> bool:
+    """Return whether a module is this file of a package."""
+    return module.__name__ == f"{module.__package__}.{part}"
 
 
 def problem_classes(module: ModuleType) -> dict[str, type[Problem]]:
@@ -81,59 +139,37 @@ def _instantiate_with_defaults(kind: type[Problem]) -> Problem:
     return kind()
 
 
-def module_agent_names(problem: Problem) -> list[str]:
-    """Return the names of the agents that a problem's module defines."""
-    module_roster = _module_roster(problem)
-    return [*module_roster.agents] if module_roster else []
+def load_specific_roster(problem: Problem, seat: int) -> "Roster | None":
+    """Return the agents of a seat that the code of a problem defines in AGENTS; else None.
 
-
-def merge_module_agents(problem: Problem, seat: int, default_roster: "Roster") -> "Roster":
-    """Return the agents of a seat: those that a problem's module defines, then the default ones."""
-    module_roster, location = _module_roster(problem), f"{module_file(problem)}: AGENTS"
-    if module_roster is None:
-        return default_roster
-    for name, agent_class in module_roster.agents.items():
-        _check_agent(location, name, agent_class)
-    agents = {**module_roster.agents}
-    for agent_name, default_class in default_roster.agents.items():
-        agents.setdefault(agent_name, default_class)
-    roles = {
-        name: getattr(module_roster, name)
-        for name in (
-            "hint_provider",
-            "finite_horizon_hint_provider",
-            "default_partner",
-            "batch_agent",
-            "simulation_agent",
-        )
-    }
-    for role, role_agent in roles.items():
-        if role_agent is not None and role_agent not in agents:
-            raise BadParameter(
-                f"{location}: {role}: got {role_agent!r}, expected one of {', '.join(agents)}"
-            )
-    provider = module_roster if module_roster.hint_provider else default_roster
-    return replace(
-        module_roster,
-        agents=agents,
-        hint_provider=provider.hint_provider,
-        finite_horizon_hint_provider=provider.finite_horizon_hint_provider,
-    )
-
-
-def _module_roster(problem: Problem) -> "Roster | None":
-    """Return the roster that a problem's module defines in AGENTS; None if it defines none."""
+    Raises BadParameter if one is not a class of agents, or has a role and is not there.
+    """
     from dmplay.agents.available_agents import Roster
 
-    exported = getattr(_user_module(problem), "AGENTS", None)
-    module_roster = (
-        exported if isinstance(exported, Roster) or exported is None else Roster(exported)
-    )
-    agents: object = module_roster.agents if module_roster else {}
+    exported, location = find_export(problem, "AGENTS"), f"{export_file(problem, 'AGENTS')}: AGENTS"
+    if exported is None:
+        return None
+    if inspect.isroutine(exported):
+        exported = exported(problem, seat)
+    roster = exported if isinstance(exported, Roster) else Roster(exported)
+    agents: object = roster.agents
     if not isinstance(agents, Mapping):
-        expected = "expected a mapping of names to classes, or a Roster"
-        raise BadParameter(f"{module_file(problem)}: AGENTS: got {exported!r}, {expected}")
-    return module_roster
+        expected = "expected a mapping of names to classes, a Roster, or a function"
+        raise BadParameter(f"{location}: got {exported!r}, {expected}")
+    for name, agent_class in agents.items():
+        _check_agent(location, name, agent_class)
+    return roster
+
+
+def check_roles(problem: Problem, roster: "Roster") -> None:
+    """Raise BadParameter if an agent with a role is none of the agents of a roster."""
+    for role in ROLES:
+        name = getattr(roster, role)
+        if name is not None and name not in roster.agents:
+            location = f"{export_file(problem, 'AGENTS')}: AGENTS: {role}"
+            raise BadParameter(
+                f"{location}: got {name!r}, expected one of {', '.join(roster.agents)}"
+            )
 
 
 def _check_agent(location: str, name: object, agent_class: object) -> None:
@@ -180,14 +216,10 @@ def _ignored_parameters(agent_class: type) -> list[str]:
     return [*dict.fromkeys([*names, *parameters])]
 
 
-def module_view(problem: Problem) -> Any:
-    """Return the view that a problem's module defines in VIEW; None if it defines none."""
-    return getattr(_user_module(problem), "VIEW", None)
-
-
 def module_keys(problem: Problem) -> dict[str, str]:
-    """Return the action of each key that a problem's module defines in KEYS."""
-    bindings, location = getattr(_user_module(problem), "KEYS", {}), f"{module_file(problem)}: KEYS"
+    """Return the action of each key that a problem's code defines in KEYS."""
+    location = f"{export_file(problem, 'KEYS')}: KEYS"
+    bindings = find_export(problem, "KEYS") or {}
     labels = [label for space in problem.actions for label in space.labels]
     if not isinstance(bindings, Mapping):
         raise BadParameter(f"{location}: got {bindings!r}, expected a mapping of keys to actions")
@@ -201,15 +233,22 @@ def module_keys(problem: Problem) -> dict[str, str]:
     return dict(bindings)
 
 
-def _user_module(problem: Problem) -> ModuleType | None:
-    """Return the module of a problem that is not built in; None for a built-in one."""
-    module_name = type(problem).__module__
-    return None if module_name.startswith("dmplay.problems.") else sys.modules.get(module_name)
+def name_problem(problem: Problem) -> str:
+    """Return the name of a problem by its folder, or its class if it has no folder."""
+    return find_folder_name(problem) or type(problem).__name__
 
 
-def module_file(problem: Problem) -> str:
-    """Return the file of a problem's module, as it is shown to the user."""
-    return _format_module_file(_user_module(problem))
+def find_folder_name(problem: Problem) -> str:
+    """Return the command-line name of a problem by its folder; '' if it has no folder."""
+    rules = sys.modules.get(type(problem).__module__)
+    if rules is None or not _is_part(rules, RULES):
+        return ""
+    return stem_to_name(Path(rules.__file__ or "").parent.name)
+
+
+def export_file(problem: Problem, name: str) -> str:
+    """Return the file that defines a name of `PARTS`, as it is shown to the user."""
+    return _format_module_file(_find_part(problem, name))
 
 
 def _format_module_file(module: ModuleType | None) -> str:

@@ -72,7 +72,7 @@ def resolve_problem(
     A path in the name is relative to `folder`. Only dmplay's own code runs unless `trusted`.
     """
     loaded = find_problem(name, parameters, trusted=trusted, folder=folder)
-    if not builtin_stem(loaded.problem):
+    if not is_built_in(loaded.problem):
         check_playable(loaded.name, loaded.problem)
     return loaded
 
@@ -162,10 +162,9 @@ def parameter_meanings(problem: Problem) -> dict[str, str]:
     return {field.name: field.metadata.get("meaning", "") for field in visible_fields}
 
 
-def builtin_stem(problem: Problem) -> str:
-    """Return the name of a built-in problem's folder; '' for any other problem."""
-    module = type(problem).__module__.split(".")
-    return module[2] if module[:2] == ["dmplay", "problems"] else ""
+def is_built_in(problem: Problem) -> bool:
+    """Return whether the rules are dmplay's own code, which is checked and does not change."""
+    return type(problem).__module__.startswith("dmplay.problems.")
 
 
 def full_description(problem: Problem) -> str:

@@ -21,8 +21,8 @@ from dmplay.game.seats import HUMAN
 from dmplay.problems._shared.hex_hunt import HexHunt
 from dmplay.problems.hexworld.rules import HexWorld
 from dmplay.registry.agents import HintAgent, default_parameters, load_roster
+from dmplay.registry.problem_module_exports import find_export
 from dmplay.registry.problem_name_kinds import names_data_file, names_python_file
-from dmplay.registry.problems import builtin_stem
 from dmplay.tutor.answers import AnswerCheck
 from dmplay.tutor.game_quantities import opponent_payoffs, own_payoffs
 from dmplay.tutor.positions import PositionInGame
@@ -30,7 +30,7 @@ from dmplay.tutor.truth import format_number
 from dmplay.tutor.valued_position import (
     ActionOutcome,
     ValuedPosition,
-    is_repeated_game_of_user,
+    is_repeated_game_without_rules,
 )
 from dmplay.views.protocol import Lesson, load_view_module
 from dmplay.views.toolkit.hexgrid import describe_map
@@ -94,7 +94,9 @@ class ActionQuestion:
     @property
     def shows_board(self) -> bool:
         """True if there is a board, and it shows only what the player sees, not a belief."""
-        return not (self.problem.partially_observable or is_repeated_game_of_user(self.problem))
+        return not (
+            self.problem.partially_observable or is_repeated_game_without_rules(self.problem)
+        )
 
     @property
     def legal_labels(self) -> list[str]:
@@ -122,7 +124,7 @@ class ActionQuestion:
         name = self.position.problem_name
         if names_data_file(name) or names_python_file(name):
             rules.append(f"All probabilities and rewards are in {name}.")
-        if is_repeated_game_of_user(problem):
+        if is_repeated_game_without_rules(problem):
             rules += self._describe_payoffs()
         return [*rules, *self._describe_players()]
 
@@ -166,7 +168,7 @@ class ActionQuestion:
         problem, session = self.problem, self.position.session
         if problem.state_count == 1:
             return []
-        if not builtin_stem(problem):
+        if not hasattr(find_export(problem, "VIEW"), "describe_situation"):
             return [f"The state is {problem.format_state(session.state)}."]
         text = load_view_module(problem).describe_situation(session.view(self.seat))
         situation = f"{text[:1].upper()}{text[1:]}"

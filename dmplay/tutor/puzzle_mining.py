@@ -11,8 +11,9 @@ from dmplay.core.problem import Problem
 from dmplay.core.text import VALUE_DECIMALS
 from dmplay.errors import BadParameter
 from dmplay.registry import agents
+from dmplay.registry.problem_module_exports import find_folder_name
 from dmplay.registry.problem_name_kinds import CURRENT_FOLDER
-from dmplay.registry.problems import builtin_stem, resolve_problem
+from dmplay.registry.problems import resolve_problem
 from dmplay.tutor.action_question import describe_history
 from dmplay.tutor.lesson import Position
 from dmplay.tutor.positions import PositionInGame, open_position
@@ -20,7 +21,7 @@ from dmplay.tutor.rules_of_thumb import RuleOfThumb, hits_wall, list_rules
 from dmplay.tutor.valued_position import (
     ValuedPosition,
     find_exact_agent,
-    is_repeated_game_of_user,
+    is_repeated_game_without_rules,
 )
 
 MAX_PUZZLES = 24  # of one problem
@@ -120,8 +121,8 @@ def _list_setups(problem: Problem) -> Sequence[GameSetup]:
         for seat, agent in enumerate(problem.agents)
         if seat
     }
-    setups = SETUPS.get(builtin_stem(problem), [GameSetup(partners)])
-    if is_repeated_game_of_user(problem):
+    setups = SETUPS.get(find_folder_name(problem).replace("-", "_"), [GameSetup(partners)])
+    if is_repeated_game_without_rules(problem):
         names = agents.load_roster(problem, 1).agents
         opponents = [name for name in REPEATED_GAME_OPPONENTS if name in names]
         setups = [GameSetup({problem.agents[1]: name}) for name in opponents]

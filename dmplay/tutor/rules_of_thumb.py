@@ -15,12 +15,12 @@ from dmplay.problems._shared.hex_hunt import HexHunt
 from dmplay.problems.hexworld.rules import HexWorld
 from dmplay.problems.predator_prey.rules import PredatorPrey
 from dmplay.registry import agents
-from dmplay.registry.problems import builtin_stem
+from dmplay.registry.problem_module_exports import find_folder_name
 from dmplay.tutor.game_quantities import own_payoffs
 from dmplay.tutor.valued_position import (
     MIN_PROBABILITY_DIFFERENCE,
     ValuedPosition,
-    is_repeated_game_of_user,
+    is_repeated_game_without_rules,
 )
 
 
@@ -38,10 +38,10 @@ class RuleOfThumb(NamedTuple):
 
 def list_rules(problem: Problem) -> list[RuleOfThumb]:
     """Return the rules of thumb for a problem: its own ones first, then the general ones."""
-    rules = list(PROBLEM_RULES.get(builtin_stem(problem), []))
+    rules = list(PROBLEM_RULES.get(find_folder_name(problem).replace("-", "_"), []))
     if isinstance(problem, HexWorld | PredatorPrey):  # most steps have the same reward
         return [*rules, EXPECT_LIKELIEST]
-    if is_repeated_game_of_user(problem):
+    if is_repeated_game_without_rules(problem):
         return [REPLY_TO_COUNTS, REPLY_TO_LAST]
     if len(problem.agents) > 1:
         return rules

@@ -14,7 +14,7 @@ from dmplay.game.hints.action_breakdown import ActionBreakdown, break_down_actio
 from dmplay.game.hints.outcome_forecast import AssumedPlayers, enumerate_joint_actions
 from dmplay.problems._shared.hex_hunt import HexHunt
 from dmplay.registry import agents
-from dmplay.registry.problems import builtin_stem
+from dmplay.registry.problem_module_exports import find_folder_name
 from dmplay.tutor.positions import PositionInGame
 
 MIN_PROBABILITY_DIFFERENCE = 1e-6  # probabilities that differ by less are equal
@@ -221,6 +221,7 @@ def _is_exact(agent: agents.HintAgent) -> bool:
     return agent.values_name == EXACT_VALUES and agent.has_exact_regrets
 
 
-def is_repeated_game_of_user(problem: Problem) -> bool:
-    """Return whether a problem is a user-defined game of two with one state, as in .nfg files."""
-    return problem.state_count == 1 and len(problem.agents) == 2 and not builtin_stem(problem)
+def is_repeated_game_without_rules(problem: Problem) -> bool:
+    """Return whether a problem is a game of two with one state and without its own rules."""
+    is_repeated_game = problem.state_count == 1 and len(problem.agents) == 2
+    return is_repeated_game and not find_folder_name(problem)

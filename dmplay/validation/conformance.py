@@ -18,7 +18,7 @@ from dmplay.core.violation import CheckResult, CheckResults, Violation
 from dmplay.errors import BadPolicy, BudgetExceeded
 from dmplay.game.key_bindings import resolve_key_maps
 from dmplay.game.key_preferences import DEFAULT_KEY_PREFERENCES
-from dmplay.registry import agents, problem_module_exports, problems
+from dmplay.registry import agents, problem_module_exports
 from dmplay.simulation import random_play
 from dmplay.simulation.random_play import (
     SEED,
@@ -140,9 +140,10 @@ def _check_dynamics(problem: Problem) -> Iterator[Violation]:
 
 
 def _check_agents(problem: Problem) -> Iterator[Violation]:
-    """Yield the violations of the agents that the problem's module defines, in their seats."""
+    """Yield the violations of the agents that the problem's code defines, in their seats."""
     for seat in range(len(problem.agents)):
-        for name in problem_module_exports.module_agent_names(problem):
+        roster = problem_module_exports.load_specific_roster(problem, seat)
+        for name in roster.agents if roster else ():
             try:
                 policy = agents.load_agent(problem, seat, name)
             except BadPolicy:  # this agent does not play this seat
@@ -156,11 +157,10 @@ def _check_agents(problem: Problem) -> Iterator[Violation]:
 
 
 def _check_problem_view(problem: Problem) -> Iterator[Violation]:
-    """Yield the violations of a user-defined problem's view while a short game is played."""
-    if not problems.builtin_stem(problem):
-        policies = [Random(problem, at) for at in range(len(problem.agents))]
-        session = Session(problem, SeededUniforms(SEED), policies, turn_limit=DRAWN_TURNS)
-        yield from invariants.find_violations(type(problem), partial(_check_game_display, session))
+    """Yield the violations of a problem's view while a short game is played."""
+    policies = [Random(problem, at) for at in range(len(problem.agents))]
+    session = Session(problem, SeededUniforms(SEED), policies, turn_limit=DRAWN_TURNS)
+    yield from invariants.find_violations(type(problem), partial(_check_game_display, session))
 
 
 def _check_game_display(session: Session) -> CheckResults:

@@ -1,7 +1,6 @@
 """The protocol of view modules, their drawing options, and the view module of a problem."""
 
 import importlib
-import importlib.util
 from collections.abc import Callable, Iterator, Mapping
 from typing import NamedTuple, Protocol, cast
 
@@ -10,7 +9,7 @@ from rich.text import Text
 from dmplay.core.arrays import Array, Reals
 from dmplay.core.problem import Problem
 from dmplay.core.session import View
-from dmplay.registry import problem_module_exports, problems
+from dmplay.registry import problem_module_exports
 from dmplay.views.toolkit.canvas import measure_text, to_ascii
 
 NO_KEY_LABELS: Mapping[str, str] = {}
@@ -120,19 +119,12 @@ def load_view_module(problem: Problem) -> ViewModule:
 
     If the module that defines the problem also defines a view or keys, return a UserView of them.
     """
-    stem = problems.builtin_stem(problem)
-    name = f"dmplay.problems.{stem}.view"
-    if not stem or not importlib.util.find_spec(name):
-        name = "dmplay.views.generic"
-    # A view module receives only views of its own problem, the one in its folder.
-    view_module = cast(ViewModule, importlib.import_module(name))
-    user_view, user_keys = (
-        problem_module_exports.module_view(problem),
-        problem_module_exports.module_keys(problem),
-    )
-    if user_view is None and not user_keys:
-        return view_module
-    return cast(ViewModule, UserView(user_view, user_keys, view_module))
+    generic_view = cast(ViewModule, importlib.import_module("dmplay.views.generic"))
+    view = problem_module_exports.find_export(problem, "VIEW")
+    keys = problem_module_exports.module_keys(problem)
+    if view is None and not keys:
+        return generic_view
+    return cast(ViewModule, UserView(view, keys, generic_view))
 
 
 class UserView:

@@ -15,7 +15,7 @@ from dmplay.game.game_series import GameController
 from dmplay.game.game_setup import start_new_game
 from dmplay.game.launch_requests import GameRequest
 from dmplay.game.seats import make_seat_policy
-from dmplay.registry import problems
+from dmplay.registry.problem_module_exports import find_folder_name
 from dmplay.ui.shell.commands import COMMANDS, run_line
 from dmplay.ui.shell.plain_mode import JsonReporter, SentenceReporter
 from tests.privacy.command_arguments import (
@@ -70,7 +70,9 @@ def test_every_command_and_format_is_covered() -> None:
 
 
 def test_the_problems_are_those_that_hide_a_state_or_a_choice() -> None:
-    stems = {problems.builtin_stem(dmplay.load_problem(name)) for name in SECRET_PROBLEMS}
+    stems = {
+        find_folder_name(dmplay.load_problem(name)).replace("-", "_") for name in SECRET_PROBLEMS
+    }
     expected = {
         "", "crying_baby", "machine_replacement", "catch", "multicaregiver_crying_baby",
         "collaborative_predator_prey", "prisoners_dilemma", "rock_paper_scissors",

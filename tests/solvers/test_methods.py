@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 import dmplay
-from dmplay.agents.user_defined_problems import build_roster
+from dmplay.agents.agents_by_method import build_roster
 from dmplay.evaluation.solutions.solve import OWN_SOLUTIONS, SIMULATION, SOLUTIONS, load_function
 from dmplay.registry.builtin_names import name_to_stem, problem_names
 from dmplay.solvers.methods import FIT_TESTS, Method, find_method, find_methods

@@ -12,7 +12,7 @@ from dmplay.registry.agents import plan_for_turn_limit
 from tests.support.problem_cases import load_small_problem, make_random_policies
 
 # faster settings of slow agents, for the tests of invariants
-FAST_AGENTS = {"search": "search:simulations=3,depth=2"}
+FAST_AGENTS = {"search": "search:simulations=3,depth=2", "plan": "plan:horizon=3"}
 SMALL_JOINT_PLAN = "joint-plan:nodes=2"  # a smaller plan than the default
 PLANNING_TURNS = 4  # turns of the game for agents that plan a whole game
 EXTERNAL_AGENTS = {"axelrod"}  # packages that take long to load and have separate tests
@@ -22,9 +22,8 @@ def format_fast_agent(problem: Problem, seat: int, agent: str) -> str:
     """Return the name of an agent with settings that make it fast."""
     is_planned = agents.load_roster(problem, seat).simulation_agent == "joint-plan"
     if agent in FAST_AGENTS:
-        return (
-            FAST_AGENTS[agent]
-            + f",others={SMALL_JOINT_PLAN},rollout={SMALL_JOINT_PLAN}" * is_planned
+        return FAST_AGENTS[agent] + f",others={SMALL_JOINT_PLAN},rollout={SMALL_JOINT_PLAN}" * (
+            is_planned and agent == "search"
         )
     return (
         SMALL_JOINT_PLAN

@@ -1,10 +1,11 @@
 """The value of each first action of one agent with finitely many hidden states."""
 
 from dataclasses import replace
+from typing import cast
 
 import numpy as np
 
-from dmplay.agents.base import AdviceQuestion
+from dmplay.agents.base import EXACT_VALUES, AdviceQuestion, SeatPolicy
 from dmplay.agents.belief_policy_bases import MAX_HORIZON, NEGLIGIBLE_WEIGHT, FiniteHorizonPolicy
 from dmplay.agents.point_based import (
     PointBasedOptimalPolicy,
@@ -22,7 +23,6 @@ from dmplay.evaluation.solutions.options import DEFAULT_TURNS, resolve_horizon, 
 from dmplay.evaluation.solutions.simulated_returns import solve_by_simulation
 from dmplay.evaluation.solutions.solution import Row, Solution
 from dmplay.registry import agents
-from dmplay.registry.problems import builtin_stem
 from dmplay.solvers.pomdp.point_based import PointBasedBounds
 
 MAX_SEARCH_TURNS = 100  # in longer games search is not simulated
@@ -34,13 +34,11 @@ def solve_first_actions(problem: Problem) -> Solution:
     A simulation stands in if there is no such agent or it knows no values.
     """
     turns = resolve_horizon(problem.horizon) or (DEFAULT_TURNS if problem.discount >= 1.0 else None)
-    if builtin_stem(problem):
-        hint_agent = agents.find_hint_provider(problem, AdviceQuestion(0, turns))
-        if hint_agent is None:
-            return solve_by_simulation(problem)
+    hint_agent = agents.find_hint_provider(problem, AdviceQuestion(0, turns))
+    name, agent = "optimal", cast(SeatPolicy, PointBasedOptimalPolicy(problem, 0))
+    is_bounded = hint_agent is None or isinstance(hint_agent.policy, PointBasedPolicy)
+    if hint_agent and not is_bounded and hint_agent.values_name == EXACT_VALUES:
         name, agent = hint_agent.name, hint_agent.policy
-    else:  # A user's own hint provider may have no values.
-        name, agent = "optimal", PointBasedOptimalPolicy(problem, 0)
     try:
         if isinstance(agent, FiniteHorizonPolicy) and turns and agent.horizon < turns:
             # The agent plans fewer turns at a time than the game has.

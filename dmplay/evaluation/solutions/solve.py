@@ -10,7 +10,7 @@ from importlib import import_module
 from dmplay.core.problem import Problem, check_problem
 from dmplay.evaluation.solutions.options import SolveOptions, use_solve_options
 from dmplay.evaluation.solutions.solution import Solution
-from dmplay.registry.problems import builtin_stem
+from dmplay.registry.problem_module_exports import find_folder_name
 from dmplay.simulation.worker_pool import WorkerCount
 from dmplay.solvers.methods import Method, find_method
 
@@ -66,7 +66,7 @@ def solve_with_options(problem: Problem, options: SolveOptions) -> Solution:
 
 def solve_problem(problem: Problem) -> Solution:
     """Return the solution of a problem by the first method that fits; simulation fits all."""
-    own_solution = OWN_SOLUTIONS.get(builtin_stem(problem))
+    own_solution = OWN_SOLUTIONS.get(find_folder_name(problem).replace("-", "_"))
     if own_solution:
         return load_function(own_solution)(problem)
     method = find_method(problem)

@@ -17,7 +17,6 @@ from dmplay.core.arrays import Array, Bools, Reals
 from dmplay.core.memoization import memoize
 from dmplay.core.parameters import parameter
 from dmplay.core.policy import Memory, Percept
-from dmplay.core.problem import Problem
 from dmplay.core.text import format_count
 from dmplay.problems.cart_pole.rules import CartPole
 from dmplay.solvers.mdp import riccati
@@ -146,10 +145,8 @@ class Alternate(ReactivePolicy):
         return memory[0]
 
 
-def build_roster(problem: Problem, seat: int) -> Roster:
-    """Return the agents for cart-pole."""
-    return Roster(
-        {"balance": Balance, "regulate": LinearQuadraticPolicy, "always-left": AlwaysLeft,
-         "always-right": AlwaysRight, "alternate": Alternate},
-        hint_provider="regulate",
-    )  # fmt: skip
+AGENTS = Roster(
+    {"balance": Balance, "regulate": LinearQuadraticPolicy, "always-left": AlwaysLeft,
+     "always-right": AlwaysRight, "alternate": Alternate},
+    hint_provider="regulate",
+)  # fmt: skip

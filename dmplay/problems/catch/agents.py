@@ -97,9 +97,7 @@ def _build_search(problem: Problem) -> BoundedSearch:
     return BoundedSearch(tabulate(problem), problem.discount)
 
 
-def build_roster(problem: Problem, seat: int) -> Roster:
-    """Return the agents for catch."""
-    return Roster(
-        {"greedy": Greedy, "optimal": Optimal, "thompson": ThompsonSampling},
-        hint_provider="optimal",
-    )
+AGENTS = Roster(
+    {"greedy": Greedy, "optimal": Optimal, "thompson": ThompsonSampling},
+    hint_provider="optimal",
+)

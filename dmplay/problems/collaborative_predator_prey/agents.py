@@ -420,7 +420,7 @@ def _choose_hint_provider(hunt: CollaborativePredatorPrey) -> str:
     return "sweep" if never_varies else "qmdp"
 
 
-def build_roster(problem: CollaborativePredatorPrey, seat: int) -> Roster:
+def list_agents(problem: CollaborativePredatorPrey, seat: int) -> Roster:
     """Return the agents for a hunt in a team."""
     agents: dict[str, type[SeatPolicy]] = {
         "sweep": Sweep, "chase-belief": ChaseBelief, "qmdp": Qmdp, "reactive": SenseRulePolicy,
@@ -434,3 +434,6 @@ def build_roster(problem: CollaborativePredatorPrey, seat: int) -> Roster:
         default_partner="sweep",
         simulation_agent=simulation_agent,
     )
+
+
+AGENTS = list_agents

@@ -16,7 +16,6 @@ from dmplay.agents.base import (
 from dmplay.core.arrays import Array, Bools, Reals
 from dmplay.core.parameters import parameter
 from dmplay.core.policy import Memory
-from dmplay.core.problem import Problem
 from dmplay.problems.collision_avoidance import grid as collision_avoidance_grid
 
 DESCEND, NO_ADVISORY, CLIMB = range(3)
@@ -65,9 +64,7 @@ class Optimal(GreedyPolicy, ReactivePolicy):
         return "" if turns is None or turns > longest else WITHOUT_END
 
 
-def build_roster(problem: Problem, seat: int) -> Roster:
-    """Return the agents for collision avoidance."""
-    return Roster(
-        {"no-advisory": NoAdvisory, "simple": AvoidWhenNear, "optimal": Optimal},
-        hint_provider="optimal",
-    )
+AGENTS = Roster(
+    {"no-advisory": NoAdvisory, "simple": AvoidWhenNear, "optimal": Optimal},
+    hint_provider="optimal",
+)

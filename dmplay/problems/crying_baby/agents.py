@@ -29,7 +29,7 @@ class FeedWhenCrying(ReactivePolicy):
         return np.where(memory[0] == CRYING, FEED, IGNORE)
 
 
-def build_roster(problem: Problem, seat: int) -> Roster:
+def list_agents(problem: Problem, seat: int) -> Roster:
     """Return the agents for the baby.
 
     The optimal one gives hints; without a discount it needs a turn limit.
@@ -46,3 +46,6 @@ def build_roster(problem: Problem, seat: int) -> Roster:
         hint_provider="optimal" if is_discounted else "plan",
         finite_horizon_hint_provider="optimal",
     )
+
+
+AGENTS = list_agents

@@ -14,7 +14,6 @@ from dmplay.agents.base import (
 from dmplay.core.arrays import Array, Bools, Reals
 from dmplay.core.parameters import parameter
 from dmplay.core.policy import Memory, Percept, requires_fields
-from dmplay.core.problem import Problem
 from dmplay.problems.game_2048 import expectimax
 from dmplay.problems.game_2048.packed_boards import DOWN, LEFT, RIGHT, UP
 from dmplay.problems.game_2048.rules import Game2048
@@ -90,10 +89,8 @@ class Expectimax(GreedyPolicy, ReactivePolicy):
         )
 
 
-def build_roster(problem: Problem, seat: int) -> Roster:
-    """Return the agents for 2048; expectimax is too slow for many games."""
-    return Roster(
-        {"corner": Corner, "expectimax": Expectimax},
-        hint_provider="expectimax",
-        batch_agent="corner",
-    )
+AGENTS = Roster(
+    {"corner": Corner, "expectimax": Expectimax},
+    hint_provider="expectimax",
+    batch_agent="corner",
+)

@@ -117,10 +117,8 @@ class FastInformedBoundByTurns(RemainingHorizonPolicy):
         return weighted_sum(b, self._bounds[left - 1])
 
 
-def build_roster(problem: Problem, seat: int) -> Roster:
-    """Return the agents of the machine replacement problem."""
-    return Roster(
-        {"always-manufacture": AlwaysManufacture, "fib": FastInformedBoundByTurns,
-         "optimal": Optimal, "qmdp": Qmdp, "threshold": Threshold},
-        hint_provider="optimal",
-    )  # fmt: skip
+AGENTS = Roster(
+    {"always-manufacture": AlwaysManufacture, "fib": FastInformedBoundByTurns,
+     "optimal": Optimal, "qmdp": Qmdp, "threshold": Threshold},
+    hint_provider="optimal",
+)  # fmt: skip

@@ -80,10 +80,8 @@ class AlwaysRight(ConstantPolicy):
     action = RIGHT
 
 
-def build_roster(problem: Problem, seat: int) -> Roster:
-    """Return the agents of the mountain car."""
-    return Roster(
-        {"optimal": Optimal, "pump": Pump, "always-left": AlwaysLeft, "always-coast": AlwaysCoast,
-         "always-right": AlwaysRight},
-        hint_provider="optimal",
-    )  # fmt: skip
+AGENTS = Roster(
+    {"optimal": Optimal, "pump": Pump, "always-left": AlwaysLeft, "always-coast": AlwaysCoast,
+     "always-right": AlwaysRight},
+    hint_provider="optimal",
+)  # fmt: skip

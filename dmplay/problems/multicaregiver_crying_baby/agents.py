@@ -125,7 +125,7 @@ class _Constant(ConstantPolicy):
     action: int = 0
 
 
-def build_roster(problem: Problem, seat: int) -> Roster:
+def list_agents(problem: Problem, seat: int) -> Roster:
     """Return the agents that care for a baby.
 
     The best response gives the hints, or the joint plan in a game without discount and turn limit.
@@ -136,3 +136,6 @@ def build_roster(problem: Problem, seat: int) -> Roster:
          "joint-plan": SharedObservationPlan},
         adviser, "best-response", default_partner=DEFAULT_PARTNER,
     )  # fmt: skip
+
+
+AGENTS = list_agents

@@ -249,7 +249,7 @@ def _natural_policy_name(problem: PredatorPrey, seat: int) -> str:
     return "chase" if seat in problem.predator_seats else "flee"
 
 
-def build_roster(problem: PredatorPrey, seat: int) -> Roster:
+def list_agents(problem: PredatorPrey, seat: int) -> Roster:
     """Return the agents of the hunt.
 
     The best response gives the hints if it is quick to solve and the discount is below 1, else the
@@ -263,3 +263,6 @@ def build_roster(problem: PredatorPrey, seat: int) -> Roster:
         hint_provider="best-response" if is_quick and problem.discount < 1.0 else natural_name,
         default_partner=natural_name,
     )
+
+
+AGENTS = list_agents

@@ -11,7 +11,6 @@ from dmplay.agents.matrix_game_agents import (
 from dmplay.agents.random_agent import Random
 from dmplay.agents.repeated_game_planning import RepeatedGamePlan
 from dmplay.agents.repeated_game_rules import REPEATED_GAME_RULES
-from dmplay.core.problem import Problem
 
 
 class Plan(RepeatedGamePlan):
@@ -20,19 +19,17 @@ class Plan(RepeatedGamePlan):
     candidate_rules = {**REPEATED_GAME_RULES, "random": Random}  # noqa: RUF012 - never written
 
 
-def build_roster(problem: Problem, seat: int) -> Roster:
-    """Return the agents of the repeated dilemma."""
-    return Roster(
-        {
-            **REPEATED_GAME_RULES,
-            "nash": Nash,
-            "best-response": FictitiousPlay,
-            "softmax": HierarchicalSoftmax,
-            "gradient-ascent": GradientAscent,
-            "axelrod": AxelrodStrategy,
-            "plan-rounds": Plan,
-        },
-        hint_provider="plan-rounds",
-        default_partner="tit-for-tat",
-        batch_agent="best-response",
-    )
+AGENTS = Roster(
+    {
+        **REPEATED_GAME_RULES,
+        "nash": Nash,
+        "best-response": FictitiousPlay,
+        "softmax": HierarchicalSoftmax,
+        "gradient-ascent": GradientAscent,
+        "axelrod": AxelrodStrategy,
+        "plan-rounds": Plan,
+    },
+    hint_provider="plan-rounds",
+    default_partner="tit-for-tat",
+    batch_agent="best-response",
+)

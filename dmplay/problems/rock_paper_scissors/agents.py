@@ -8,7 +8,6 @@ from dmplay.agents.matrix_game_agents import FictitiousPlay, GradientAscent, Nas
 from dmplay.agents.random_agent import Random
 from dmplay.agents.repeated_game_planning import RepeatedGamePlan
 from dmplay.core.arrays import Array, Ints
-from dmplay.core.problem import Problem
 
 
 @dataclass(frozen=True)
@@ -31,10 +30,8 @@ class Plan(RepeatedGamePlan):
     }  # fmt: skip
 
 
-def build_roster(problem: Problem, seat: int) -> Roster:
-    """Return the agents of rock-paper-scissors."""
-    return Roster(
-        {"uniform": Random, "nash": Nash, "beat-last": BeatLast, "frequency": FictitiousPlay,
-         "gradient-ascent": GradientAscent, "plan-rounds": Plan},
-        hint_provider="plan-rounds", default_partner="frequency", batch_agent="frequency",
-    )  # fmt: skip
+AGENTS = Roster(
+    {"uniform": Random, "nash": Nash, "beat-last": BeatLast, "frequency": FictitiousPlay,
+     "gradient-ascent": GradientAscent, "plan-rounds": Plan},
+    hint_provider="plan-rounds", default_partner="frequency", batch_agent="frequency",
+)  # fmt: skip

@@ -10,7 +10,6 @@ from dmplay.core.arrays import Array, Bools, Reals
 from dmplay.core.chance import Normal
 from dmplay.core.parameters import parameter
 from dmplay.core.policy import Memory
-from dmplay.core.problem import Problem
 from dmplay.problems.simple_regulator.rules import SimpleRegulator
 
 
@@ -41,6 +40,4 @@ class Gaussian(Optimal):
         return self.problem.actions[0].clip_actions(sampled)
 
 
-def build_roster(problem: Problem, seat: int) -> Roster:
-    """Return the agents of the simple regulator."""
-    return Roster({"optimal": Optimal, "gaussian": Gaussian}, hint_provider="optimal")
+AGENTS = Roster({"optimal": Optimal, "gaussian": Gaussian}, hint_provider="optimal")

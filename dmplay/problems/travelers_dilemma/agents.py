@@ -17,7 +17,6 @@ from dmplay.agents.repeated_game_planning import RepeatedGamePlan
 from dmplay.core.arrays import Array, Bools, Reals
 from dmplay.core.parameters import parameter
 from dmplay.core.policy import Memory
-from dmplay.core.problem import Problem
 from dmplay.problems.travelers_dilemma.rules import MAX_CLAIM, MIN_CLAIM
 
 
@@ -40,13 +39,8 @@ class Plan(RepeatedGamePlan):
     }  # fmt: skip
 
 
-def build_roster(problem: Problem, seat: int) -> Roster:
-    """Return the agents of the traveler's dilemma.
-
-    What the default partner level-k draws is not always its best reply.
-    """
-    return Roster(
-        {"nash": Nash, "level-k": HierarchicalSoftmax, "best-response": FictitiousPlay,
-         "gradient-ascent": GradientAscent, "claim": FixedClaim, "plan-rounds": Plan},
-        hint_provider="plan-rounds", default_partner="level-k", batch_agent="best-response",
-    )  # fmt: skip
+AGENTS = Roster(
+    {"nash": Nash, "level-k": HierarchicalSoftmax, "best-response": FictitiousPlay,
+     "gradient-ascent": GradientAscent, "claim": FixedClaim, "plan-rounds": Plan},
+    hint_provider="plan-rounds", default_partner="level-k", batch_agent="best-response",
+)  # fmt: skip

@@ -18,7 +18,7 @@ from dmplay.game.game import Game
 from dmplay.game.game_series import GameController
 from dmplay.game.hints.hint_provider import HINT_OVERLAYS
 from dmplay.game.playback import Playback
-from dmplay.registry.problems import builtin_stem
+from dmplay.registry.problems import is_built_in
 from dmplay.terminal.capabilities import Terminal
 from dmplay.terminal.painter import Painter
 from dmplay.ui.screen import frame
@@ -377,7 +377,7 @@ class PlayScreen:
             and not (self.overlay_index or game.predictor)
             and game.is_action_key(key)
         )
-        return not (is_plain_turn and builtin_stem(game.problem))
+        return not (is_plain_turn and is_built_in(game.problem))
 
     @property
     def follow_up(self) -> Callable[[], None] | None:

@@ -1,4 +1,4 @@
-"""The agents that fit a user-defined problem, by the methods that fit its class and size."""
+"""The agents of general methods, by the methods that fit a problem's class and size."""
 
 from dmplay.agents.available_agents import Roster
 from dmplay.agents.base import SeatPolicy
