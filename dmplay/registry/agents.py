@@ -21,8 +21,8 @@ from dmplay.agents.base import (
     AdviceQuestion,
     SeatPolicy,
 )
-from dmplay.core.arrays import Array
 from dmplay.agents.random_agent import AGENTS_FOR_ANY_PROBLEM
+from dmplay.core.arrays import Array
 from dmplay.core.parameter_parsing import parse_parameter
 from dmplay.core.parameters import INTEGER_TYPES
 from dmplay.core.policy import Policy, forbid_exit
