@@ -25,9 +25,9 @@ from dmplay.validation.policy_checks import (
     play_checked_games,
 )
 
-EPISODES, TURNS = 12, 30  # games, and at most so many turns of each
-# Half of all hash seeds put the elements of a set of two in the same order: eight processes miss
-# one such agent of 128.
+EPISODES, TURNS = 12, 30  # number of games, and their turn limit
+# Two hash seeds order a set of two elements alike with probability 1/2. With eight processes beside
+# this one, the check therefore misses one such agent in 256.
 PROCESSES = 8
 HASH_SEED_VARIABLE = "PYTHONHASHSEED"
 REMEDY = (
@@ -83,9 +83,9 @@ def _play_batch(trial: AgentTrial) -> CheckedPolicy | Violation:
 
 
 def _iter_choices_of_processes(trial: AgentTrial) -> Iterator[list[Choices] | Violation]:
-    """Yield the choices in each process; all start at once, with other hashes and random states.
+    """Yield the choices, or the violation, from each process; raise BadPolicy if one dies.
 
-    Raise BadPolicy if a process ends early.
+    All processes start at once, each with its own hash seed and random states.
     """
     hash_seed, context = os.environ.get(HASH_SEED_VARIABLE), get_context("spawn")
     with ExitStack() as stack:
@@ -110,7 +110,7 @@ def _iter_choices_of_processes(trial: AgentTrial) -> Iterator[list[Choices] | Vi
 
 
 def _send_choices(trial: AgentTrial, random_state: int, sender: Connection) -> None:
-    """Send the choices of an agent in this process, whose output is dropped."""
+    """Send the choices of an agent, or its violation; drop the output of this process."""
     Thread(target=_exit_with_parent, daemon=True).start()
     null_device = os.open(os.devnull, os.O_WRONLY)
     os.dup2(null_device, 1)
@@ -122,7 +122,7 @@ def _send_choices(trial: AgentTrial, random_state: int, sender: Connection) -> N
 
 
 def _exit_with_parent() -> None:
-    """Exit this process when the one that started it has ended, as its agent may hang."""
+    """Exit this process, in which the agent may hang, when its parent process has ended."""
     if parent := parent_process():
         parent.join()
         os._exit(1)

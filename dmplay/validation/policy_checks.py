@@ -85,10 +85,10 @@ class CheckedPolicy:
                 self._compare(episode, choice, other_choice, remedy)
 
     def check_games_alone(self) -> None:
-        """Let the agent play each game alone, in turns; raise BadPolicy if a choice differs.
+        """Play each game alone, turn by turn; raise BadPolicy if a choice differs.
 
-        In each turn, the last game comes first, so that an agent that stores anything outside of
-        its memory meets its games in another order.
+        In each turn, the last game comes first. An agent that stores anything outside of its memory
+        then gets its games in another order.
         """
         self._turn = 1
         memories = [
@@ -117,7 +117,7 @@ class CheckedPolicy:
         return episodes, *self._remember(episodes, "update_memory", memory[1:], percept)
 
     def _remember(self, episodes: Ints, method: str, *args: object) -> Memory:
-        """Return the memory that a method of the agent returns; raise BadPolicy if it is none."""
+        """Return the memory from a method of the agent; raise BadPolicy if it is not a memory."""
         location = self._locate(episodes, method)
         function: Callable[..., object] = getattr(self.policy, method)
         memory = call_memory_method(location, function, len(episodes), *args)
@@ -126,7 +126,10 @@ class CheckedPolicy:
     def _choose(
         self, episodes: Ints, memory: Memory, legal: Bools | None, u: Reals
     ) -> tuple[Array, Choices, Reals | None]:
-        """Return the agent's actions, the choices, and its action values; raise IllegalAction."""
+        """Return the agent's actions, its choices and its action values.
+
+        Raise IllegalAction for an illegal choice, and BadPolicy for values of another shape.
+        """
         location, count = self._locate(episodes, "choose"), len(episodes)
         make_arrays_readonly(*memory, u)
         answer = call_policy(location, self.policy.choose, memory, legal, u)
@@ -171,14 +174,11 @@ class CheckedPolicy:
             raise BadPolicy(f"{self.location}: {message}")
 
     def _locate(self, episodes: Ints, method: str) -> str:
-        """Set and return the games, the turn and the seat of a call of the agent's method."""
-        is_single = len(episodes) == 1
-        games = (
-            f"episode {episodes[0]}" if is_single else f"episodes {episodes[0]} to {episodes[-1]}"
-        )
-        agent = self.problem.agents[self.seat]
+        """Store the location of a call of the agent's method; return it as text."""
+        first, last = episodes[[0, -1]]
+        games = f"episode {first}" if len(episodes) == 1 else f"episodes {first} to {last}"
         self.method = method
-        self.location = f"seed {SEED}, {games}, turn {self._turn}, {agent}"
+        self.location = f"seed {SEED}, {games}, turn {self._turn}, {self.problem.agents[self.seat]}"
         return self.location
 
 
