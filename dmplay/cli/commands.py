@@ -1,7 +1,8 @@
 """All commands, in the order in which the help lists them; each is imported when it is needed."""
 
 import os
-from functools import cache
+from collections.abc import Callable
+from functools import cache, partial
 from importlib import import_module
 from typing import Any
 
@@ -41,6 +42,8 @@ COMMANDS = {  # the module in this folder, and the function or the Typer group i
     "config": "reports:config_app",
 }
 
+PATH_METAVARS = {"FILE", "DIR", "FOLDER", "PATH", "GAME"}
+
 
 @cache
 def build_command(name: str) -> Any:
@@ -57,18 +60,26 @@ def build_command(name: str) -> Any:
     for shown_command in (command, *getattr(command, "commands", {}).values()):
         for option in shown_command.params:
             option.show_envvar = False
-            if option.type.name == "path":
-                option.callback = _refuse_empty_path
+            if _bare_metavar(option) in PATH_METAVARS:
+                option.process_value = partial(_refuse_empty_path, option, option.process_value)
     return command
 
 
-def _refuse_empty_path(context: Any, option: Any, value: Any) -> Any:
-    """Return the value of a path option; raise BadParameter for an empty path.
+def _bare_metavar(option: Any) -> str:
+    """Return the metavar of an option without brackets and dots; "" for none."""
+    return (option.metavar or "").strip("[].")
 
-    An unset variable of a shell, as in `-o "$FILE"`, would otherwise mean the current folder.
+
+def _refuse_empty_path(
+    option: Any, process_value: Callable[[Any, Any], Any], context: Any, value: Any
+) -> Any:
+    """Return the processed value of a path option; raise BadParameter for an empty path.
+
+    An unset variable of a shell, as in `-o "$FILE"`, would otherwise mean the current folder. After
+    the processing, Typer 0.29 has a Path, in which an empty path is the current folder.
     """
     if value == "" or (isinstance(value, tuple | list) and "" in value):
-        metavar = option.metavar.strip("[].")
+        metavar = _bare_metavar(option)
         name = max(option.opts, key=len) if option.param_type_name == "option" else metavar
         raise BadParameter(f"{name}: got an empty path, expected {metavar}")
-    return value
+    return process_value(context, value)
