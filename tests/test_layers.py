@@ -28,7 +28,7 @@ KNOWS_A_PROBLEM = {
     "algorithms/belief_update", "algorithms/finite_mdp", "evaluation/solutions/continuous_problems",
     "evaluation/solutions/games", "evaluation/solutions/teams", "plots/appendix_figures",
     "plots/illustrations", "plots/picture_panels", "plots/state_values", "plots/terminal_drawing",
-    "solvers/methods", "tutor/action_question", "tutor/algorithm_quantities",
+    "solvers/methods", "tutor/algorithm_quantities",
     "tutor/control_quantities", "tutor/quantity", "tutor/rules_of_thumb", "tutor/valued_position",
     "views/algorithms/heat_maps", "views/algorithms/state_values",
 }  # fmt: skip

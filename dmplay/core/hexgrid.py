@@ -25,6 +25,14 @@ MAX_COORDINATE = 1000  # largest absolute value of a coordinate
 SLIP_ROTATIONS = (0, 1, -1)
 
 
+def list_hexes(problem: object) -> tuple[Hex, ...]:
+    """Return the hexes of a problem's map, its attribute `hexes`; () for one without a map."""
+    try:
+        return validate_hexes(getattr(problem, "hexes", None), "hexes")
+    except ValueError:
+        return ()
+
+
 def hex_neighbours(hex_: Hex) -> list[Hex]:
     """Return the six neighbours of a hex in action order, on the infinite plane."""
     return [(hex_[0] + dq, hex_[1] + dr) for dq, dr in NEIGHBOUR_OFFSETS]

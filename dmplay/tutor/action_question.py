@@ -11,6 +11,7 @@ from dmplay.agents.repeated_game_rules import COOPERATE_LABEL, CooperateDefectRu
 from dmplay.core.arrays import Reals
 from dmplay.core.belief import initial_belief
 from dmplay.core.best_actions import VALUE_TOLERANCE
+from dmplay.core.hexgrid import list_hexes
 from dmplay.core.problem import Problem
 from dmplay.core.session import Turn
 from dmplay.core.spaces import normalize_label
@@ -18,8 +19,6 @@ from dmplay.core.text import format_count
 from dmplay.errors import UnknownName
 from dmplay.game.hints.review import RIGHT_LOSS_PERCENT
 from dmplay.game.seats import HUMAN
-from dmplay.problems._shared.hex_hunt import HexHunt
-from dmplay.problems.hexworld.rules import HexWorld
 from dmplay.registry.agents import HintAgent, default_parameters, load_roster
 from dmplay.registry.problem_module_exports import find_export
 from dmplay.registry.problem_name_kinds import names_data_file, names_python_file
@@ -172,9 +171,8 @@ class ActionQuestion:
             return [f"The state is {problem.format_state(session.state)}."]
         text = load_view_module(problem).describe_situation(session.view(self.seat))
         situation = f"{text[:1].upper()}{text[1:]}"
-        if isinstance(problem, HexWorld | HexHunt):
-            return [*describe_map(problem.hexes), situation]
-        return [situation]
+        hexes = list_hexes(problem)
+        return [*describe_map(hexes), situation] if hexes else [situation]
 
     def _describe_payoffs(self) -> list[str]:
         """Return the rewards of each pair of actions in sentences; [] if there are many."""
