@@ -67,9 +67,9 @@ def _complete_lessons(incomplete: str) -> list[str]:
 
 def _complete_puzzles(incomplete: str) -> list[str]:
     """Return the built-in problems that have puzzles, for completion."""
-    from dmplay.tutor.puzzles import PUZZLE_PROBLEMS
+    from dmplay.tutor.puzzles import list_puzzle_problems
 
-    return [name for name in PUZZLE_PROBLEMS if name.startswith(incomplete)]
+    return [name for name in list_puzzle_problems() if name.startswith(incomplete)]
 
 
 @learn_app.command("lesson")

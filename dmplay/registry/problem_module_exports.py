@@ -7,7 +7,10 @@ AGENTS = {"careful": Careful}                 agents.py    agents by name, a `Ro
 VIEW = view                                   view.py      the functions of a view, or some of them
 KEYS = {"l": "left"}                          view.py      the action of each key
 SOLUTION = solve_grid                         solution.py  how `solve` answers
-RULES_OF_THUMB, PUZZLE_GAMES, QUANTITIES      teach.py     what puzzles and lessons use
+RULES_OF_THUMB = [RuleOfThumb(...)]           teach.py     its puzzles are about; else general ones
+PUZZLE_GAMES = [GameSetup(...)]               teach.py     the games in which they are mined
+PUZZLE_DAY = 3                                teach.py     its place in the puzzles of the day
+QUANTITIES                                    teach.py     what lessons use
 FIGURES                                       figures.py   figures that show the problem
 
 The folder of a problem has the file `rules.py`, and the others if they are needed; there the module
@@ -16,13 +19,13 @@ The folder of a problem has the file `rules.py`, and the others if they are need
 
 import inspect
 import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import MISSING, Field, fields
 from functools import lru_cache
 from importlib.util import find_spec
 from pathlib import Path
 from types import ModuleType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from dmplay.core import user_code_locations
 from dmplay.core.problem import Problem
@@ -33,6 +36,7 @@ from dmplay.registry.module_loader import import_module_quietly
 if TYPE_CHECKING:  # The list of problems needs no agents.
     from dmplay.agents.available_agents import Roster
 
+Item = TypeVar("Item")
 # names of players that are not agents of a roster
 RESERVED_AGENT_NAMES = ("human", "mcp", "script", "replay", "bot")
 ROLES = (  # fields of a Roster
@@ -50,6 +54,7 @@ PARTS = {  # the file of a folder that defines each name
     "SOLUTION": "solution",
     "RULES_OF_THUMB": "teach",
     "PUZZLE_GAMES": "teach",
+    "PUZZLE_DAY": "teach",
     "QUANTITIES": "teach",
     "FIGURES": "figures",
 }
@@ -231,6 +236,21 @@ def module_keys(problem: Problem) -> dict[str, str]:
         if label not in labels:
             raise UnknownName("action", label, labels, error_prefix=f"{location}: {key}")
     return dict(bindings)
+
+
+def load_exported_list(problem: Problem, name: str, kind: type[Item]) -> list[Item] | None:
+    """Return the list that a problem's code defines under a name, None if it does not.
+
+    Raise BadParameter unless all its items are of this kind.
+    """
+    exported = find_export(problem, name)
+    if exported is None:
+        return None
+    is_list = isinstance(exported, Sequence) and all(isinstance(item, kind) for item in exported)
+    if not is_list or isinstance(exported, kind):
+        expected = f"expected a list of {kind.__name__}"
+        raise BadParameter(f"{export_file(problem, name)}: {name}: got {exported!r}, {expected}")
+    return list(exported)
 
 
 def name_problem(problem: Problem) -> str:

@@ -11,13 +11,13 @@ from dmplay.core.problem import Problem
 from dmplay.core.text import VALUE_DECIMALS
 from dmplay.errors import BadParameter
 from dmplay.registry import agents
-from dmplay.registry.problem_module_exports import find_folder_name
+from dmplay.registry.problem_module_exports import load_exported_list
 from dmplay.registry.problem_name_kinds import CURRENT_FOLDER
 from dmplay.registry.problems import resolve_problem
 from dmplay.tutor.action_question import describe_history
 from dmplay.tutor.lesson import Position
 from dmplay.tutor.positions import PositionInGame, open_position
-from dmplay.tutor.rules_of_thumb import RuleOfThumb, hits_wall, list_rules
+from dmplay.tutor.rules_of_thumb import RuleOfThumb, list_rules
 from dmplay.tutor.valued_position import (
     ValuedPosition,
     find_exact_agent,
@@ -42,26 +42,6 @@ class GameSetup(NamedTuple):
     turns: int | None = None
 
 
-# The games of problems with several agents, by the file name of the problem.
-SETUPS: Mapping[str, Sequence[GameSetup]] = {
-    "multicaregiver_crying_baby": [GameSetup({"caregiver2": "random"})],
-    "predator_prey": [
-        GameSetup({"prey": "flee"}, 12),
-        GameSetup({"predator": "chase"}, 12),
-    ],
-    "prisoners_dilemma": [
-        GameSetup({"agent2": name})
-        for name in (
-            "tit-for-tat", "grim", "tit-for-two-tats", "win-stay-lose-shift", "two-tits-for-tat",
-            "majority", "suspicious-tit-for-tat",
-        )
-    ],
-    "rock_paper_scissors": [GameSetup({"agent2": name}) for name in ("beat-last", "frequency")],
-    "travelers_dilemma": [
-        GameSetup({"agent2": name})
-        for name in ("level-k", "level-k:level=1", "claim:claim=90", "nash")
-    ],
-}  # fmt: skip
 REPEATED_GAME_OPPONENTS = ("frequency", "tit-for-tat", "grim", "win-stay-lose-shift")
 
 
@@ -115,17 +95,22 @@ def mine_candidates(name: str) -> list[Candidate]:
 
 
 def _list_setups(problem: Problem) -> Sequence[GameSetup]:
-    """Return the games in which the puzzles of a problem are mined."""
-    partners = {
-        agent: agents.load_roster(problem, seat).default_partner
-        for seat, agent in enumerate(problem.agents)
-        if seat
-    }
-    setups = SETUPS.get(find_folder_name(problem).replace("-", "_"), [GameSetup(partners)])
-    if is_repeated_game_without_rules(problem):
+    """Return the games in which the puzzles of a problem are mined: PUZZLE_GAMES, or general ones.
+
+    Raise BadParameter if PUZZLE_GAMES is not a list of them.
+    """
+    setups = load_exported_list(problem, "PUZZLE_GAMES", GameSetup)
+    if setups is None and is_repeated_game_without_rules(problem):
         names = agents.load_roster(problem, 1).agents
         opponents = [name for name in REPEATED_GAME_OPPONENTS if name in names]
         setups = [GameSetup({problem.agents[1]: name}) for name in opponents]
+    elif setups is None:
+        partners = {
+            agent: agents.load_roster(problem, seat).default_partner
+            for seat, agent in enumerate(problem.agents)
+            if seat
+        }
+        setups = [GameSetup(partners)]
     return [*setups, *(setup._replace(turns=SHORT_GAME_TURNS) for setup in setups)]
 
 
@@ -207,14 +192,23 @@ def _find_losing_rules(
         return
     tried_actions = set[int]()
     for rule in rules:
-        action = rule.choose(position)
+        action = _apply_rule(position, rule)
         if action is None or action in tried_actions or not position.legal_actions_mask[action]:
             continue
-        if hits_wall(position, action):
+        if rule.excludes is not None and rule.excludes(position, action):
             continue
         tried_actions.add(action)
         if values.max() - values[action] >= min_loss:
             yield action, rule
+
+
+def _apply_rule(position: ValuedPosition, rule: RuleOfThumb) -> int | None:
+    """Return the action that a rule chooses, or None; raise BadParameter if it is no action."""
+    action = rule.choose(position)
+    if action is None or action in range(len(position.labels)):
+        return action
+    expected = f"expected None or 0 to {len(position.labels) - 1}"
+    raise BadParameter(f"rule of thumb {rule.text!r}: got {action!r}, {expected}")
 
 
 def _describe_question(position: ValuedPosition) -> object:
@@ -262,7 +256,7 @@ def _choose_next_action(position: ValuedPosition, rule: RuleOfThumb) -> int:
     legal = np.flatnonzero(position.legal_actions_mask)
     if u < RANDOM_SHARE:
         return int(legal[int(v * len(legal))])
-    action = rule.choose(position)
+    action = _apply_rule(position, rule)
     return int(np.argmax(position.values)) if action is None or action not in legal else action
 
 

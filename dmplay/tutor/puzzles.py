@@ -1,11 +1,14 @@
 """Puzzles: positions in which a rule of thumb loses, by number, by day, and by what was missed."""
 
 from datetime import date
-from functools import lru_cache
+from functools import cache, lru_cache
 from typing import NamedTuple
 
 from dmplay.errors import BadParameter
+from dmplay.registry.builtin_names import problem_names
+from dmplay.registry.problem_module_exports import find_export
 from dmplay.registry.problem_name_kinds import CURRENT_FOLDER
+from dmplay.registry.problems import load_problem
 from dmplay.tutor.action_question import ActionQuestion, describe_history
 from dmplay.tutor.exercise import Exercise
 from dmplay.tutor.lesson import Position
@@ -16,11 +19,6 @@ from dmplay.tutor.rules_of_thumb import RuleOfThumb
 from dmplay.tutor.truth import format_number
 from dmplay.tutor.valued_position import find_exact_agent
 
-# The built-in problems with puzzles, in the order in which the puzzles of the day take turns.
-PUZZLE_PROBLEMS = (
-    "hexworld", "crying-baby", "catch", "machine-replacement", "prisoners-dilemma",
-    "predator-prey", "rock-paper-scissors", "multicaregiver-crying-baby", "travelers-dilemma",
-)  # fmt: skip
 KEY_PREFIX = "puzzle "  # of keys in the file of progress
 
 
@@ -51,12 +49,20 @@ def split_code(code: str) -> tuple[str, int | None]:
 
 def find_puzzle_of_the_day(day: date) -> Puzzle:
     """Return the puzzle of a day, the same for all: a problem a day, then its next puzzle."""
-    round_number, index = divmod(day.toordinal(), len(PUZZLE_PROBLEMS))
-    puzzles = list_puzzles(PUZZLE_PROBLEMS[index])
+    names = list_puzzle_problems()
+    round_number, index = divmod(day.toordinal(), len(names))
+    puzzles = list_puzzles(names[index])
     return puzzles[round_number % len(puzzles)]
 
 
-@lru_cache(maxsize=len(PUZZLE_PROBLEMS))
+@cache
+def list_puzzle_problems() -> tuple[str, ...]:
+    """Return the built-in problems in the order in which the puzzles of the day take turns."""
+    places = ((find_export(load_problem(name), "PUZZLE_DAY"), name) for name in problem_names())
+    return tuple(name for _, name in sorted(pair for pair in places if pair[0] is not None))
+
+
+@lru_cache(maxsize=16)
 def list_puzzles(name: str) -> tuple[Puzzle, ...]:
     """Return the puzzles of a problem, in the order of their numbers.
 
@@ -84,7 +90,7 @@ def choose_puzzle(name: str, today: date) -> Puzzle:
         puzzle = find_puzzle_of_the_day(today)
         if _key_of(puzzle) not in progress:
             return puzzle
-        own_codes = [code for code in due_codes if split_code(code)[0] in PUZZLE_PROBLEMS]
+        own_codes = [code for code in due_codes if split_code(code)[0] in list_puzzle_problems()]
         if own_codes:
             return find_puzzle(own_codes[0])
         name = split_code(puzzle.code)[0]

@@ -7,14 +7,14 @@ import numpy as np
 
 from dmplay.agents.base import EXACT_VALUES, AdviceQuestion
 from dmplay.core.arrays import Array, Bools, Ints, Reals
+from dmplay.core.hexgrid import list_hexes
 from dmplay.core.policy import Memory
 from dmplay.core.problem import Outcome, Problem, build_percept, enumerate_possible_outcomes
 from dmplay.core.session import SeatedPolicy, Session
 from dmplay.game.hints.action_breakdown import ActionBreakdown, break_down_action
 from dmplay.game.hints.outcome_forecast import AssumedPlayers, enumerate_joint_actions
-from dmplay.problems._shared.hex_hunt import HexHunt
 from dmplay.registry import agents
-from dmplay.registry.problem_module_exports import find_folder_name
+from dmplay.registry.problem_module_exports import find_export
 from dmplay.tutor.positions import PositionInGame
 
 MIN_PROBABILITY_DIFFERENCE = 1e-6  # probabilities that differ by less are equal
@@ -167,10 +167,10 @@ class ValuedPosition:
 
     def _format_state(self, state: Array) -> str:
         """Return a state as text, with the names of the agents if it is a hex for each."""
-        text = self.problem.format_state(state)
-        if not isinstance(self.problem, HexHunt):
+        text, agents = self.problem.format_state(state), self.problem.agents
+        if not (list_hexes(self.problem) and 1 < len(agents) == len(text.split())):
             return text
-        return ", ".join(map(" ".join, zip(self.problem.agents, text.split(), strict=True)))
+        return ", ".join(map(" ".join, zip(agents, text.split(), strict=True)))
 
     def _summarize_events(
         self, text: str, events: Ints, weights: Reals, joint_actions: Array, outcome: Outcome
@@ -222,6 +222,6 @@ def _is_exact(agent: agents.HintAgent) -> bool:
 
 
 def is_repeated_game_without_rules(problem: Problem) -> bool:
-    """Return whether a problem is a game of two with one state and without its own rules."""
+    """Return whether a problem is a game of two with one state and without RULES_OF_THUMB."""
     is_repeated_game = problem.state_count == 1 and len(problem.agents) == 2
-    return is_repeated_game and not find_folder_name(problem)
+    return is_repeated_game and find_export(problem, "RULES_OF_THUMB") is None

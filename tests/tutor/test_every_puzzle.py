@@ -21,9 +21,9 @@ from dmplay.problems.travelers_dilemma.agents import FixedClaim
 from dmplay.tutor.action_question import ActionQuestion
 from dmplay.tutor.exercise import Exercise, ExerciseRun
 from dmplay.tutor.puzzles import (
-    PUZZLE_PROBLEMS,
     Puzzle,
     find_puzzle,
+    list_puzzle_problems,
     list_puzzles,
     make_exercise,
 )
@@ -42,7 +42,7 @@ TOLERANCE = 1e-6
 
 def list_all() -> list[Puzzle]:
     """Return all built-in puzzles."""
-    return [puzzle for name in PUZZLE_PROBLEMS for puzzle in list_puzzles(name)]
+    return [puzzle for name in list_puzzle_problems() for puzzle in list_puzzles(name)]
 
 
 @cache
@@ -161,7 +161,7 @@ def compute_values(puzzle: Puzzle, question: ActionQuestion) -> Reals:
     return np.asarray(one_round + (turns_left - 1) * one_round.max())
 
 
-@pytest.mark.parametrize("name", PUZZLE_PROBLEMS)
+@pytest.mark.parametrize("name", list_puzzle_problems())
 def test_the_action_of_the_rule_loses_what_the_puzzle_says(name: str) -> None:
     for puzzle in list_puzzles(name):
         question = ask(puzzle)
@@ -356,7 +356,7 @@ READINGS: dict[str, Callable[[Puzzle, ActionQuestion], set[str]]] = {
 }
 
 
-@pytest.mark.parametrize("name", PUZZLE_PROBLEMS)
+@pytest.mark.parametrize("name", list_puzzle_problems())
 def test_the_rule_names_exactly_one_action_which_is_the_quoted_one(name: str) -> None:
     for puzzle in list_puzzles(name):
         question = ask(puzzle)
@@ -395,7 +395,7 @@ def test_there_are_at_least_110_puzzles_over_nine_problems_with_different_texts(
     assert texts.most_common(1)[0][1] == 1
 
 
-@pytest.mark.parametrize("name", PUZZLE_PROBLEMS)
+@pytest.mark.parametrize("name", list_puzzle_problems())
 def test_a_text_says_the_players_the_turns_left_and_what_a_turn_pays(name: str) -> None:
     for puzzle in list_puzzles(name):
         question, lines = ask(puzzle), read_text(puzzle)
@@ -424,7 +424,7 @@ def test_a_text_says_the_players_the_turns_left_and_what_a_turn_pays(name: str) 
         assert report["text"] == lines
 
 
-@pytest.mark.parametrize("name", PUZZLE_PROBLEMS)
+@pytest.mark.parametrize("name", list_puzzle_problems())
 def test_the_solution_names_the_best_actions_and_the_loss_of_the_others_that_are_right(
     name: str,
 ) -> None:
@@ -455,7 +455,7 @@ def test_the_same_claims_are_right_against_the_same_traveler() -> None:
     assert right["claim:claim=90"] == ["89"]
 
 
-@pytest.mark.parametrize("name", PUZZLE_PROBLEMS)
+@pytest.mark.parametrize("name", list_puzzle_problems())
 def test_the_solution_is_the_same_in_lines_and_as_json(name: str) -> None:
     for puzzle in list_puzzles(name):
         exercise = exercise_of(puzzle.code)

@@ -1,19 +1,23 @@
 """Tests of puzzles: their values, their rules of thumb, their replies, and users' problems."""
 
+from dataclasses import replace
 from datetime import date, timedelta
+from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from dmplay.errors import BadParameter, UnknownName
+from dmplay.errors import BadParameter, DmplayError, UnknownName
 from dmplay.formats import writer
+from dmplay.registry.problem_module_exports import find_export
+from dmplay.registry.problems import load_problem
 from dmplay.tutor.exercise import ExerciseRun
 from dmplay.tutor.puzzles import (
-    PUZZLE_PROBLEMS,
     choose_puzzle,
     find_puzzle,
     find_puzzle_of_the_day,
+    list_puzzle_problems,
     list_puzzles,
     make_exercise,
 )
@@ -30,7 +34,7 @@ def _state_in_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
 
 
-@pytest.mark.parametrize("name", PUZZLE_PROBLEMS)
+@pytest.mark.parametrize("name", list_puzzle_problems())
 def test_the_outcomes_of_every_action_add_up_to_its_value(name: str) -> None:
     for puzzle in list_puzzles(name):
         position = make_exercise(puzzle).question.valued_position
@@ -40,7 +44,7 @@ def test_the_outcomes_of_every_action_add_up_to_its_value(name: str) -> None:
             assert position.sum_outcomes(outcomes) == pytest.approx(position.values[action])
 
 
-@pytest.mark.parametrize("name", PUZZLE_PROBLEMS)
+@pytest.mark.parametrize("name", list_puzzle_problems())
 def test_the_action_of_the_rule_is_legal_and_wrong_and_gets_a_reason(name: str) -> None:
     for puzzle in list_puzzles(name):
         run = ExerciseRun(make_exercise(puzzle))
@@ -57,7 +61,7 @@ def test_the_action_of_the_rule_is_legal_and_wrong_and_gets_a_reason(name: str) 
             assert ExerciseRun(run.exercise).check_answer(answer).finishes_step
 
 
-@pytest.mark.parametrize("name", PUZZLE_PROBLEMS)
+@pytest.mark.parametrize("name", list_puzzle_problems())
 def test_the_codes_count_from_1(name: str) -> None:
     listed = list_puzzles(name)
     assert [puzzle.code for puzzle in listed] == [
@@ -113,11 +117,11 @@ def test_other_names_of_actions_are_answers_and_others_are_refused() -> None:
 
 
 def test_the_puzzle_of_the_day_changes_each_day_and_visits_every_problem() -> None:
-    days = [TODAY + timedelta(number) for number in range(len(PUZZLE_PROBLEMS))]
+    days = [TODAY + timedelta(number) for number in range(len(list_puzzle_problems()))]
     codes = [find_puzzle_of_the_day(day).code for day in days]
-    assert {code.partition(":")[0] for code in codes} == {*PUZZLE_PROBLEMS}
+    assert {code.partition(":")[0] for code in codes} == {*list_puzzle_problems()}
     assert find_puzzle_of_the_day(TODAY) == find_puzzle_of_the_day(TODAY)
-    later = find_puzzle_of_the_day(TODAY + timedelta(len(PUZZLE_PROBLEMS)))
+    later = find_puzzle_of_the_day(TODAY + timedelta(len(list_puzzle_problems())))
     assert later.code != codes[0]
 
 
@@ -195,6 +199,56 @@ def test_a_payoff_table_of_a_user_has_puzzles_against_named_agents(tmp_path: Pat
         assert "column is the agent " in text
         is_classical = "cooperates" in text
         assert is_classical == ("You cooperate with swerve, and column with swerve." in text)
+
+
+@pytest.mark.parametrize("stem", ["crying_baby", "prisoners_dilemma"])
+def test_a_file_of_a_user_has_its_own_rules_of_thumb_and_puzzle_games(
+    stem: str, tmp_path: Path
+) -> None:
+    folder = Path(find_spec(f"dmplay.problems.{stem}").submodule_search_locations[0])  # type: ignore
+    file = tmp_path / "own.py"
+    file.write_text("".join((folder / part).read_text() for part in ("rules.py", "teach.py")))
+    listed, expected_ones = list_puzzles(str(file)), list_puzzles(stem.replace("_", "-"))
+    assert len(listed) == len(expected_ones)
+    for puzzle, expected in zip(listed, expected_ones, strict=True):
+        position = replace(puzzle.position, problem=expected.position.problem)
+        assert position == expected.position
+        assert (puzzle.rule.text, puzzle.rule_action) == (expected.rule.text, expected.rule_action)
+        assert puzzle.loss == pytest.approx(expected.loss)
+
+
+RULE = 'RuleOfThumb("jump", lambda position: {})'
+
+
+@pytest.mark.parametrize(
+    ("line", "message"),
+    [
+        (f"RULES_OF_THUMB = {RULE}", "RULES_OF_THUMB: got .* expected a list of RuleOfThumb"),
+        ("RULES_OF_THUMB = ['jump']", "RULES_OF_THUMB: got .'jump'., expected a list of RuleOf"),
+        ("PUZZLE_GAMES = 3", "PUZZLE_GAMES: got 3, expected a list of GameSetup"),
+        (
+            f"RULES_OF_THUMB = [{RULE}]".format(9),
+            "rule of thumb 'jump': got 9, expected None or 0 to 2",
+        ),
+        ("RULES_OF_THUMB = [RuleOfThumb('sit', choose_always('sit'))]", "unknown action 'sit'"),
+        ("RULES_OF_THUMB = []", "no rule of thumb loses in it"),
+    ],
+)
+def test_invalid_rules_of_thumb_and_puzzle_games_are_refused(
+    line: str, message: str, tmp_path: Path
+) -> None:
+    folder = Path(find_spec("dmplay.problems.crying_baby").submodule_search_locations[0])  # type: ignore
+    imports = "from dmplay.tutor.rules_of_thumb import RuleOfThumb, choose_always\n"
+    file = tmp_path / "own.py"
+    file.write_text(f"{(folder / 'rules.py').read_text()}{imports}{line}\n")
+    with pytest.raises(DmplayError, match=message):
+        list_puzzles(str(file))
+
+
+def test_the_places_of_the_problems_in_the_puzzles_of_the_day_count_from_0() -> None:
+    names = list_puzzle_problems()
+    places = [find_export(load_problem(name), "PUZZLE_DAY") for name in names]
+    assert places == [*range(len(names))]
 
 
 @pytest.mark.parametrize(

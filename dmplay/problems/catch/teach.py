@@ -1,0 +1,27 @@
+"""Rules of thumb of catch."""
+
+from dmplay.tutor.rules_of_thumb import (
+    TAKE_BEST_REWARD,
+    TRUST_LAST_OBSERVATION,
+    TRUST_LIKELIEST,
+    RuleOfThumb,
+    choose_always,
+    get_last_observation,
+)
+from dmplay.tutor.valued_position import ValuedPosition
+
+
+def _repeat_success(position: ValuedPosition) -> int | None:
+    """Repeat the last action if the ball was caught, which is the last observation."""
+    is_caught = get_last_observation(position) == "caught"
+    return int(position.session.view(position.seat).actions[-1]) if is_caught else None
+
+
+RULES_OF_THUMB = [
+    RuleOfThumb("throw the farthest, as it pays most", choose_always("100")),
+    RuleOfThumb("repeat the last throw if it was caught", _repeat_success),
+    TAKE_BEST_REWARD,
+    TRUST_LIKELIEST,
+    TRUST_LAST_OBSERVATION,
+]
+PUZZLE_DAY = 2

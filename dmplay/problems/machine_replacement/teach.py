@@ -1,0 +1,17 @@
+"""Rules of thumb of machine replacement."""
+
+from dmplay.tutor.rules_of_thumb import (
+    TAKE_BEST_REWARD,
+    TRUST_LAST_OBSERVATION,
+    TRUST_LIKELIEST,
+    RuleOfThumb,
+    choose_always,
+)
+
+RULES_OF_THUMB = [
+    RuleOfThumb("manufacture, as it earns most", choose_always("manufacture")),
+    TAKE_BEST_REWARD,
+    TRUST_LIKELIEST,
+    TRUST_LAST_OBSERVATION,
+]
+PUZZLE_DAY = 3
