@@ -28,8 +28,7 @@ KNOWS_A_PROBLEM = {
     "algorithms/belief_update", "algorithms/finite_mdp", "evaluation/solutions/continuous_problems",
     "evaluation/solutions/games", "evaluation/solutions/teams", "plots/appendix_figures",
     "plots/illustrations", "plots/picture_panels", "plots/state_values", "plots/terminal_drawing",
-    "solvers/methods", "tutor/algorithm_quantities", "tutor/control_quantities", "tutor/quantity",
-    "views/algorithms/heat_maps", "views/algorithms/state_values",
+    "solvers/methods", "views/algorithms/heat_maps", "views/algorithms/state_values",
 }  # fmt: skip
 UI_LIBRARIES = {"rich", "typer", "prompt_toolkit"}
 ALLOWED_LIBRARIES = {  # beyond the standard library and NumPy

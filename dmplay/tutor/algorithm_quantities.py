@@ -1,19 +1,16 @@
 """Quantities of algorithms: sweeps of value iteration, rules of thumb, and tree search."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 
 import numpy as np
 
 from dmplay.core.arrays import Array, Bools, Reals
 from dmplay.core.best_actions import mark_best_actions
-from dmplay.core.hexgrid import Hex, hex_distance, hex_neighbours
 from dmplay.core.problem import Problem, enumerate_possible_outcomes
 from dmplay.core.tabular import Tables, tabulate
 from dmplay.core.text import format_count
 from dmplay.core.uniforms import SeededUniforms
 from dmplay.errors import BadParameter
-from dmplay.problems.hexworld.rules import HexWorld
-from dmplay.registry.problems import with_parameters
 from dmplay.solvers.mdp.mdp_values import (
     compute_action_values,
     compute_finite_horizon_values,
@@ -24,6 +21,7 @@ from dmplay.tutor.state_quantities import (
     compute_q,
     describe_worst_outcome,
     find_state,
+    find_state_index,
     list_outcomes,
 )
 from dmplay.tutor.truth import Truth, format_number, list_best_labels, list_values
@@ -31,7 +29,6 @@ from dmplay.tutor.typed_text import parse_number
 
 MAX_SWEEPS = 1000
 MAX_SIMULATIONS = 2000  # of one search, so that an answer is checked within seconds
-MIN_LISTED_PROBABILITY = 0.001
 MIN_ERROR = 0.05  # smallest regret of a choice that counts as wrong, at a scale of 1
 MAX_SEARCH_DEPTH = 3  # of a forward search, whose outcomes are all listed
 SEARCH_RUNS = 20  # searches with different random numbers whose choices are compared
@@ -40,7 +37,7 @@ SEARCH_RUNS = 20  # searches with different random numbers whose choices are com
 def sweep_value(position: PositionInGame, state: str, sweep: int) -> Truth:
     """Return the value of a state after this many sweeps of value iteration from V = 0."""
     problem = position.problem
-    tables, index = _tabulate(position), _index_of(position, state)
+    tables, index = _tabulate(position), find_state_index(position, state)
     values = compute_finite_horizon_values(tables, problem.discount, sweep)
     previous = compute_finite_horizon_values(tables, problem.discount, sweep - 1)
 
@@ -51,7 +48,7 @@ def sweep_value(position: PositionInGame, state: str, sweep: int) -> Truth:
         next_states = list_outcomes(position, action, find_state(position, state))
         count = format_count(len(next_states), "next state")
         listed = " and ".join(
-            format_number(float(previous[_index_of(position, name)])) for name in next_states
+            format_number(float(previous[find_state_index(position, name)])) for name in next_states
         )
         values = f"with V = {listed} before sweep {sweep}"
         return f"the best action has {count}, {values}; each of these steps also has a reward"
@@ -84,7 +81,7 @@ def last_policy_change(position: PositionInGame, state: str = "") -> Truth:
     tables, discount = _tabulate(position), position.problem.discount
     scale = position.problem.reward_scale
     best = mark_best_actions(compute_optimal_q(tables, discount), scale)
-    rows = [_index_of(position, state)] if state else [*range(len(best))]
+    rows = [find_state_index(position, state)] if state else [*range(len(best))]
     action_values: list[Reals] = []  # before each sweep, in `state`
     values = np.zeros(len(tables.transition))
     last_wrong, last_wrong_anywhere, wrong_counts = 0, 0, []
@@ -143,82 +140,6 @@ def largest_later_change(position: PositionInGame, sweep: int) -> Truth:
     factor = format_number(discount)
     calculation = f"{format_number(residual)} x {factor} / (1 - {factor}) = {format_number(bound)}"
     return Truth(bound, explain, comparison=calculation)
-
-
-def exit_probability(position: PositionInGame, exit_state: str, discount: float) -> Truth:
-    """Return the probability that the best play with this discount leaves hex world by an exit.
-
-    It begins in the state of the position.
-    """
-    problem = with_parameters(position.problem, {"discount": discount})
-    tables = tabulate(problem)
-    actions = compute_optimal_q(tables, discount).argmax(axis=1)
-    transition = tables.transition[np.arange(len(actions)), actions]
-    # An exit absorbs here, so that repeated squaring gives the probability of each exit.
-    exits = [_index_of(position, text) for text in _exit_texts(position)]
-    transition[exits] = np.eye(len(transition))[exits]
-    for _ in range(20):
-        transition = transition @ transition
-    start = _index_of(position, "")
-    probability = float(transition[start, _index_of(position, exit_state)])
-    never = 1.0 - float(transition[start, exits].sum())  # bumps on the way may cost too much
-
-    def explain(_: str) -> str:
-        """Return the value of the best step towards each exit that pays, slips included."""
-        state = _parse_hex_state(position, "")
-        q = compute_optimal_q(tables, discount)[start]
-        parts = []
-        for hex_, reward in _hexworld(position).rewards:
-            if reward > 0.0:
-                action = max(_list_straight_actions(state, [hex_]), key=lambda action: q[action])
-                label, value = problem.format_action(0, action), format_number(float(q[action]))
-                parts.append(f"{label}, towards {reward:+g}, is worth {value}")
-        sentence = f"with slips, {' and '.join(parts)}"
-        if never > MIN_LISTED_PROBABILITY:
-            probability = format_number(never)
-            sentence += f"; with probability {probability}, the best play never leaves at all"
-        return sentence
-
-    return Truth(probability, explain)
-
-
-def straight_way_loss(position: PositionInGame, state: str, exit_state: str = "") -> Truth:
-    """Return the regret of a step straight to an exit, or to the nearest one with a reward."""
-    q, action = compute_q(position, state), straight_way_action(position, state, exit_state)
-
-    def explain(_: str) -> str:
-        """Return the outcomes of the straight step."""
-        outcomes = list_outcomes(position, action, find_state(position, state))
-        listed = ", ".join(
-            f"to {name} with probability {format_number(p)}" for name, p in outcomes.items()
-        )
-        return f"straight on is {action}; it leads {listed}"
-
-    return Truth(max(q.values()) - q[action], explain)
-
-
-def straight_way_action(position: PositionInGame, state: str, exit_state: str = "") -> str:
-    """Return the action towards an exit, of several the best.
-
-    Without `exit_state`, it goes to the nearest exit with a positive reward. The way ignores holes.
-    """
-    problem, start = _hexworld(position), _parse_hex_state(position, state)
-    goals = [hex_ for hex_, reward in problem.rewards if reward > 0]
-    if exit_state:
-        goals = [_parse_hex_state(position, exit_state)]
-    q = compute_q(position, state)
-    candidates = [
-        problem.format_action(0, action) for action in _list_straight_actions(start, goals)
-    ]
-    return max(candidates, key=lambda label: q[label])
-
-
-def _list_straight_actions(start: Hex, goals: Sequence[Hex]) -> list[int]:
-    """Return the actions that end nearest to one of the goals, as if there were no holes."""
-    distances = [
-        min(hex_distance(neighbour, goal) for goal in goals) for neighbour in hex_neighbours(start)
-    ]
-    return [action for action, distance in enumerate(distances) if distance == min(distances)]
 
 
 def worst_outcome(position: PositionInGame, action: str, state: str = "") -> Truth:
@@ -407,28 +328,3 @@ def _describe_best_two(values: Iterable[float]) -> str:
 def _tabulate(position: PositionInGame) -> Tables:
     """Return the arrays of a problem with one agent and visible states."""
     return tabulate(position.problem)
-
-
-def _index_of(position: PositionInGame, state: str) -> int:
-    """Return the index of a state."""
-    return int(position.problem.state_indices(find_state(position, state)[None])[0])
-
-
-def _hexworld(position: PositionInGame) -> HexWorld:
-    """Return the problem, which must be a hex world."""
-    assert isinstance(position.problem, HexWorld)
-    return position.problem
-
-
-def _exit_texts(position: PositionInGame) -> list[str]:
-    """Return the exits of a hex world as text."""
-    return [f"({q},{r})" for (q, r), _ in _hexworld(position).rewards]
-
-
-def _parse_hex_state(position: PositionInGame, state: str) -> Hex:
-    """Return the hex of a state of hex world."""
-    problem = _hexworld(position)
-    index = _index_of(position, state)
-    if index >= len(problem.hexes):
-        raise BadParameter(f"state: got {state!r}, expected a hex such as (5,2)")
-    return problem.hexes[index]

@@ -1,13 +1,12 @@
 """Typed answers: reading them, and checking them against the truth of the problem."""
 
-import inspect
 from collections.abc import Mapping
 from typing import NamedTuple
 
 from dmplay.errors import BadParameter
 from dmplay.tutor.lesson import Prediction
 from dmplay.tutor.positions import PositionInGame
-from dmplay.tutor.quantity import compute_truth, find_quantity
+from dmplay.tutor.quantity import Quantity, compute_truth, find_quantity
 from dmplay.tutor.state_quantities import format_briefly
 from dmplay.tutor.truth import Truth, format_number
 from dmplay.tutor.typed_text import (
@@ -53,8 +52,7 @@ def describe_expected_answer(
 
 def _describe_expected_argument(position: PositionInGame, prediction: Prediction) -> str:
     """Return the kind of argument of the quantity to type."""
-    parameters = inspect.signature(find_quantity(prediction.quantity.name)).parameters
-    annotation = parameters[prediction.asks].annotation
+    annotation = _find_quantity(position, prediction).parameters[prediction.asks].annotation
     if prediction.asks == "action":
         return _list_labels(position.problem.actions[position.seat].labels)
     if prediction.asks == "state":
@@ -114,12 +112,16 @@ def describe_right_answer(
     return format_number(truth.value)
 
 
+def _find_quantity(position: PositionInGame, prediction: Prediction) -> Quantity:
+    """Return the quantity of a question about a position."""
+    return find_quantity(prediction.quantity.name, position.problem, position.problem_name)
+
+
 def _check_typed_argument(
     position: PositionInGame, prediction: Prediction, text: str
 ) -> AnswerCheck:
     """Return whether the quantity of a typed argument is within the bounds."""
-    parameters = inspect.signature(find_quantity(prediction.quantity.name)).parameters
-    annotation = parameters[prediction.asks].annotation
+    annotation = _find_quantity(position, prediction).parameters[prediction.asks].annotation
     argument: object = text
     if annotation is float:
         argument = parse_number(text)

@@ -66,11 +66,12 @@ def load_builtin_lessons() -> list[TutorLesson]:
     ]
 
 
-def load_lessons(source: str) -> LessonSet:
+def load_lessons(source: str, *, trusted: bool = False) -> LessonSet:
     """Return the lessons of a source: '' for the built-in ones, else a folder or a file.
 
     Those of a folder are in the order of their file names. A number at the beginning of a file name
-    is the number of the lesson. Raise an error if there is no valid lesson.
+    is the number of the lesson. Code outside dmplay runs only if it is trusted. Raise an error if
+    there is no valid lesson.
     """
     from dmplay.tutor.lesson_reader import read_lesson  # imports the solvers
 
@@ -84,7 +85,7 @@ def load_lessons(source: str) -> LessonSet:
     faults: dict[Path, DmplayError] = {}
     for order, path in enumerate(paths, 1):
         try:
-            lessons.append(read_lesson(path, _number_of(path, order)))
+            lessons.append(read_lesson(path, _number_of(path, order), trusted=trusted))
         except DmplayError as error:
             faults[path] = error
     if not lessons:

@@ -6,11 +6,13 @@ import unicodedata
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from difflib import get_close_matches
+from functools import partial
 from pathlib import Path
 
 from dmplay.algorithms import registry
 from dmplay.core.toml_files import read_toml
-from dmplay.errors import BadParameter, UnknownName
+from dmplay.errors import BadParameter, DmplayError, UnknownName
+from dmplay.registry.problems import LoadedProblem, resolve_problem
 from dmplay.tutor.lesson import (
     GameTask,
     LessonStep,
@@ -20,7 +22,7 @@ from dmplay.tutor.lesson import (
     TutorLesson,
 )
 from dmplay.tutor.progress import make_step_keys
-from dmplay.tutor.quantity import check_arguments, find_quantity
+from dmplay.tutor.quantity import QUANTITIES, Quantity, find_quantity
 
 MAX_TEXT_LINES, MAX_COLUMNS, MAX_SENTENCE_CHARS = 4, 80, 160
 UNSET_CONDITIONS: tuple[object, ...] = ("", {})  # values of conditions that a task does not have
@@ -159,8 +161,13 @@ class TableReader:
             raise UnknownName("key", key, self._known_keys, f"{self.location}: ")
 
 
-def read_lesson(path: Path, number: int, *, is_builtin: bool = False) -> TutorLesson:
-    """Return the lesson in a file; raise BadFile or BadParameter if it is not a valid lesson."""
+def read_lesson(
+    path: Path, number: int, *, is_builtin: bool = False, trusted: bool = False
+) -> TutorLesson:
+    """Return the lesson in a file; raise BadFile or BadParameter if it is not a valid lesson.
+
+    Quantities that only a problem's own code defines are not checked unless that code is trusted.
+    """
     content = read_toml(path)
     _check_characters(content, str(path))
     table = TableReader(content, str(path))
@@ -179,7 +186,7 @@ def read_lesson(path: Path, number: int, *, is_builtin: bool = False) -> TutorLe
         table.text("chapter", "", MAX_TITLE_COLUMNS),
         minutes,
         tuple(
-            _read_step(step, position, f"{path}: steps[{index}]")
+            _read_step(step, position, f"{path}: steps[{index}]", path.parent, trusted=trusted)
             for index, step in enumerate(step_tables, 1)
         ),
         is_builtin,
@@ -208,8 +215,15 @@ def _check_characters(value: object, location: str, *, can_have_lines: bool = Fa
                 raise BadParameter(f"{location}: got the character {control!r}, expected one line")
 
 
-def _read_step(data: object, lesson_position: Mapping[str, object], location: str) -> LessonStep:
-    """Return one step; its own position changes that of the lesson."""
+def _read_step(
+    data: object,
+    lesson_position: Mapping[str, object],
+    location: str,
+    folder: Path,
+    *,
+    trusted: bool,
+) -> LessonStep:
+    """Return one step of a lesson in a folder; its own position changes that of the lesson."""
     if not isinstance(data, dict):
         raise BadParameter(f"{location}: got {data!r}, expected a table")
     table = TableReader(data, location)
@@ -217,10 +231,15 @@ def _read_step(data: object, lesson_position: Mapping[str, object], location: st
     prediction, game = table.table("predict"), table.table("play")
     if (prediction is None) == (game is None):
         raise BadParameter(f"{location}: expected one of the tables predict and play")
+    text = table.lines("text")
+    position = _read_position({**lesson_position, **own_position}, f"{location}.position")
+    load_problem = partial(
+        resolve_problem, position.problem, position.parameters, trusted=trusted, folder=folder
+    )
     step = LessonStep(
-        table.lines("text"),
-        _read_position({**lesson_position, **own_position}, f"{location}.position"),
-        _read_prediction(prediction, f"{location}.predict")
+        text,
+        position,
+        _read_prediction(prediction, f"{location}.predict", load_problem)
         if prediction is not None
         else _read_game_task(game or {}, f"{location}.play"),
         table.sentence("hint"),
@@ -246,8 +265,13 @@ def _read_position(data: Mapping[str, object], location: str) -> Position:
     return position
 
 
-def _read_prediction(data: Mapping[str, object], location: str) -> Prediction:
-    """Return the question of a table, whose other keys are arguments of the quantity."""
+def _read_prediction(
+    data: Mapping[str, object], location: str, load_problem: Callable[[], LoadedProblem]
+) -> Prediction:
+    """Return the question of a table, whose other keys are arguments of the quantity.
+
+    Those of a quantity whose problem cannot be loaded are not checked.
+    """
     table = TableReader(data, location)
     name, asks = table.text("quantity"), table.text("asks", "")
     tolerance = table.number("tolerance") or 0.0
@@ -255,12 +279,12 @@ def _read_prediction(data: Mapping[str, object], location: str) -> Prediction:
     result, shows_board = table.text("result", ""), table.switch("board", default=True)
     watch, watch_first = table.text("watch", ""), table.switch("watch_first")
     try:
-        function = find_quantity(name)
+        quantity = _find_quantity(name, load_problem)
         if watch:
             registry.find_algorithm(watch)
-    except UnknownName as error:
+    except (BadParameter, UnknownName) as error:
         raise BadParameter(f"{location}: {error}") from None
-    arguments = _read_arguments(table, function, asks)
+    arguments = _read_arguments(table, quantity, asks) if quantity else table.remaining
     if asks and at_least is None and at_most is None:
         raise table.error("asks", "expected at_least or at_most too, the bounds of the value")
     if watch_first and not watch:
@@ -271,11 +295,20 @@ def _read_prediction(data: Mapping[str, object], location: str) -> Prediction:
     )
 
 
-def _read_arguments(
-    table: TableReader, function: Callable[..., object], asks: str
-) -> dict[str, object]:
+def _find_quantity(name: str, load_problem: Callable[[], LoadedProblem]) -> Quantity | None:
+    """Return a quantity; None if it is not a general one, and the problem cannot be loaded."""
+    if name in QUANTITIES:
+        return QUANTITIES[name]
+    try:
+        loaded = load_problem()
+    except DmplayError:  # an error when the step begins, but not in a list of lessons
+        return None
+    return find_quantity(name, loaded.problem, loaded.name)
+
+
+def _read_arguments(table: TableReader, quantity: Quantity, asks: str) -> dict[str, object]:
     """Return the arguments of a quantity; raise an error for missing, unknown or wrong ones."""
-    parameters = dict(list(inspect.signature(function).parameters.items())[1:])
+    parameters = quantity.parameters
     names = [name for name in parameters if parameters[name].annotation in (str, int, float)]
     if asks and asks not in names:
         raise table.error("asks", str(UnknownName("parameter", asks, names)))
@@ -290,7 +323,7 @@ def _read_arguments(
             raise table.error(name, "missing, expected an argument of the quantity")
     table.finish()
     try:
-        check_arguments(arguments)
+        quantity.check_arguments(arguments)
     except BadParameter as error:
         raise BadParameter(f"{table.location}.{error}") from None
     return arguments

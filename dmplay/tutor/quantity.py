@@ -1,20 +1,21 @@
 """The quantities that a lesson can ask for, by name, and the problems and arguments they fit."""
 
+import inspect
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
+from typing import NamedTuple
 
 from dmplay.core.problem import ContinuousStates, Problem
 from dmplay.core.work_budget import DEFAULT_WORK_LIMIT, limit_total_work
 from dmplay.errors import BadParameter, DmplayError, UnknownName
-from dmplay.problems.collision_avoidance.rules import CollisionAvoidance
-from dmplay.problems.hexworld.rules import HexWorld
-from dmplay.problems.simple_regulator.rules import SimpleRegulator
+from dmplay.registry.builtin_names import problem_names
+from dmplay.registry.problem_module_exports import export_file, find_export
+from dmplay.registry.problems import load_problem
 from dmplay.tutor import (
     algorithm_quantities,
     belief_quantities,
-    control_quantities,
     game_quantities,
     state_quantities,
 )
@@ -31,9 +32,6 @@ FEATURES: Mapping[str, Callable[[Problem], bool]] = {
     "one state": lambda problem: problem.state_count == 1,
     "two states": lambda problem: problem.state_count == 2,
     "a list of states": lambda problem: not isinstance(problem.state_count, ContinuousStates),
-    "the problem hexworld": lambda problem: isinstance(problem, HexWorld),
-    "the problem simple-regulator": lambda problem: isinstance(problem, SimpleRegulator),
-    "the problem collision-avoidance": lambda problem: isinstance(problem, CollisionAvoidance),
 }
 MDP = ("one agent", "visible states", "named actions")
 FINITE_MDP = (*MDP, "a list of states")
@@ -54,8 +52,6 @@ NEEDED_FEATURES: Mapping[Callable[..., Truth], Sequence[str]] = {
     algorithm_quantities.sweep_value: FINITE_MDP,
     algorithm_quantities.last_policy_change: FINITE_MDP,
     algorithm_quantities.largest_later_change: FINITE_MDP,
-    algorithm_quantities.exit_probability: ("the problem hexworld",),
-    algorithm_quantities.straight_way_loss: ("the problem hexworld",),
     algorithm_quantities.search_error_share: MDP,
     algorithm_quantities.search_choice: MDP,
     algorithm_quantities.forward_search_action: MDP,
@@ -71,10 +67,6 @@ NEEDED_FEATURES: Mapping[Callable[..., Truth], Sequence[str]] = {
     belief_quantities.belief_loss: POMDP,
     belief_quantities.fewest_turns: POMDP,
     belief_quantities.alpha_vector_count: POMDP,
-    control_quantities.linear_policy_value: ("the problem simple-regulator",),
-    control_quantities.linear_policy_loss: ("the problem simple-regulator",),
-    control_quantities.noise_cost: ("the problem simple-regulator",),
-    control_quantities.collision_probability: ("the problem collision-avoidance",),
     game_quantities.expected_payoff: MATRIX_GAME,
     game_quantities.best_reply: MATRIX_GAME,
     game_quantities.level_k_action: MATRIX_GAME,
@@ -87,37 +79,76 @@ NEEDED_FEATURES: Mapping[Callable[..., Truth], Sequence[str]] = {
     game_quantities.team_cost: ("named actions",),
     game_quantities.planned_action: ("named actions",),
 }  # fmt: skip
-QUANTITIES: dict[str, Callable[..., Truth]] = {
-    function.__name__.replace("_", "-"): function for function in NEEDED_FEATURES
-}
-# The least and the greatest value of each argument that is a number.
+# The least and the greatest value of arguments that are numbers.
 ARGUMENT_BOUNDS: Mapping[str, tuple[float, float]] = {
     "turns_left": (0, 1000), "tries": (0, 1_000_000), "sweep": (1, algorithm_quantities.MAX_SWEEPS),
-    "discount": (1e-6, 1.0 - 1e-6), "simulations": (1, algorithm_quantities.MAX_SIMULATIONS),
+    "simulations": (1, algorithm_quantities.MAX_SIMULATIONS),
     "depth": (1, algorithm_quantities.MAX_SEARCH_DEPTH), "turns": (1, 1000), "component": (1, 100),
-    "theta1": (-10.0, 10.0), "state": (-1e6, 1e6), "height": (-1e4, 1e4), "rate": (-1e3, 1e3),
-    "seconds": (0, 40), "level": (1, 1000),
+    "level": (1, 1000),
 }  # fmt: skip
+UNBOUNDED = (-math.inf, math.inf)
 MAX_ARGUMENT_TEXTS = 100  # of a list, such as the turns of a history
 
 
-def find_quantity(name: str) -> Callable[..., Truth]:
-    """Return the function of a quantity; raise UnknownName with the nearest names."""
-    if name not in QUANTITIES:
-        raise UnknownName("quantity", name, QUANTITIES)
-    return QUANTITIES[name]
+class Quantity(NamedTuple):
+    """A function of a position and of arguments, which are texts, numbers or lists of texts."""
+
+    compute: Callable[..., Truth]
+    argument_bounds: Mapping[str, tuple[float, float]] = {}  # beside those of ARGUMENT_BOUNDS
+
+    @property
+    def parameters(self) -> dict[str, inspect.Parameter]:
+        """The parameters of its arguments, by name."""
+        _, *parameters = inspect.signature(self.compute, eval_str=True).parameters.values()
+        return {parameter.name: parameter for parameter in parameters}
+
+    def check_arguments(self, arguments: Mapping[str, object]) -> None:
+        """Raise BadParameter for a number beyond its bounds, and for a list that is too long."""
+        bounds = {**ARGUMENT_BOUNDS, **self.argument_bounds}
+        for name, value in arguments.items():
+            if isinstance(value, int | float):
+                low, high = bounds.get(name, UNBOUNDED)
+                if not low <= value <= high:
+                    raise BadParameter(f"{name}: got {value}, expected {low:g} to {high:g}")
+            elif isinstance(value, tuple | list) and len(value) > MAX_ARGUMENT_TEXTS:
+                expected = f"expected at most {MAX_ARGUMENT_TEXTS}"
+                raise BadParameter(f"{name}: got {len(value)} texts, {expected}")
 
 
-def check_arguments(arguments: Mapping[str, object]) -> None:
-    """Raise BadParameter for a number beyond its bounds, and for a list that is too long."""
-    for name, value in arguments.items():
-        if isinstance(value, int | float):
-            low, high = ARGUMENT_BOUNDS[name]
-            if not low <= value <= high:
-                raise BadParameter(f"{name}: got {value}, expected {low:g} to {high:g}")
-        elif isinstance(value, tuple | list) and len(value) > MAX_ARGUMENT_TEXTS:
-            expected = f"expected at most {MAX_ARGUMENT_TEXTS}"
-            raise BadParameter(f"{name}: got {len(value)} texts, {expected}")
+# The general ones; a problem defines others in its QUANTITIES.
+QUANTITIES: Mapping[str, Quantity] = {
+    function.__name__.replace("_", "-"): Quantity(function) for function in NEEDED_FEATURES
+}
+
+
+def find_quantity(name: str, problem: Problem, problem_name: str) -> Quantity:
+    """Return a general quantity or one of a problem; raise UnknownName with the nearest names.
+
+    Raise BadParameter if only another built-in problem has it.
+    """
+    quantities = {**QUANTITIES, **load_problem_quantities(problem)}
+    if name in quantities:
+        return quantities[name]
+    for other in problem_names():
+        if name in load_problem_quantities(load_problem(other)):
+            reason = f"{problem_name} does not fit the quantity {name}"
+            raise BadParameter(f"{reason}, expected the problem {other}")
+    raise UnknownName("quantity", name, quantities)
+
+
+def load_problem_quantities(problem: Problem) -> Mapping[str, Quantity]:
+    """Return the quantities in a problem's QUANTITIES; raise BadParameter if they are invalid."""
+    quantities = find_export(problem, "QUANTITIES") or {}
+    location = f"{export_file(problem, 'QUANTITIES')}: QUANTITIES"
+    if not isinstance(quantities, Mapping):
+        expected = "expected a mapping of names to Quantity"
+        raise BadParameter(f"{location}: got {quantities!r}, {expected}")
+    for name, quantity in quantities.items():
+        if not isinstance(quantity, Quantity):
+            raise BadParameter(f"{location}: {name}: got {quantity!r}, expected a Quantity")
+        if name in QUANTITIES:
+            raise BadParameter(f"{location}: {name}: expected a name that no general quantity has")
+    return quantities
 
 
 def compute_truth(position: PositionInGame, call: QuantityCall, **typed: object) -> Truth:
@@ -126,14 +157,16 @@ def compute_truth(position: PositionInGame, call: QuantityCall, **typed: object)
     Raise BadParameter if the problem or an argument does not fit the quantity, or if the value is
     too large for a number, and BudgetExceeded if it takes too much work.
     """
-    function = find_quantity(call.name)
-    for feature in NEEDED_FEATURES[function]:
+    quantity = find_quantity(call.name, position.problem, position.problem_name)
+    for feature in NEEDED_FEATURES.get(quantity.compute, ()):
         if not FEATURES[feature](position.problem):
             problem = f"{position.problem_name} does not fit the quantity {call.name}"
             raise BadParameter(f"{problem}, expected {feature}")
-    check_arguments({**call.arguments, **typed})
+    quantity.check_arguments({**call.arguments, **typed})
     with _limit_work(call.name):
-        truth = function(position, **call.arguments, **typed)
+        truth = quantity.compute(position, **call.arguments, **typed)
+        if not isinstance(truth, Truth):
+            raise BadParameter(f"{call.name}: got {truth!r}, expected a Truth")
         if isinstance(truth.value, float | int) and not math.isfinite(truth.value):
             raise OverflowError
 

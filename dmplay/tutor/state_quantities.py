@@ -167,6 +167,11 @@ def find_state(position: PositionInGame, text: str) -> Array:
     raise BadParameter(f"got {text!r}, expected a state such as {example}")
 
 
+def find_state_index(position: PositionInGame, state: str) -> int:
+    """Return the index of a state."""
+    return int(position.problem.state_indices(find_state(position, state)[None])[0])
+
+
 def format_briefly(position: PositionInGame, s: Array) -> str:
     """Return a state as text; real numbers have three significant digits."""
     if isinstance(position.problem.state_count, ContinuousStates):

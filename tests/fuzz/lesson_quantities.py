@@ -4,7 +4,8 @@ import contextlib
 import inspect
 import json
 import traceback
-from collections.abc import Sequence
+from collections import ChainMap
+from collections.abc import Mapping, Sequence
 from functools import cache
 from pathlib import Path
 from random import Random
@@ -16,7 +17,14 @@ from dmplay.registry.builtin_names import problem_names
 from dmplay.tutor.answers import check_answer, describe_expected_answer, describe_right_answer
 from dmplay.tutor.lesson import Position, Prediction, QuantityCall
 from dmplay.tutor.positions import PositionInGame, open_position
-from dmplay.tutor.quantity import FEATURES, NEEDED_FEATURES, QUANTITIES, compute_truth
+from dmplay.tutor.quantity import (
+    FEATURES,
+    NEEDED_FEATURES,
+    QUANTITIES,
+    Quantity,
+    compute_truth,
+    load_problem_quantities,
+)
 from tests.fuzz.case import Case, CaseOutcome
 
 WHOLE_NUMBERS = (0, 1, 1, 2, 3, 10, 40, 1000, 10**5, 10**9, 2**62, 10**400)
@@ -49,7 +57,13 @@ def list_states(name: str) -> tuple[str, ...]:
 @cache
 def list_fitting_problems(quantity: str) -> tuple[str, ...]:
     """Return the problems that a quantity is for."""
-    features = NEEDED_FEATURES[QUANTITIES[quantity]]
+    if quantity not in QUANTITIES:
+        return tuple(
+            name
+            for name in problem_names()
+            if quantity in load_problem_quantities(open_problem(name).problem)
+        )
+    features = NEEDED_FEATURES[QUANTITIES[quantity].compute]
     return tuple(
         name
         for name in problem_names()
@@ -57,12 +71,19 @@ def list_fitting_problems(quantity: str) -> tuple[str, ...]:
     )
 
 
+@cache
+def list_quantities() -> Mapping[str, Quantity]:
+    """Return the general quantities and those of the built-in problems."""
+    problems = (open_problem(name).problem for name in problem_names())
+    return {**QUANTITIES, **ChainMap(*map(dict, map(load_problem_quantities, problems)))}
+
+
 def draw_quantity_case(random: Random) -> Case:
     """Draw a problem, a quantity, its arguments, and answers to it."""
-    quantity = random.choice([*QUANTITIES])
+    quantity = random.choice([*list_quantities()])
     fitting_names = list_fitting_problems(quantity) if random.random() < 0.8 else ()
     name = random.choice(fitting_names or problem_names())
-    parameters = [*inspect.signature(QUANTITIES[quantity]).parameters.items()][1:]
+    parameters = [*list_quantities()[quantity].parameters.items()]
     arguments = {
         key: draw_argument(random, name, key, parameter.annotation)
         for key, parameter in parameters

@@ -9,7 +9,7 @@ from dmplay.guide.topics import read_topic
 from dmplay.tutor.lesson_list import find_lesson, load_lessons
 from dmplay.tutor.lesson_reader import read_lesson
 from dmplay.tutor.lesson_run import LessonRun
-from dmplay.tutor.quantity import QUANTITIES
+from tests.fuzz.lesson_quantities import list_quantities
 from tests.support.document_examples import extract_file
 from tests.support.programs import run_dmplay
 
@@ -62,12 +62,13 @@ def test_the_lesson_of_the_guide_is_valid(tmp_path: Path) -> None:
 
 def test_the_guide_names_every_quantity() -> None:
     page = read_topic("lessons")
-    missing = [name for name in QUANTITIES if f"`{name}`" not in page]
+    missing = [name for name in list_quantities() if f"`{name}`" not in page]
     assert not missing
 
 
 def test_every_quantity_has_a_description() -> None:
-    assert all((function.__doc__ or "").startswith("Return ") for function in QUANTITIES.values())
+    functions = [quantity.compute for quantity in list_quantities().values()]
+    assert all((function.__doc__ or "").startswith("Return ") for function in functions)
 
 
 def test_lessons_of_a_folder_are_numbered_by_their_file_names(tmp_path: Path) -> None:
@@ -91,6 +92,85 @@ def test_a_problem_file_is_found_beside_the_lesson(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match="is code outside dmplay; if you trust it, add --trust"):
         _ = LessonRun(lesson).position
     assert LessonRun(lesson, trusted=True).position.problem.partially_observable
+
+
+TIGER_QUANTITY = """
+from dmplay.tutor.quantity import Quantity
+from dmplay.tutor.truth import Truth
+
+def growl_odds(position, growls: int):
+    return Truth(3.0 ** growls, lambda answer: "each growl multiplies the odds")
+
+QUANTITIES = {"growl-odds": Quantity(growl_odds, {"growls": (0, 4)})}
+"""
+
+
+def write_tiger_lesson(folder: Path, arguments: str, code: str = TIGER_QUANTITY) -> Path:
+    """Write a problem with a quantity of its own, and a lesson that asks for it."""
+    (folder / "tiger.py").write_text(extract_file(read_topic("problems"), "tiger.py") + code)
+    start, _, _ = LESSON.partition("quantity =")
+    text = start.replace('"crying-baby"', '"tiger.py"').replace("turns = 10\n", "")
+    return write_lesson(folder, text + arguments)
+
+
+def test_a_lesson_asks_for_a_quantity_of_a_problem_of_the_user(tmp_path: Path) -> None:
+    path = write_tiger_lesson(tmp_path, 'quantity = "growl-odds"\ngrowls = 2\n')
+    with pytest.raises(ValueError, match="is code outside dmplay; if you trust it, add --trust"):
+        LessonRun(read_lesson(path, 1)).check_answer("9")
+    lesson = read_lesson(path, 1, trusted=True)
+    (wrong, *_) = LessonRun(lesson, trusted=True).check_answer("3").lines
+    assert wrong == "not yet. 3 is too low. Each growl multiplies the odds."
+    assert LessonRun(lesson, trusted=True).check_answer("9").finishes_step
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ('quantity = "growl-ods"\ngrowls = 2', "unknown quantity 'growl-ods'; did you mean growl-"),
+        ('quantity = "growl-odds"\ngrowls = 5', "predict.growls: got 5, expected 0 to 4"),
+        ('quantity = "growl-odds"\ngrowls = "x"', "predict.growls: got 'x', expected a whole numb"),
+        ('quantity = "growl-odds"', "predict.growls: missing, expected an argument of the quanti"),
+        (
+            'quantity = "noise-cost"\nturns_left = 3',
+            "tiger.py does not fit the quantity noise-cost, expected the problem simple-regulator",
+        ),
+    ],
+)
+def test_a_faulty_question_for_a_quantity_of_a_problem_is_refused(
+    arguments: str, message: str, tmp_path: Path
+) -> None:
+    path = write_tiger_lesson(tmp_path, arguments)
+    with pytest.raises(BadParameter) as error:
+        read_lesson(path, 1, trusted=True)
+    assert str(error.value).startswith(f"{path}: steps[1].predict")
+    assert message in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("code", "message"),
+    [
+        ("QUANTITIES = 3", "QUANTITIES: got 3, expected a mapping of names to Quantity"),
+        ("QUANTITIES = {'growl-odds': 3}", "QUANTITIES: growl-odds: got 3, expected a Quantity"),
+        (
+            TIGER_QUANTITY.replace("growl-odds", "belief"),
+            "QUANTITIES: belief: expected a name that no general quantity has",
+        ),
+    ],
+)
+def test_invalid_quantities_of_a_problem_are_refused(
+    code: str, message: str, tmp_path: Path
+) -> None:
+    path = write_tiger_lesson(tmp_path, 'quantity = "growl-odds"\ngrowls = 2\n', code)
+    with pytest.raises(BadParameter, match=message):
+        read_lesson(path, 1, trusted=True)
+
+
+def test_a_quantity_that_returns_no_truth_is_refused(tmp_path: Path) -> None:
+    code = TIGER_QUANTITY.replace("Truth(3.0 ** growls", "(growls")
+    path = write_tiger_lesson(tmp_path, 'quantity = "growl-odds"\ngrowls = 2\n', code)
+    run = LessonRun(read_lesson(path, 1, trusted=True), trusted=True)
+    with pytest.raises(BadParameter, match=r"growl-odds: got \(2, .*, expected a Truth"):
+        run.check_answer("9")
 
 
 @pytest.mark.parametrize(

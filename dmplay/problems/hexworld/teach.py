@@ -1,14 +1,29 @@
 """Rules of thumb and quantities of hex world."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from dmplay.core.hexgrid import path_lengths
+from dmplay.core.hexgrid import Hex, hex_distance, hex_neighbours, path_lengths
+from dmplay.core.tabular import tabulate
+from dmplay.errors import BadParameter
 from dmplay.problems._shared.hex_steps import EXPECT_LIKELIEST_WITHOUT_BUMPS, find_single_step
 from dmplay.problems.hexworld.rules import HexWorld
+from dmplay.registry.problems import with_parameters
+from dmplay.solvers.mdp.mdp_values import compute_optimal_q
+from dmplay.tutor.positions import PositionInGame
+from dmplay.tutor.quantity import Quantity
 from dmplay.tutor.rules_of_thumb import RuleOfThumb, find_single_best
+from dmplay.tutor.state_quantities import (
+    compute_q,
+    find_state,
+    find_state_index,
+    list_outcomes,
+)
+from dmplay.tutor.truth import Truth, format_number
 from dmplay.tutor.valued_position import ValuedPosition
+
+MIN_LISTED_PROBABILITY = 0.001  # of never leaving hex world
 
 
 def _walk_to_nearest_exit(position: ValuedPosition) -> int | None:
@@ -39,9 +54,109 @@ def _walk_to_exit(
     return find_single_step(position, -lengths[:, exits[goal][0]])
 
 
+def exit_probability(position: PositionInGame, exit_state: str, discount: float) -> Truth:
+    """Return the probability that the best play with this discount leaves hex world by an exit.
+
+    It begins in the state of the position.
+    """
+    problem = with_parameters(position.problem, {"discount": discount})
+    tables = tabulate(problem)
+    actions = compute_optimal_q(tables, discount).argmax(axis=1)
+    transition = tables.transition[np.arange(len(actions)), actions]
+    # An exit absorbs here, so that repeated squaring gives the probability of each exit.
+    exits = [find_state_index(position, text) for text in _exit_texts(position)]
+    transition[exits] = np.eye(len(transition))[exits]
+    for _ in range(20):
+        transition = transition @ transition
+    start = find_state_index(position, "")
+    probability = float(transition[start, find_state_index(position, exit_state)])
+    never = 1.0 - float(transition[start, exits].sum())  # bumps on the way may cost too much
+
+    def explain(_: str) -> str:
+        """Return the value of the best step towards each exit that pays, slips included."""
+        state = _parse_hex_state(position, "")
+        q = compute_optimal_q(tables, discount)[start]
+        parts = []
+        for hex_, reward in _hexworld(position).rewards:
+            if reward > 0.0:
+                action = max(_list_straight_actions(state, [hex_]), key=lambda action: q[action])
+                label, value = problem.format_action(0, action), format_number(float(q[action]))
+                parts.append(f"{label}, towards {reward:+g}, is worth {value}")
+        sentence = f"with slips, {' and '.join(parts)}"
+        if never > MIN_LISTED_PROBABILITY:
+            probability = format_number(never)
+            sentence += f"; with probability {probability}, the best play never leaves at all"
+        return sentence
+
+    return Truth(probability, explain)
+
+
+def straight_way_loss(position: PositionInGame, state: str, exit_state: str = "") -> Truth:
+    """Return the regret of a step straight to an exit, or to the nearest one with a reward."""
+    q, action = compute_q(position, state), _straight_way_action(position, state, exit_state)
+
+    def explain(_: str) -> str:
+        """Return the outcomes of the straight step."""
+        outcomes = list_outcomes(position, action, find_state(position, state))
+        listed = ", ".join(
+            f"to {name} with probability {format_number(p)}" for name, p in outcomes.items()
+        )
+        return f"straight on is {action}; it leads {listed}"
+
+    return Truth(max(q.values()) - q[action], explain)
+
+
+def _straight_way_action(position: PositionInGame, state: str, exit_state: str = "") -> str:
+    """Return the action towards an exit, of several the best.
+
+    Without `exit_state`, it goes to the nearest exit with a positive reward. The way ignores holes.
+    """
+    problem, start = _hexworld(position), _parse_hex_state(position, state)
+    goals = [hex_ for hex_, reward in problem.rewards if reward > 0]
+    if exit_state:
+        goals = [_parse_hex_state(position, exit_state)]
+    q = compute_q(position, state)
+    candidates = [
+        problem.format_action(0, action) for action in _list_straight_actions(start, goals)
+    ]
+    return max(candidates, key=lambda label: q[label])
+
+
+def _list_straight_actions(start: Hex, goals: Sequence[Hex]) -> list[int]:
+    """Return the actions that end nearest to one of the goals, as if there were no holes."""
+    distances = [
+        min(hex_distance(neighbour, goal) for goal in goals) for neighbour in hex_neighbours(start)
+    ]
+    return [action for action, distance in enumerate(distances) if distance == min(distances)]
+
+
+def _hexworld(position: PositionInGame) -> HexWorld:
+    """Return the problem, which must be a hex world."""
+    assert isinstance(position.problem, HexWorld)
+    return position.problem
+
+
+def _exit_texts(position: PositionInGame) -> list[str]:
+    """Return the exits of a hex world as text."""
+    return [f"({q},{r})" for (q, r), _ in _hexworld(position).rewards]
+
+
+def _parse_hex_state(position: PositionInGame, state: str) -> Hex:
+    """Return the hex of a state of hex world."""
+    problem = _hexworld(position)
+    index = find_state_index(position, state)
+    if index >= len(problem.hexes):
+        raise BadParameter(f"state: got {state!r}, expected a hex such as (5,2)")
+    return problem.hexes[index]
+
+
 RULES_OF_THUMB = [
     RuleOfThumb("walk straight to the nearest good exit", _walk_to_nearest_exit),
     RuleOfThumb("walk straight to the richest exit", _walk_to_richest_exit),
     EXPECT_LIKELIEST_WITHOUT_BUMPS,
 ]
 PUZZLE_DAY = 0
+QUANTITIES = {
+    "exit-probability": Quantity(exit_probability, {"discount": (1e-6, 1.0 - 1e-6)}),
+    "straight-way-loss": Quantity(straight_way_loss),
+}

@@ -37,7 +37,7 @@ def play_lesson(terminal: Terminal, command: LearnCommand) -> int:
 
     It begins with the first step that is not finished, or with the first one if all are.
     """
-    lesson = find_lesson(load_lessons(command.source), command.lesson)
+    lesson = find_lesson(load_lessons(command.source, trusted=command.trusted), command.lesson)
     results = load_progress(lesson)
     if command.restart or results.is_finished:
         results = LessonProgress((None,) * len(lesson.steps))

@@ -1,14 +1,6 @@
-"""Quantities of control problems: the simple regulator, and collision avoidance."""
+"""Quantities of the simple regulator."""
 
-import numpy as np
-
-from dmplay.core.arrays import Array
-from dmplay.core.problem import enumerate_possible_outcomes
 from dmplay.core.text import format_count
-from dmplay.problems.collision_avoidance.rules import (
-    COLLISION_DISTANCE,
-    CollisionAvoidance,
-)
 from dmplay.problems.simple_regulator.linear_policy_evaluation import (
     OPTIMAL_POLICY,
     LinearGaussianPolicy,
@@ -16,12 +8,12 @@ from dmplay.problems.simple_regulator.linear_policy_evaluation import (
 )
 from dmplay.problems.simple_regulator.rules import SimpleRegulator
 from dmplay.tutor.positions import PositionInGame
+from dmplay.tutor.quantity import Quantity
 from dmplay.tutor.truth import Truth, format_number
 from dmplay.tutor.typed_text import parse_number
 
-MIDDLE_SHARE = (0.05, 0.95)  # of the heights between which 9 of 10 cases are
 MAX_LISTED_TURNS = 12  # of a sum that is written out
-ROUND_DECIMALS = 9  # of states that differ by rounding errors only
+POLICY_BOUNDS = {"theta1": (-10.0, 10.0), "state": (-1e6, 1e6)}
 
 
 def linear_policy_value(
@@ -82,34 +74,6 @@ def noise_cost(position: PositionInGame, turns_left: int) -> Truth:
     )
 
 
-def collision_probability(
-    position: PositionInGame, action: str, height: float, rate: float, seconds: int
-) -> Truth:
-    """Return the probability of a collision if one advisory is repeated until the pass.
-
-    The game is collision avoidance, `seconds` before the pass, without an advisory so far.
-    """
-    problem = position.problem
-    assert isinstance(problem, CollisionAvoidance)
-    index = int(problem.parse_action(position.seat, action))
-    states: Array = np.array([[height, rate, 0.0, float(seconds)]])
-    probabilities: Array = np.ones(1)
-    for _ in range(seconds):
-        rows, p, outcome = enumerate_possible_outcomes(
-            problem, states, np.full((len(states), 1), index)
-        )
-        states, places = np.unique(outcome.state.round(ROUND_DECIMALS), axis=0, return_inverse=True)
-        probabilities = np.bincount(places.ravel(), probabilities[rows] * p)
-    heights = states[:, 0]  # in ascending order
-    low, high = heights[probabilities.cumsum().searchsorted(MIDDLE_SHARE)]
-    mean, low_text, high_text = (f"{x:.3g}" for x in (heights @ probabilities, low, high))
-    middle = f"in at least 9 of 10 cases from {low_text} to {high_text} m"
-    return Truth(
-        float(probabilities[np.abs(heights) < COLLISION_DISTANCE].sum()),
-        lambda _: f"the height at the pass is {mean} m on average, {middle}",
-    )
-
-
 def _evaluate(position: PositionInGame, theta1: float, state: float, turns_left: int) -> float:
     """Return the expected return of a = theta1 s from a number, for this many turns."""
     policy = LinearGaussianPolicy(theta1, 0.0)
@@ -120,3 +84,10 @@ def _regulator(position: PositionInGame) -> SimpleRegulator:
     """Return the problem, which must be a simple regulator."""
     assert isinstance(position.problem, SimpleRegulator)
     return position.problem
+
+
+QUANTITIES = {
+    "linear-policy-value": Quantity(linear_policy_value, POLICY_BOUNDS),
+    "linear-policy-loss": Quantity(linear_policy_loss, POLICY_BOUNDS),
+    "noise-cost": Quantity(noise_cost),
+}
