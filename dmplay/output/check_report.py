@@ -9,6 +9,9 @@ from dmplay.core.text import format_count, format_json_report
 from dmplay.formats.problem_classes import FileProblem
 from dmplay.game.command_line_results import Printout
 from dmplay.registry import problems
+from dmplay.tutor.puzzle_mining import list_setups
+from dmplay.tutor.quantity import load_problem_quantities
+from dmplay.tutor.rules_of_thumb import list_rules
 from dmplay.validation.agent_trial import EPISODES, AgentTrial, try_agent
 from dmplay.validation.conformance import check
 
@@ -23,10 +26,12 @@ def report_violations(name: str, parameters: Mapping[str, object], *, json: bool
     """Check a problem against all invariants; return a report with one line per violation.
 
     If there are none, the report is one line that says so. The exit code is VIOLATION_EXIT_CODE if
-    there is a violation, else 0.
+    there is a violation, else 0. Raise BadParameter if what puzzles and lessons use is invalid.
     """
     loaded = problems.find_problem(name, parameters)
     violations = check(loaded.problem)
+    if not violations:
+        _check_teaching(loaded.problem)
     exit_code = VIOLATION_EXIT_CODE if violations else 0
     notes = _list_notes(loaded.problem)
     if json:
@@ -61,6 +66,13 @@ def report_agent_trial(
     games = f"{EPISODES} games of {name}"
     conditions = "the same alone, in a batch and in other processes"
     return Printout(f"ok {agent}: legal choices in {games}, {conditions}")
+
+
+def _check_teaching(problem: Problem) -> None:
+    """Raise BadParameter if what a problem's code defines for puzzles and lessons is invalid."""
+    list_rules(problem)
+    list_setups(problem)
+    load_problem_quantities(problem)
 
 
 def _list_notes(problem: Problem) -> list[str]:

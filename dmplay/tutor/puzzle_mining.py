@@ -72,7 +72,7 @@ def mine_candidates(name: str) -> list[Candidate]:
     loaded = resolve_problem(name, {}, trusted=True)  # the player typed its name
     candidates: dict[object, Candidate] = {}
     is_exact = False
-    for setup in _list_setups(loaded.problem):
+    for setup in list_setups(loaded.problem):
         game = _open_game(loaded.name, setup, 0)
         hint_agent = find_exact_agent(game.session, game.question)
         if hint_agent is None:
@@ -94,7 +94,7 @@ def mine_candidates(name: str) -> list[Candidate]:
     return [*by_question.values()][:MAX_PUZZLES]
 
 
-def _list_setups(problem: Problem) -> Sequence[GameSetup]:
+def list_setups(problem: Problem) -> Sequence[GameSetup]:
     """Return the games in which the puzzles of a problem are mined: PUZZLE_GAMES, or general ones.
 
     Raise BadParameter if PUZZLE_GAMES is not a list of them.

@@ -24,6 +24,7 @@ from dmplay.tutor.puzzles import (
 from dmplay.tutor.repetition import load_question_progress, save_answer
 from tests.oracles.exhaustive_values import ExhaustiveValues
 from tests.support.literature_pomdps import make_tiger
+from tests.support.programs import run_dmplay
 
 TODAY = date(2026, 11, 28)
 
@@ -243,6 +244,10 @@ def test_invalid_rules_of_thumb_and_puzzle_games_are_refused(
     file.write_text(f"{(folder / 'rules.py').read_text()}{imports}{line}\n")
     with pytest.raises(DmplayError, match=message):
         list_puzzles(str(file))
+    is_found_by_check = "expected a list" in message
+    result = run_dmplay(tmp_path, "check", "./own.py")
+    assert result.returncode == 2 * is_found_by_check
+    assert ("expected a list of" in result.stderr) == is_found_by_check
 
 
 def test_the_places_of_the_problems_in_the_puzzles_of_the_day_count_from_0() -> None:
