@@ -29,7 +29,7 @@ from dmplay.tutor.truth import format_number
 from dmplay.tutor.valued_position import (
     ActionOutcome,
     ValuedPosition,
-    is_repeated_game_without_rules,
+    is_repeated_game,
 )
 from dmplay.views.protocol import Lesson, load_view_module
 from dmplay.views.toolkit.hexgrid import describe_map
@@ -93,9 +93,7 @@ class ActionQuestion:
     @property
     def shows_board(self) -> bool:
         """True if there is a board, and it shows only what the player sees, not a belief."""
-        return not (
-            self.problem.partially_observable or is_repeated_game_without_rules(self.problem)
-        )
+        return not (self.problem.partially_observable or self._lists_payoffs)
 
     @property
     def legal_labels(self) -> list[str]:
@@ -123,9 +121,15 @@ class ActionQuestion:
         name = self.position.problem_name
         if names_data_file(name) or names_python_file(name):
             rules.append(f"All probabilities and rewards are in {name}.")
-        if is_repeated_game_without_rules(problem):
+        if self._lists_payoffs:
             rules += self._describe_payoffs()
         return [*rules, *self._describe_players()]
+
+    @property
+    def _lists_payoffs(self) -> bool:
+        """True for a repeated game whose view does not explain the rewards."""
+        has_lesson = hasattr(find_export(self.problem, "VIEW"), "lesson")
+        return is_repeated_game(self.problem) and not has_lesson
 
     @cached_property
     def _lesson(self) -> Lesson:

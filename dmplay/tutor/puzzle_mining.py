@@ -21,7 +21,7 @@ from dmplay.tutor.rules_of_thumb import RuleOfThumb, list_rules
 from dmplay.tutor.valued_position import (
     ValuedPosition,
     find_exact_agent,
-    is_repeated_game_without_rules,
+    is_repeated_game,
 )
 
 MAX_PUZZLES = 24  # of one problem
@@ -100,7 +100,7 @@ def list_setups(problem: Problem) -> Sequence[GameSetup]:
     Raise BadParameter if PUZZLE_GAMES is not a list of them.
     """
     setups = load_exported_list(problem, "PUZZLE_GAMES", GameSetup)
-    if setups is None and is_repeated_game_without_rules(problem):
+    if setups is None and is_repeated_game(problem):
         names = agents.load_roster(problem, 1).agents
         opponents = [name for name in REPEATED_GAME_OPPONENTS if name in names]
         setups = [GameSetup({problem.agents[1]: name}) for name in opponents]

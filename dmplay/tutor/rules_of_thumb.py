@@ -14,7 +14,7 @@ from dmplay.tutor.game_quantities import own_payoffs
 from dmplay.tutor.valued_position import (
     MIN_PROBABILITY_DIFFERENCE,
     ValuedPosition,
-    is_repeated_game_without_rules,
+    is_repeated_game,
 )
 
 
@@ -40,7 +40,7 @@ def list_rules(problem: Problem) -> list[RuleOfThumb]:
     rules = load_exported_list(problem, "RULES_OF_THUMB", RuleOfThumb)
     if rules is not None:
         return rules
-    if is_repeated_game_without_rules(problem):
+    if is_repeated_game(problem):
         return [REPLY_TO_COUNTS, REPLY_TO_LAST]
     if len(problem.agents) > 1:
         return []

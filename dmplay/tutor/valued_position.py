@@ -14,7 +14,6 @@ from dmplay.core.session import SeatedPolicy, Session
 from dmplay.game.hints.action_breakdown import ActionBreakdown, break_down_action
 from dmplay.game.hints.outcome_forecast import AssumedPlayers, enumerate_joint_actions
 from dmplay.registry import agents
-from dmplay.registry.problem_module_exports import find_export
 from dmplay.tutor.positions import PositionInGame
 
 MIN_PROBABILITY_DIFFERENCE = 1e-6  # probabilities that differ by less are equal
@@ -221,7 +220,6 @@ def _is_exact(agent: agents.HintAgent) -> bool:
     return agent.values_name == EXACT_VALUES and agent.has_exact_regrets
 
 
-def is_repeated_game_without_rules(problem: Problem) -> bool:
-    """Return whether a problem is a game of two with one state and without RULES_OF_THUMB."""
-    is_repeated_game = problem.state_count == 1 and len(problem.agents) == 2
-    return is_repeated_game and find_export(problem, "RULES_OF_THUMB") is None
+def is_repeated_game(problem: Problem) -> bool:
+    """Return whether a problem is a game of two with one state."""
+    return problem.state_count == 1 and len(problem.agents) == 2

@@ -216,6 +216,8 @@ def test_a_file_of_a_user_has_its_own_rules_of_thumb_and_puzzle_games(
         assert position == expected.position
         assert (puzzle.rule.text, puzzle.rule_action) == (expected.rule.text, expected.rule_action)
         assert puzzle.loss == pytest.approx(expected.loss)
+    text = " ".join(make_exercise(listed[0]).question.describe_game())
+    assert ("cooperate against defect pays -4 to you" in text) == (stem == "prisoners_dilemma")
 
 
 RULE = 'RuleOfThumb("jump", lambda position: {})'
