@@ -62,6 +62,7 @@ _PUBLIC_MODULES = {
     "rollout": "simulation.rollouts",
     "run": "evaluation.many_games",
     "run_tournament": "evaluation.tournament",
+    "Solution": "evaluation.solutions.solution",
     "solve": "evaluation.solutions.solve",
 }
 __all__ = [*_PUBLIC_MODULES]  # noqa: PLE0604 - the names above

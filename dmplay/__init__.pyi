@@ -31,6 +31,7 @@ from dmplay.core.tabular import tabulate as tabulate
 from dmplay.core.uniforms import SeededUniforms as SeededUniforms
 from dmplay.evaluation.comparison import compare as compare
 from dmplay.evaluation.many_games import run as run
+from dmplay.evaluation.solutions.solution import Solution as Solution
 from dmplay.evaluation.solutions.solve import solve as solve
 from dmplay.evaluation.tournament import run_tournament as run_tournament
 from dmplay.game.manual_game import play as play

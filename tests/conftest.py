@@ -11,7 +11,6 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 import pytest
 from hypothesis import settings
 
-from dmplay.evaluation.solutions import continuous_problems
 from dmplay.problems.cart_pole import agents as cart_pole
 from dmplay.problems.mountain_car import agents as mountain_car
 from dmplay.solvers.mdp.grid_value_iteration import RectangularGrid
@@ -73,6 +72,5 @@ def coarse(monkeypatch: pytest.MonkeyPatch) -> None:
     Use it for tests that hold at any resolution.
     """
     grid = RectangularGrid(mountain_car.VALUE_GRID.low, mountain_car.VALUE_GRID.high, (61, 47))
-    for module in (mountain_car, continuous_problems):
-        monkeypatch.setattr(module, "VALUE_GRID", grid)
+    monkeypatch.setattr(mountain_car, "VALUE_GRID", grid)
     monkeypatch.setattr(cart_pole, "LOOKAHEAD_TURNS", 4)

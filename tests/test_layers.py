@@ -25,8 +25,7 @@ LAYERS = (
 # Modules that still know a problem, which stands above them. None is added; who frees one of its
 # problem deletes it here.
 KNOWS_A_PROBLEM = {
-    "algorithms/belief_update", "algorithms/finite_mdp", "evaluation/solutions/continuous_problems",
-    "evaluation/solutions/games", "evaluation/solutions/teams", "plots/appendix_figures",
+    "algorithms/belief_update", "algorithms/finite_mdp", "plots/appendix_figures",
     "plots/illustrations", "plots/picture_panels", "plots/state_values", "plots/terminal_drawing",
     "solvers/methods", "views/algorithms/heat_maps", "views/algorithms/state_values",
 }  # fmt: skip

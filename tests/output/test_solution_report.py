@@ -14,10 +14,11 @@ from dmplay.cli.parsed_command_runner import interpret_command
 from dmplay.core.text import format_value
 from dmplay.core.work_budget import report_progress_to
 from dmplay.errors import BadParameter
-from dmplay.evaluation.solutions import simulated_returns, teams
+from dmplay.evaluation.solutions import simulated_returns
 from dmplay.evaluation.solutions.options import SolveOptions, use_solve_options
 from dmplay.evaluation.solutions.solution import Solution
 from dmplay.evaluation.solutions.solve import solve_problem
+from dmplay.problems.collaborative_predator_prey import solution as hunting_teams
 from dmplay.registry.agents import find_hint_provider
 from tests.support.document_examples import TIGER_SOURCE
 from tests.support.problem_cases import every_problem, load_small_problem
@@ -125,10 +126,9 @@ def test_a_simple_game_has_its_only_equilibrium(name: str, strategy: str) -> Non
 def few_games(monkeypatch: pytest.MonkeyPatch) -> None:
     """Reduce the number of simulated games and the size of plans and bounds."""
     monkeypatch.setattr(simulated_returns, "DEFAULT_EPISODES", 10)
-    monkeypatch.setattr(teams, "MAX_SIMULATED_EPISODES", 10)
-    limits = (("HUNT_PLAN_NODES", 1), ("MAX_SIMULATED_TURNS", 20), ("INFORMED_BOUND_WORK", 0))
-    for name, value in limits:
-        monkeypatch.setattr(teams, name, value)
+    limits = {"MAX_SIMULATED_EPISODES": 10, "MAX_SIMULATED_TURNS": 20}
+    for name, value in (limits | {"PLAN_NODES": 1, "INFORMED_BOUND_WORK": 0}).items():
+        monkeypatch.setattr(hunting_teams, name, value)
 
 
 @pytest.mark.slow

@@ -1,5 +1,6 @@
 """Tests of user modules: their problems, agents, keys and views are found by every valid name."""
 
+import json
 import pickle
 from collections.abc import Mapping
 from pathlib import Path
@@ -147,6 +148,54 @@ def test_keys_of_a_module_play(tmp_path: Path) -> None:
     ) == {"l": "right"}
     walk = make_game("./walk.py")
     assert walk.keyboard.find_key_action(0, "l") == (0, 1)
+
+
+SOLUTION_SOURCE = """
+from dmplay import Solution
+
+def SOLUTION(problem):
+    if problem.slip == 0.5:
+        return None
+    rows = [{"state": "edge", "value": np.int64(3), "best": problem.actions[0].labels[1]}]
+    return Solution("by hand", "walk to the edge", rows)
+
+
+VARIANTS = {"icy": Walk(slip=0.5)}
+"""
+
+
+def test_a_module_solves_its_problem_or_leaves_it_to_a_general_method(tmp_path: Path) -> None:
+    Path("solved.py").write_text(WALK_SOURCE + SOLUTION_SOURCE)
+    solution = dmplay.solve(dmplay.load_problem("./solved.py"))
+    rows = [{"state": "edge", "value": 3, "best": "right"}]
+    assert solution == dmplay.Solution("by hand", "walk to the edge", rows)
+    printed = run_dmplay(tmp_path, "solve", "./solved.py", "--json").stdout
+    assert json.loads(printed)["rows"] == rows
+    general = dmplay.solve(dmplay.load_problem("./solved.py:icy"))
+    assert general == dmplay.solve(dmplay.load_problem("./walk.py", slip=0.5))
+
+
+@pytest.mark.parametrize(
+    ("source", "message"),
+    [
+        ("SOLUTION = 3", "got 3, expected a function that takes the problem"),
+        ("SOLUTION = lambda: 3", "got <function .*>, expected a function that takes the problem"),
+        ("SOLUTION = lambda p: 3", "returned int, expected a Solution, or None"),
+        (
+            "SOLUTION = lambda p: Solution('', '', 3)",
+            "returned an invalid Solution, expected two texts",
+        ),
+        ("SOLUTION = lambda p: Solution('', '', [{'a': []}])", r"returned a: \[\], expected a num"),
+        (
+            "SOLUTION = lambda p: Solution('', '', [{}, {1: 2}])",
+            r"returned a row of \[1\], expected texts",
+        ),
+    ],
+)
+def test_an_invalid_solution_of_a_module_is_named_in_one_line(source: str, message: str) -> None:
+    Path("broken.py").write_text(f"from dmplay import Solution\n{WALK_SOURCE}\n{source}\n")
+    with pytest.raises(BadParameter, match=rf"^\./broken\.py: SOLUTION: {message}"):
+        dmplay.solve(dmplay.load_problem("./broken.py"))
 
 
 def draw_text(running_game: Game, width: int = 80) -> str:

@@ -6,8 +6,8 @@ import pytest
 
 import dmplay
 from dmplay.agents.agents_by_method import build_roster
-from dmplay.evaluation.solutions.solve import OWN_SOLUTIONS, SIMULATION, SOLUTIONS, load_function
-from dmplay.registry.builtin_names import name_to_stem, problem_names
+from dmplay.evaluation.solutions.solve import SIMULATION, SOLUTIONS, load_function
+from dmplay.registry.builtin_names import problem_names
 from dmplay.solvers.methods import FIT_TESTS, Method, find_method, find_methods
 
 METHODS_OF_PROBLEMS = {
@@ -31,9 +31,8 @@ def test_class_and_size_of_a_problem_choose_its_methods(name: str) -> None:
 
 def test_every_method_has_a_test_and_a_solution_that_can_be_loaded() -> None:
     assert {*FIT_TESTS} == {*SOLUTIONS} == {*Method}
-    for name in (*SOLUTIONS.values(), *OWN_SOLUTIONS.values(), SIMULATION):
+    for name in (*SOLUTIONS.values(), SIMULATION):
         assert callable(load_function(name))
-    assert {*OWN_SOLUTIONS} <= {name_to_stem(name) for name in problem_names()}
 
 
 @pytest.mark.parametrize("name", problem_names())

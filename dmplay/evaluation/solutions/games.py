@@ -15,13 +15,11 @@ from dmplay.evaluation.solutions.solution import (
     Solution,
     format_mixed_strategy,
 )
-from dmplay.problems.predator_prey.rules import PredatorPrey
 from dmplay.solvers.games import (
     best_response_dynamics,
     bimatrix_game,
     extreme_equilibria,
     lemke_howson,
-    markov_game_policy_iteration,
     regret_matching,
 )
 from dmplay.solvers.games.shapley import solve_zero_sum
@@ -112,42 +110,6 @@ def _build_strategy_row(
         row[agent] = format_mixed_strategy(problem, seat, strategy, min_probability)
         row[f"pays {agent}"] = float(payoffs[seat])
     return row
-
-
-def solve_hunt(problem: PredatorPrey) -> Solution:
-    """Return the equilibrium of a small, discounted hunt of one predator and one prey.
-
-    Hunts of more agents are simulated.
-    """
-    if (
-        problem.walker_count == 2
-        and problem.discount < 1.0
-        and problem.state_count <= markov_game_policy_iteration.MAX_STATES
-    ):
-        return _solve_one_on_one_hunt(problem)
-    from dmplay.evaluation.solutions.simulated_returns import solve_by_simulation
-
-    return solve_by_simulation(problem)
-
-
-def _solve_one_on_one_hunt(problem: PredatorPrey) -> Solution:
-    """Return the equilibrium of one predator and one prey, state by state."""
-    result = markov_game_policy_iteration.find_equilibrium(problem)
-    rows: list[Row] = []
-    for index, s in enumerate(problem.enumerate_states()):
-        row: Row = {"state": problem.format_state(s)}
-        for seat, agent in enumerate(problem.agents):
-            row[f"value {agent}"] = float(result.action_values[seat][index])
-        for seat, agent in enumerate(problem.agents):
-            row[agent] = format_mixed_strategy(problem, seat, result.policies[seat][index])
-        rows.append(row)
-    predator_gain, prey_gain = map(format_upper_bound, result.regrets)
-    rounds = format_count(len(result.value_changes), "round")
-    summary = (
-        f"last change {result.value_changes[-1]:.1g} after {rounds}; by another policy "
-        f"the predator gains at most {predator_gain} and the prey at most {prey_gain}"
-    )
-    return Solution("equilibrium, by policy iteration over matrix games", summary, rows)
 
 
 def solve_zero_sum_game(problem: Problem) -> Solution:

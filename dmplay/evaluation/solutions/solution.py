@@ -1,13 +1,15 @@
 """The solution of a problem, and the formatting of its actions."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from dmplay.core.arrays import Bools, Reals
 from dmplay.core.problem import Problem
+from dmplay.errors import BadParameter
 
 MIN_SHOWN_PROBABILITY = 1e-4  # Smaller probabilities are not printed.
+CELL_TYPES = (str, float, int, np.generic, type(None))  # of a row
 
 Row = dict[str, object]
 
@@ -18,6 +20,37 @@ class Solution(NamedTuple):
     method: str
     result: str
     rows: list[Row]
+
+
+def check_solution(location: str, returned: Any) -> Solution:
+    """Return the solution that a problem's code returned, with Python's numbers in its rows.
+
+    Raise BadParameter with the location of the code if it is not a valid `Solution`.
+    """
+    if not isinstance(returned, Solution):
+        expected = "expected a Solution, or None for a general method"
+        raise BadParameter(f"{location}: returned {type(returned).__name__}, {expected}")
+    method, result, rows = returned
+    is_list = isinstance(rows, list) and all(isinstance(row, dict) for row in rows)
+    if not (isinstance(method, str) and isinstance(result, str) and is_list):
+        expected = "expected two texts, the method and the result, and a list of dictionaries"
+        raise BadParameter(f"{location}: returned an invalid Solution, {expected}")
+    for row in rows:
+        if [*row] != [*rows[0]] or not all(isinstance(name, str) for name in row):
+            expected = "expected texts, the same as in the first row"
+            raise BadParameter(f"{location}: returned a row of {[*row]!r}, {expected}")
+        for name, value in row.items():
+            if not isinstance(value, CELL_TYPES):
+                expected = "expected a number, a text or None"
+                raise BadParameter(f"{location}: returned {name}: {value!r}, {expected}")
+    return returned._replace(
+        rows=[{name: _to_python(value) for name, value in row.items()} for row in rows]
+    )
+
+
+def _to_python(value: object) -> object:
+    """Return a number of NumPy as one of Python, which JSON can write; others unchanged."""
+    return value.item() if isinstance(value, np.generic) else value
 
 
 def format_action_names(problem: Problem, marked_actions: Bools, seat: int = 0) -> str:

@@ -6,24 +6,17 @@ own method.
 
 from collections.abc import Callable
 from importlib import import_module
+from inspect import signature
 
 from dmplay.core.problem import Problem, check_problem
+from dmplay.errors import BadParameter
 from dmplay.evaluation.solutions.options import SolveOptions, use_solve_options
-from dmplay.evaluation.solutions.solution import Solution
-from dmplay.registry.problem_module_exports import find_folder_name
+from dmplay.evaluation.solutions.solution import Solution, check_solution
+from dmplay.registry.problem_module_exports import export_file, find_export
 from dmplay.simulation.worker_pool import WorkerCount
 from dmplay.solvers.methods import Method, find_method
 
-# `MODULE.FUNCTION` in this folder
-OWN_SOLUTIONS = {  # of built-in problems with a structure of their own, by the problem's module
-    "cart_pole": "continuous_problems.solve_cart_pole",
-    "collision_avoidance": "continuous_problems.solve_collision_avoidance",
-    "mountain_car": "continuous_problems.solve_mountain_car",
-    "multicaregiver_crying_baby": "teams.solve_multicaregiver",
-    "predator_prey": "games.solve_hunt",
-    "simple_regulator": "continuous_problems.solve_simple_regulator",
-}
-SOLUTIONS = {
+SOLUTIONS = {  # `MODULE.FUNCTION` in this folder
     Method.EQUILIBRIUM_ENUMERATION: "games.solve_nash_equilibria",
     Method.REGRET_MATCHING: "games.solve_many_player_game",
     Method.JOINT_PLANS: "teams.solve_joint_plans",
@@ -65,12 +58,41 @@ def solve_with_options(problem: Problem, options: SolveOptions) -> Solution:
 
 
 def solve_problem(problem: Problem) -> Solution:
-    """Return the solution of a problem by the first method that fits; simulation fits all."""
-    own_solution = OWN_SOLUTIONS.get(find_folder_name(problem).replace("-", "_"))
-    if own_solution:
-        return load_function(own_solution)(problem)
+    """Return the solution of a problem by its own code, else by the first method that fits.
+
+    Simulation fits all problems.
+    """
+    own_solution = _solve_by_own_code(problem)
+    if own_solution is not None:
+        return own_solution
     method = find_method(problem)
     return load_function(SOLUTIONS[method] if method else SIMULATION)(problem)
+
+
+def _solve_by_own_code(problem: Problem) -> Solution | None:
+    """Return the solution by the function that the problem's code defines in SOLUTION.
+
+    None stands for no function, or for a problem that the function leaves to a general method.
+    Raise BadParameter if it is not a function or returns something else.
+    """
+    own_function = find_export(problem, "SOLUTION")
+    if own_function is None:
+        return None
+    location = f"{export_file(problem, 'SOLUTION')}: SOLUTION"
+    if not callable(own_function) or not _takes_problem(own_function):
+        expected = "expected a function that takes the problem and returns a Solution"
+        raise BadParameter(f"{location}: got {own_function!r}, {expected}")
+    returned = own_function(problem)
+    return None if returned is None else check_solution(location, returned)
+
+
+def _takes_problem(function: Callable[..., object]) -> bool:
+    """Return whether a function can be called with one argument."""
+    try:
+        signature(function).bind(None)
+    except TypeError:
+        return False
+    return True
 
 
 def load_function(name: str) -> Callable[[Problem], Solution]:

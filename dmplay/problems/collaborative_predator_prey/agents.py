@@ -137,7 +137,7 @@ class Qmdp(TurnsLeftPolicy, _FactoredBeliefPolicy, GreedyBeliefPolicy):
     def __post_init__(self) -> None:
         """Raise BadPolicy for hunts that it cannot plan."""
         super().__post_init__()
-        if not _can_plan(self.problem):
+        if not can_plan(self.problem):
             raise BadPolicy("qmdp: the hunt is too large, or its discount is 1; use chase-belief")
 
     def describe_assumed_players(self, opponents: Sequence[str]) -> str:
@@ -403,7 +403,7 @@ def _find_reactive_rules(problem: CollaborativePredatorPrey) -> Reals:
     return reactive_predator_team.optimize_reactive_team(problem).policies
 
 
-def _can_plan(problem: Problem) -> bool:
+def can_plan(problem: Problem) -> bool:
     """Return whether a planner that sees all is computed for a problem."""
     return problem.discount < 1.0 and sparse_mdp.count_outcomes(problem) <= sparse_mdp.MAX_OUTCOMES
 
@@ -414,7 +414,7 @@ def _choose_hint_provider(hunt: CollaborativePredatorPrey) -> str:
     It is qmdp, or sweep for a team whose senses never vary, or chase-belief if qmdp is not
     computed.
     """
-    if not _can_plan(hunt):
+    if not can_plan(hunt):
         return "chase-belief"
     never_varies = hunt.predators > 1 and np.ptp(hunt.observe(hunt.enumerate_states())) == 0
     return "sweep" if never_varies else "qmdp"

@@ -1,0 +1,27 @@
+"""The values of the advisories in some level flights, by backward induction on a grid."""
+
+import numpy as np
+
+from dmplay.core.best_actions import mark_best_actions
+from dmplay.core.problem import Problem
+from dmplay.evaluation.solutions.solution import Row, Solution, format_action_names
+from dmplay.problems.collision_avoidance.grid import compute_optimal_q, interpolate_values
+
+
+def solve_collision_avoidance(problem: Problem) -> Solution:
+    """Return the values and best actions of level flight at some times and heights."""
+    q = compute_optimal_q(problem)
+    rows: list[Row] = []
+    for time in (40, 30, 20, 10, 5):
+        for h in (0.0, 100.0):
+            state = np.array([[h, 0.0, 0.0, float(time)]])
+            values = interpolate_values(q, time, state)[0]
+            rows.append(
+                {"seconds": time, "height": h, "value": float(values.max())}
+                | {"best": format_action_names(problem, mark_best_actions(values))}
+            )
+    summary = "21 heights x 21 rates x 3 advisories x 41 seconds; listed: level flight, no advisory"
+    return Solution("backward induction on a grid", summary, rows)
+
+
+SOLUTION = solve_collision_avoidance

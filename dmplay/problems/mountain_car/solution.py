@@ -1,0 +1,65 @@
+"""The values of some starts of the car, by value iteration, and the turns that it drives."""
+
+import numpy as np
+
+from dmplay.core.arrays import Reals
+from dmplay.core.best_actions import mark_best_actions, select_greedy_actions
+from dmplay.core.problem import Problem
+from dmplay.core.text import format_count
+from dmplay.core.work_budget import ARRAY_CALL_WORK, Budget
+from dmplay.evaluation.solutions.solution import Row, Solution, format_action_names
+from dmplay.problems.mountain_car import agents
+from dmplay.solvers.mdp import grid_value_iteration
+
+START_POSITIONS = (-0.5, -1.2, -0.9, 0.0, 0.3)  # of the car at rest
+MAX_DRIVE_TURNS = 1000
+
+
+def solve_mountain_car(problem: Problem) -> Solution:
+    """Return the values of some starts by value iteration, and the turns that its policy takes."""
+    sweep_result = agents.solve_on_grid(problem, agents.VALUE_GRID)
+    starts = np.array([[x, 0.0] for x in START_POSITIONS])
+    q = grid_value_iteration.compute_action_values(
+        problem, agents.VALUE_GRID, sweep_result.values, starts
+    )
+    rows: list[Row] = [
+        {
+            "start": problem.format_state(s),
+            "value": float(row.max()),
+            "best": format_action_names(problem, mark_best_actions(row)),
+            "turns driven": turns,
+        }
+        for s, row, turns in zip(
+            starts, q, _count_driven_turns(problem, sweep_result.values, starts), strict=True
+        )
+    ]
+    summary = (
+        f"{agents.VALUE_GRID.point_counts[0]} "
+        f"x {agents.VALUE_GRID.point_counts[1]} "
+        "points; last change "
+        f"{sweep_result.last_change:.1g} after "
+        f"{format_count(sweep_result.sweep_count, 'sweep')}"
+    )
+    return Solution("value iteration on an interpolated grid", summary, rows)
+
+
+def _count_driven_turns(problem: Problem, values: Reals, s: Reals) -> list[int | None]:
+    """Return the turns that the best actions take from each state, None if too many."""
+    turns, budget = (
+        np.zeros(len(s), np.int64),
+        Budget("simulating the drive", "use the agent search"),
+    )
+    while (unfinished := ~problem.terminal(s)).any() and turns.max() < MAX_DRIVE_TURNS:
+        budget.spend_work(10 * ARRAY_CALL_WORK, int(turns.max()) / MAX_DRIVE_TURNS)
+        a = select_greedy_actions(
+            grid_value_iteration.compute_action_values(problem, agents.VALUE_GRID, values, s)
+        )
+        s = problem.step(s, a[:, None], np.zeros((len(s), 0))).state
+        turns += unfinished
+    return [
+        None if is_unfinished else count
+        for count, is_unfinished in zip(turns.tolist(), unfinished, strict=True)
+    ]
+
+
+SOLUTION = solve_mountain_car
