@@ -27,7 +27,7 @@ LAYERS = (
 KNOWS_A_PROBLEM = {
     "algorithms/belief_update", "algorithms/finite_mdp", "plots/appendix_figures",
     "plots/illustrations", "plots/picture_panels", "plots/state_values", "plots/terminal_drawing",
-    "solvers/methods", "views/algorithms/heat_maps", "views/algorithms/state_values",
+    "views/algorithms/heat_maps", "views/algorithms/state_values",
 }  # fmt: skip
 UI_LIBRARIES = {"rich", "typer", "prompt_toolkit"}
 ALLOWED_LIBRARIES = {  # beyond the standard library and NumPy

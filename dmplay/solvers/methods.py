@@ -20,7 +20,6 @@ from dmplay.core.spaces import Labels
 from dmplay.core.tabular import Tabular, tabulate
 from dmplay.core.work_budget import limit_total_work
 from dmplay.errors import BadParameter, BadPolicy, BudgetExceeded
-from dmplay.problems.collaborative_predator_prey.rules import CollaborativePredatorPrey
 from dmplay.simulation import random_play
 
 MAX_VECTOR_STATES = 3  # states, up to which all alpha vectors are listed
@@ -229,9 +228,7 @@ FIT_TESTS: dict[Method, Callable[[Problem], bool]] = {
         len(problem.agents) == 2 and is_simple_game(problem)
     ),
     Method.REGRET_MATCHING: lambda problem: len(problem.agents) > 2 and is_simple_game(problem),
-    Method.JOINT_PLANS: lambda problem: (
-        not isinstance(problem, CollaborativePredatorPrey) and can_plan_jointly(problem)
-    ),
+    Method.JOINT_PLANS: can_plan_jointly,
     Method.FULLY_OBSERVED_TEAM: _is_shared_reward_team,
     Method.MDP_PLANNING: _is_finite_mdp,
     Method.ALPHA_VECTORS: lambda problem: (
