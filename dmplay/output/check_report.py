@@ -6,6 +6,7 @@ import numpy as np
 
 from dmplay.core.problem import Problem
 from dmplay.core.text import format_count, format_json_report
+from dmplay.evaluation.solutions.solve import find_own_function
 from dmplay.formats.problem_classes import FileProblem
 from dmplay.game.command_line_results import Printout
 from dmplay.registry import problems
@@ -26,12 +27,13 @@ def report_violations(name: str, parameters: Mapping[str, object], *, json: bool
     """Check a problem against all invariants; return a report with one line per violation.
 
     If there are none, the report is one line that says so. The exit code is VIOLATION_EXIT_CODE if
-    there is a violation, else 0. Raise BadParameter if what puzzles and lessons use is invalid.
+    there is a violation, else 0. Raise BadParameter if what `solve`, puzzles or lessons use is
+    invalid.
     """
     loaded = problems.find_problem(name, parameters)
     violations = check(loaded.problem)
     if not violations:
-        _check_teaching(loaded.problem)
+        _check_exports(loaded.problem)
     exit_code = VIOLATION_EXIT_CODE if violations else 0
     notes = _list_notes(loaded.problem)
     if json:
@@ -68,8 +70,9 @@ def report_agent_trial(
     return Printout(f"ok {agent}: legal choices in {games}, {conditions}")
 
 
-def _check_teaching(problem: Problem) -> None:
-    """Raise BadParameter if what a problem's code defines for puzzles and lessons is invalid."""
+def _check_exports(problem: Problem) -> None:
+    """Raise BadParameter if a problem's code defines an invalid value for `solve` or teaching."""
+    find_own_function(problem)
     list_rules(problem)
     list_setups(problem)
     load_problem_quantities(problem)

@@ -70,20 +70,27 @@ def solve_problem(problem: Problem) -> Solution:
 
 
 def _solve_by_own_code(problem: Problem) -> Solution | None:
-    """Return the solution by the function that the problem's code defines in SOLUTION.
+    """Return the solution by the problem's own code; None if it leaves it to a general method."""
+    own_function = find_own_function(problem)
+    returned = own_function(problem) if own_function else None
+    return None if returned is None else check_solution(_locate_own_function(problem), returned)
 
-    None stands for no function, or for a problem that the function leaves to a general method.
-    Raise BadParameter if it is not a function or returns something else.
+
+def find_own_function(problem: Problem) -> Callable[[Problem], object] | None:
+    """Return the function that a problem's code defines in SOLUTION, None if there is none.
+
+    Raise BadParameter if it is not a function of a problem.
     """
-    own_function = find_export(problem, "SOLUTION")
-    if own_function is None:
-        return None
-    location = f"{export_file(problem, 'SOLUTION')}: SOLUTION"
-    if not callable(own_function) or not _takes_problem(own_function):
-        expected = "expected a function that takes the problem and returns a Solution"
-        raise BadParameter(f"{location}: got {own_function!r}, {expected}")
-    returned = own_function(problem)
-    return None if returned is None else check_solution(location, returned)
+    own_function: Callable[[Problem], object] | None = find_export(problem, "SOLUTION")
+    if own_function is None or (callable(own_function) and _takes_problem(own_function)):
+        return own_function
+    expected = "expected a function that takes the problem and returns a Solution"
+    raise BadParameter(f"{_locate_own_function(problem)}: got {own_function!r}, {expected}")
+
+
+def _locate_own_function(problem: Problem) -> str:
+    """Return the file of a problem's own function, and its name, as they are shown to the user."""
+    return f"{export_file(problem, 'SOLUTION')}: SOLUTION"
 
 
 def _takes_problem(function: Callable[..., object]) -> bool:
