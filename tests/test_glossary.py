@@ -1,10 +1,13 @@
 """Names and docstrings follow the glossary: ordinary words, one word for one concept."""
 
 import ast
+import inspect
 import re
 from collections import defaultdict
 from collections.abc import Iterator
+from contextlib import suppress
 from functools import cache
+from importlib import import_module
 from pathlib import Path
 
 ROOT = Path(__file__).parent.parent
@@ -87,3 +90,35 @@ def test_a_class_name_is_used_once_except_for_one_role_per_problem() -> None:
         if sum(path.parts[-3:][::2] != ("problems", "agents.py") for path in paths) > 1
     }
     assert not repeated, repeated
+
+
+def list_parameters(owner: type, name: str) -> list[str]:
+    """Return the parameters of a method that a class defines itself; none for anything else."""
+    attribute = vars(owner).get(name)
+    function = getattr(attribute, "__func__", attribute)  # of a class method or a static one
+    return [*inspect.signature(function).parameters] if inspect.isfunction(function) else []
+
+
+def test_an_override_keeps_the_names_of_the_parameters() -> None:
+    renamed = []
+    for path in sorted(PACKAGE.rglob("[!_]*.py")):
+        module_name = ".".join(path.relative_to(ROOT).with_suffix("").parts)
+        with suppress(ImportError):  # of a library that is not installed
+            for kind in vars(import_module(module_name)).values():
+                if isinstance(kind, type) and kind.__module__ == module_name:
+                    renamed += list_renamed_parameters(kind)
+    assert not renamed, "\n".join(renamed)
+
+
+def list_renamed_parameters(kind: type) -> list[str]:
+    """Return the methods of a class whose parameters have other names than in a base class."""
+    bases = [base for base in kind.__mro__[1:] if base.__module__.startswith("dmplay.")]
+    return [
+        f"{kind.__module__} {kind.__qualname__}.{name}: expected {parameters}"
+        for name in vars(kind)
+        if not name.startswith("__")
+        for base in bases
+        if (parameters := list_parameters(base, name))
+        and (overriding := list_parameters(kind, name))
+        and overriding[: len(parameters)] != parameters
+    ]

@@ -125,12 +125,12 @@ class TreeSearch(BeliefPolicy):
         names = "their default agents" if self.others == USUAL_AGENT else self.others
         return f"if the other agents play {names}"
 
-    def with_policy_lookup(self, company: PolicyLookup) -> Self:
+    def with_policy_lookup(self, policy_lookup: PolicyLookup) -> Self:
         """Return a policy that looks up the other agents by `policy_lookup`.
 
         Raises an error if `others` or `rollout` names an unknown agent.
         """
-        policy = replace(self, policy_lookup=company)
+        policy = replace(self, policy_lookup=policy_lookup)
         if (self.others, self.rollout) != (USUAL_AGENT, USUAL_AGENT):
             _ = policy._opponent_model  # raises an error for unknown names
         return policy

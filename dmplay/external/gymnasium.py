@@ -125,16 +125,16 @@ class GymnasiumEnvironment(ExternalEnvironment):
         self._env = _make_raw_environment(name)
         self._action_adapter = _make_action_adapter(name)
 
-    def reset(self, draw: float) -> TimeStep:
+    def reset(self, uniform: float) -> TimeStep:
         """Reset the environment with a seed made from the uniform."""
-        observation, info = self._env.reset(seed=seed_from_uniform(draw))
+        observation, info = self._env.reset(seed=seed_from_uniform(uniform))
         return self._make_time_step(observation, 0.0, info, over=False)
 
-    def step(self, actions: tuple[float, ...], draw: float) -> TimeStep:
+    def step(self, actions: tuple[float, ...], uniform: float) -> TimeStep:
         """Play a turn, after reseeding the environment's generator from the uniform."""
         from gymnasium.utils.seeding import np_random
 
-        self._env.unwrapped.np_random = np_random(seed_from_uniform(draw))[0]
+        self._env.unwrapped.np_random = np_random(seed_from_uniform(uniform))[0]
         action = self._action_adapter.to_space_value(actions[0])
         observation, reward, terminated, truncated, info = self._env.step(action)
         return self._make_time_step(

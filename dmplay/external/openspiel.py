@@ -189,14 +189,14 @@ class OpenSpielEnvironment(ExternalEnvironment):
         self._name, self._state, self._returns = name, state, returns
         self._turn_count = turn_count
 
-    def reset(self, draw: float) -> TimeStep:
+    def reset(self, uniform: float) -> TimeStep:
         """Start a new game, and resolve the chance events before the first action."""
         self._state = _load_game(self._name).new_initial_state()
         self._returns, self._turn_count = [0.0] * self._state.num_players(), 0
-        _resolve_chance_nodes(self._state, ChanceSampler(draw))
+        _resolve_chance_nodes(self._state, ChanceSampler(uniform))
         return self._make_time_step()
 
-    def step(self, actions: tuple[float, ...], draw: float) -> TimeStep:
+    def step(self, actions: tuple[float, ...], uniform: float) -> TimeStep:
         """Apply the actions of the players to act, then resolve chance events."""
         state, is_delayed = self._state, self._is_delayed()
         self._turn_count += 1
@@ -210,7 +210,7 @@ class OpenSpielEnvironment(ExternalEnvironment):
             )
         else:
             state.apply_action(int(actions[state.current_player()]))
-        _resolve_chance_nodes(state, ChanceSampler(draw))
+        _resolve_chance_nodes(state, ChanceSampler(uniform))
         return self._make_time_step()
 
     def clone(self) -> "OpenSpielEnvironment":

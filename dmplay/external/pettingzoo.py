@@ -107,19 +107,19 @@ class PettingZooEnvironment(ExternalEnvironment):
         self._last_observations: dict[str, Any] = {}  # the last observation of each agent
         self._infos: Mapping[str, Any] = {}
 
-    def reset(self, draw: float) -> TimeStep:
+    def reset(self, uniform: float) -> TimeStep:
         """Reset the environment with a seed made from the uniform."""
-        result = self._env.reset(seed=seed_from_uniform(draw))
+        result = self._env.reset(seed=seed_from_uniform(uniform))
         if not self._is_turn_based:
             self._last_observations, self._infos = dict(result[0]), result[1]
         return self._make_time_step({})
 
-    def step(self, actions: tuple[float, ...], draw: float) -> TimeStep:
+    def step(self, actions: tuple[float, ...], uniform: float) -> TimeStep:
         """Play a turn, after reseeding the environment's generator (if any) from the uniform."""
         from gymnasium.utils.seeding import np_random
 
         if hasattr(self._env.unwrapped, "np_random"):
-            self._env.unwrapped.np_random = np_random(seed_from_uniform(draw))[0]
+            self._env.unwrapped.np_random = np_random(seed_from_uniform(uniform))[0]
         adapters = _make_action_adapters(self._name)
         actions_by_agent = {
             agent: adapters[agent].to_space_value(action)

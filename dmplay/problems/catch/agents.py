@@ -65,14 +65,14 @@ class Optimal(RemainingHorizonPolicy):
         """Q-values computed so far, by the throws left, then by the belief."""
         return {}
 
-    def finite_horizon_values(self, b: Reals, left: int) -> Reals:
+    def finite_horizon_values(self, b: Reals, turns_left: int) -> Reals:
         """Return Q `[B, A]` of beliefs `[B, S]` with `turns_left` throws to go."""
-        q, inverse = self._look_up_values(b, left)
+        q, inverse = self._look_up_values(b, turns_left)
         return q.take(inverse, axis=0)
 
-    def best_actions(self, b: Reals, left: int) -> Array:
+    def best_actions(self, b: Reals, turns_left: int) -> Array:
         """Return the first of the best throws, computed once for each distinct belief."""
-        q, inverse = self._look_up_values(b, left)
+        q, inverse = self._look_up_values(b, turns_left)
         return select_greedy_actions(q).take(inverse)
 
     def _look_up_values(self, b: Reals, turns_left: int) -> tuple[Reals, Ints]:

@@ -88,7 +88,7 @@ class _FactoredBeliefPolicy(BeliefPolicy):
 
     problem: CollaborativePredatorPrey
 
-    def _joint_belief_update(self, before: Reals, action: int, observation: int) -> Reals:
+    def _joint_belief_update(self, beliefs: Reals, action: int, observation: int) -> Reals:
         """Return the probabilities of this observation and each next state.
 
         The actions and observations of the others are unknown.
@@ -96,7 +96,7 @@ class _FactoredBeliefPolicy(BeliefPolicy):
         seats = range(len(self.problem.agents))
         actions = [action if seat == self.seat else None for seat in seats]
         observations = [observation if seat == self.seat else None for seat in seats]
-        return self.problem.joint_belief_update(before, actions, observations)
+        return self.problem.joint_belief_update(beliefs, actions, observations)
 
 
 @dataclass(frozen=True)
@@ -249,11 +249,11 @@ class QmdpWithPartner(Qmdp, PartnerBeliefPolicy):
                 np.add.at(after, next_nodes, moved * (partner_observations == observation))
         return after
 
-    def _joint_belief_update(self, before: Reals, action: int, observation: int) -> Reals:
+    def _joint_belief_update(self, beliefs: Reals, action: int, observation: int) -> Reals:
         """Return the probabilities of this observation and each next node and state."""
         is_seen = self._observations_by_state[:, self.seat] == observation
-        after = [self.predict_nodes(nodes, action) for nodes in self.split_nodes(before)]
-        return np.asarray((np.array(after) * is_seen).reshape(before.shape))
+        after = [self.predict_nodes(nodes, action) for nodes in self.split_nodes(beliefs)]
+        return np.asarray((np.array(after) * is_seen).reshape(beliefs.shape))
 
     def describe_model(self, memory: Memory) -> str:
         """Return the likeliest hexes in the belief, which is not the board's; '' with random."""

@@ -78,18 +78,18 @@ class PredatorPreyDecPomdp(DecPomdp):
         stays = np.eye(len(self.problem.hexes))
         return np.where(stays[:, :, None] > 0, stays, self.problem.walk_probabilities[:, None])
 
-    def propagate_states(self, joint: Reals, action: int) -> Reals:
+    def propagate_states(self, weights: Reals, action: int) -> Reals:
         """Return the probabilities `[N, S']` of next states, as in DecPomdp."""
         first, second = self.joint_actions[action]
-        return np.asarray(self._propagate_directions(joint, first[None], second[None])[0, 0])
+        return np.asarray(self._propagate_directions(weights, first[None], second[None])[0, 0])
 
-    def propagate_seat_actions(self, joint: Reals, action: int, seat: int) -> Reals:
+    def propagate_seat_actions(self, weights: Reals, action: int, seat: int) -> Reals:
         """Return the probabilities `[A, N, S']` of next states for each action of one seat."""
         first, second = self.joint_actions[action][:, None]
         directions = np.arange(len(self.problem.walk_probabilities))
         if seat == 0:
-            return np.asarray(self._propagate_directions(joint, directions, second)[:, 0])
-        return np.asarray(self._propagate_directions(joint, first, directions)[0])
+            return np.asarray(self._propagate_directions(weights, directions, second)[:, 0])
+        return np.asarray(self._propagate_directions(weights, first, directions)[0])
 
     def _propagate_directions(
         self, joint: Reals, first_directions: Ints, second_directions: Ints

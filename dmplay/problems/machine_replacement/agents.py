@@ -61,10 +61,10 @@ class Optimal(RemainingHorizonPolicy):
 
     horizon: int = parameter(20, "number of turns of a game", 1, MAX_HORIZON)
 
-    def finite_horizon_values(self, b: Reals, left: int) -> Reals:
+    def finite_horizon_values(self, b: Reals, turns_left: int) -> Reals:
         """Return Q `[B, A]` of beliefs with `turns_left` rewards to come."""
         return exact_pomdp.compute_action_values(
-            _solve_stages(self.problem, self.horizon)[left - 1], b
+            _solve_stages(self.problem, self.horizon)[turns_left - 1], b
         )
 
 
@@ -94,9 +94,9 @@ class Qmdp(RemainingHorizonPolicy):
             mdp_values.compute_action_values(tables, discount, values) for values in next_values
         ]
 
-    def finite_horizon_values(self, b: Reals, left: int) -> Reals:
+    def finite_horizon_values(self, b: Reals, turns_left: int) -> Reals:
         """Return the mean of the visible states' Q over each belief, `[B, A]`."""
-        return weighted_sum(b, self._q[left - 1])
+        return weighted_sum(b, self._q[turns_left - 1])
 
 
 @dataclass(frozen=True)
@@ -112,9 +112,9 @@ class FastInformedBoundByTurns(RemainingHorizonPolicy):
         """The bounds `[S, A]`, indexed by the number of turns left minus 1."""
         return fast_informed_bound.compute_finite_horizon_bounds(self.problem, self.horizon)
 
-    def finite_horizon_values(self, b: Reals, left: int) -> Reals:
+    def finite_horizon_values(self, b: Reals, turns_left: int) -> Reals:
         """Return the mean of the bound over each belief, `[B, A]`."""
-        return weighted_sum(b, self._bounds[left - 1])
+        return weighted_sum(b, self._bounds[turns_left - 1])
 
 
 AGENTS = Roster(

@@ -55,8 +55,8 @@ class Chase(_DistancePolicy):
     It takes the first of e, ne, nw, w, sw and se that, without a slip, ends the fewest steps away.
     """
 
-    def _choose_by_distance(self, far: Ints) -> Array:
-        return np.asarray(np.argmin(far, axis=1))
+    def _choose_by_distance(self, distances: Ints) -> Array:
+        return np.asarray(np.argmin(distances, axis=1))
 
 
 @dataclass(frozen=True)
@@ -65,8 +65,8 @@ class Flee(_DistancePolicy):
     It takes the first of e, ne, nw, w, sw and se that, without a slip, ends the most steps away.
     """
 
-    def _choose_by_distance(self, far: Ints) -> Array:
-        return np.asarray(np.argmax(far, axis=1))
+    def _choose_by_distance(self, distances: Ints) -> Array:
+        return np.asarray(np.argmax(distances, axis=1))
 
 
 DISTANCE_POLICIES: dict[str, type[_DistancePolicy]] = {"chase": Chase, "flee": Flee}

@@ -425,14 +425,14 @@ class KeyDrivenEventLoop(ScreenEventLoop):
             lambda: screen.speed, partial(screen.handle_key, ""), lambda: screen.is_playing
         )
 
-    async def _open_command_prompt(self, ahead: list[KeyPress]) -> None:
+    async def _open_command_prompt(self, typeahead: list[KeyPress]) -> None:
         """Handle a colon as any other key; if it quits, keep the typeahead for the next reader."""
         try:
             await self._handle_key(":")
         except PlayerQuit:
-            store_typeahead(self.input, ahead)
+            store_typeahead(self.input, typeahead)
             raise
-        self._enqueue_keys(ahead)
+        self._enqueue_keys(typeahead)
 
 
 class PlayEventLoop(ScreenEventLoop):
@@ -484,7 +484,7 @@ class PlayEventLoop(ScreenEventLoop):
         """Advance the turn animation by one step."""
         self._play_screen.animation.advance()
 
-    async def _open_command_prompt(self, ahead: list[KeyPress]) -> None:
+    async def _open_command_prompt(self, typeahead: list[KeyPress]) -> None:
         """Open the command row with the typeahead, and run the commands typed in it.
 
         Do nothing before a handover.
@@ -497,7 +497,7 @@ class PlayEventLoop(ScreenEventLoop):
         )
 
         self._cancel_escape_timer()
-        store_typeahead(self.input, ahead)
+        store_typeahead(self.input, typeahead)
         self._prompt_application = command_prompt.create_application(
             self._play_screen, self.painter, self.input, self._history, self._suspend
         )

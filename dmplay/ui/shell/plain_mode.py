@@ -153,12 +153,12 @@ class JsonReporter(Reporter):
         """Print a text as an event `words`."""
         self._print_event("words", {"text": text})
 
-    def report_reply(self, game: Game, text: str, before: int) -> None:
+    def report_reply(self, game: Game, text: str, previous_turn_count: int) -> None:
         """Print an undo, a hint, its reasons, or the text of the reply."""
         turn_count, hint = len(game.session.turns), game.hint_provider.current_hint
-        if turn_count < before:
+        if turn_count < previous_turn_count:
             facts = game.narrator.visible_turn_facts(game.snapshot())
-            self._print_event("undo", {"turns": before - turn_count} | facts)
+            self._print_event("undo", {"turns": previous_turn_count - turn_count} | facts)
         elif isinstance(text, DataReply):
             self._print_event(text.event, {**text.data, "text": str(text)})
         elif hint and text.startswith("hint"):
@@ -174,9 +174,9 @@ class JsonReporter(Reporter):
         else:
             self.report_text(text)
 
-    def report_error(self, line: int, error: DmplayError) -> None:
+    def report_error(self, line_number: int, error: DmplayError) -> None:
         """Print an error with the number of its line."""
-        self._print_event("error", {"line": line, "text": str(error)})
+        self._print_event("error", {"line": line_number, "text": str(error)})
 
     def start_prompt(self, game: Game) -> str:
         """Print the seat to choose and its legal actions, before each line that is read;
