@@ -19,7 +19,9 @@ DEFAULT_MEMORY_BYTES = 512 * 2**20  # bytes at a time
 
 # called with the completed share, 0 to 1; may raise ComputationStopped
 ProgressCallback = Callable[[float], None]
-_progress_callback: ContextVar[ProgressCallback | None] = ContextVar("watching", default=None)
+_progress_callback: ContextVar[ProgressCallback | None] = ContextVar(
+    "progress_callback", default=None
+)
 
 
 class ComputationStopped(Exception):
@@ -83,7 +85,7 @@ class Budget:
                 raise
 
 
-_shared_budget: ContextVar[Budget | None] = ContextVar("shared", default=None)
+_shared_budget: ContextVar[Budget | None] = ContextVar("shared_budget", default=None)
 
 
 @contextmanager

@@ -150,7 +150,7 @@ class BackgroundTask:
             raise ComputationStopped
 
 
-_current_task: ContextVar[BackgroundTask | None] = ContextVar("thought", default=None)
+_current_task: ContextVar[BackgroundTask | None] = ContextVar("current_task", default=None)
 
 
 def run_cancellable(info: TaskInfo, compute: Callable[[], T]) -> T:

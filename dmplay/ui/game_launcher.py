@@ -39,18 +39,18 @@ FIRST_GAME_ADVICE = "new here? Enter plays the marked problem; there Tab shows a
 FIRST_COMMAND_ADVICE = "new here? begin with play hexworld; in a game, hint suggests an action"
 
 
-def play_game(table: GameController, command: PlayCommand) -> int:
+def play_game(controller: GameController, command: PlayCommand) -> int:
     """Play a game with the front end that the terminal allows, and return the exit code."""
     is_json = command.terminal_options.json
     if not (is_json or command.quiet):
         terminal = current_terminal(command.terminal_options)
-        return _play_game(table, command, SentenceReporter(terminal))
+        return _play_game(controller, command, SentenceReporter(terminal))
     reporter = JsonReporter(sys.stdout) if is_json else Reporter()
     with contextlib.redirect_stdout(sys.stderr):  # for what user code prints
-        return _play_game(table, command, reporter)
+        return _play_game(controller, command, reporter)
 
 
-def _play_game(table: GameController, command: PlayCommand, reporter: Reporter) -> int:
+def _play_game(controller: GameController, command: PlayCommand, reporter: Reporter) -> int:
     """Play a game on the full screen or with a reporter, and return the exit code."""
     terminal, quiet = current_terminal(command.terminal_options), command.quiet
     plain_reason = "--quiet" if quiet else terminal.plain_reason
@@ -58,27 +58,27 @@ def _play_game(table: GameController, command: PlayCommand, reporter: Reporter) 
         raise BadParameter(
             f"--rate: real time needs the full screen, which is off here ({plain_reason})"
         )
-    table.set_game(start_game(command.request))
+    controller.set_game(start_game(command.request))
     code, has_invalid_line = 0, False
-    with _end_game_on_exit(table, quiet=quiet):
+    with _end_game_on_exit(controller, quiet=quiet):
         if terminal.full_screen and not quiet:
-            screen = PlayScreen(table, terminal, command.speed, command.realtime_rate)
+            screen = PlayScreen(controller, terminal, command.speed, command.realtime_rate)
             code = show_game(screen)
-            table.end_game("interrupted" if code else "quit")
-            print(table.game.narrator.describe_result())
+            controller.end_game("interrupted" if code else "quit")
+            print(controller.game.narrator.describe_result())
         else:
-            has_invalid_line = play_by_lines(table, terminal, sys.stdin, reporter)
-            if quiet and table.game.narrator.end_explanation:
-                print(table.game.narrator.end_explanation, file=sys.stderr)
-    return code or _report_faults(table, has_invalid_line=has_invalid_line)
+            has_invalid_line = play_by_lines(controller, terminal, sys.stdin, reporter)
+            if quiet and controller.game.narrator.end_explanation:
+                print(controller.game.narrator.end_explanation, file=sys.stderr)
+    return code or _report_faults(controller, has_invalid_line=has_invalid_line)
 
 
-def run_shell(table: GameController, command: ShellCommand) -> int:
+def run_shell(controller: GameController, command: ShellCommand) -> int:
     """Run the shell on commands that are typed, piped or given as options; return the exit code."""
     terminal = current_terminal(command.terminal_options)
-    shell = Shell(table, terminal, command.speed)
+    shell = Shell(controller, terminal, command.speed)
     code, has_invalid_line = 0, False
-    with _end_game_on_exit(table):
+    with _end_game_on_exit(controller):
         if command.commands:
             has_invalid_line = run_script(shell, command.commands, "command", echo=False)
         elif terminal.full_screen and command.opens_gallery:
@@ -95,8 +95,8 @@ def run_shell(table: GameController, command: ShellCommand) -> int:
             run_prompt_loop(shell)
         else:
             has_invalid_line = run_script(shell, sys.stdin)
-        table.end_game("interrupted" if code else "quit")
-    return code or _report_faults(table, has_invalid_line=has_invalid_line)
+        controller.end_game("interrupted" if code else "quit")
+    return code or _report_faults(controller, has_invalid_line=has_invalid_line)
 
 
 def show_algorithm(command: WatchCommand) -> int:
@@ -132,7 +132,7 @@ def _run_gallery(shell: Shell, message: str) -> int:
 
 def _run_gallery_choice(shell: Shell, gallery: Gallery, words: Sequence[str]) -> int:
     """Play the chosen game on the full screen, or run the shell; return the exit code."""
-    table = shell.controller
+    controller = shell.controller
     if words == SHELL_COMMAND:
         from dmplay.ui.shell import interactive_shell
 
@@ -141,12 +141,12 @@ def _run_gallery_choice(shell: Shell, gallery: Gallery, words: Sequence[str]) ->
     elif words[0] == LESSON_COMMAND:
         return _run_gallery_lesson(shell, gallery, words[1])
     else:
-        table.run_cli_words(words)
-        screen = PlayScreen(table, shell.terminal, shell.speed)
+        controller.run_cli_words(words)
+        screen = PlayScreen(controller, shell.terminal, shell.speed)
         code = show_game(screen)
-    table.end_game("interrupted" if code else "quit")
-    if table.has_game:
-        gallery.return_from_game(table.game)
+    controller.end_game("interrupted" if code else "quit")
+    if controller.has_game:
+        gallery.return_from_game(controller.game)
     return code
 
 
@@ -161,7 +161,7 @@ def _run_gallery_lesson(shell: Shell, gallery: Gallery, number: str) -> int:
 
 
 @contextlib.contextmanager
-def _end_game_on_exit(table: GameController, *, quiet: bool = False) -> Iterator[None]:
+def _end_game_on_exit(controller: GameController, *, quiet: bool = False) -> Iterator[None]:
     """Run the block, end the game however the player leaves, and print where it is saved."""
     try:
         with exit_on_signals():
@@ -169,38 +169,38 @@ def _end_game_on_exit(table: GameController, *, quiet: bool = False) -> Iterator
                 yield
             # An OSError means that the terminal is lost.
             except (KeyboardInterrupt, OSError, SystemExit):
-                table.end_game("interrupted")
+                controller.end_game("interrupted")
                 raise
     finally:
         if not quiet:
-            print_epilogue(table)
-        report_removed_saves(table.save_removal)
+            print_epilogue(controller)
+        report_removed_saves(controller.save_removal)
 
 
-def print_epilogue(table: GameController) -> None:
+def print_epilogue(controller: GameController) -> None:
     """Print the paths of the transcripts, and commands for the last game.
 
     They replay it, resume it if it is unfinished, and play it again.
     """
     recorders = [
         candidate
-        for candidate in table.finished_games
+        for candidate in controller.finished_games
         if not candidate.write_error and candidate.path.exists()
     ]
     lines = [f"transcript: {recorder.path}" for recorder in recorders]
     # a sealed game can be neither replayed nor started again
-    sealed = table.has_game and table.game.is_concealed
+    sealed = controller.has_game and controller.game.is_concealed
     if recorders:
-        is_current = table.has_game and recorders[-1] is table.game.recorder
+        is_current = controller.has_game and recorders[-1] is controller.game.recorder
         if not (sealed and is_current):
-            needs_trust = problems.requires_trust(table.finished_games[recorders[-1]])
+            needs_trust = problems.requires_trust(controller.finished_games[recorders[-1]])
             trust = " --trust" if needs_trust else ""
             lines.append(f"replay: dmplay replay {quote(str(recorders[-1].path))}{trust}")
-        resume_command = format_resume_command(table.game) if is_current else ""
+        resume_command = format_resume_command(controller.game) if is_current else ""
         lines += [f"resume: {resume_command}"] if resume_command else []
-    if table.has_game and table.game.play_again_command and not sealed:
-        lines.append(f"again: {table.game.play_again_command}")
-    lines += [f"log: {path}" for path in table.game.log_paths] if table.has_game else []
+    if controller.has_game and controller.game.play_again_command and not sealed:
+        lines.append(f"again: {controller.game.play_again_command}")
+    lines += [f"log: {path}" for path in controller.game.log_paths] if controller.has_game else []
     for line in lines:
         print(escape_unprintable(line), file=sys.stderr)
 
@@ -211,9 +211,11 @@ def report_removed_saves(removal: SaveRemoval) -> None:
         print(removal, file=sys.stderr)
 
 
-def _report_faults(table: GameController, *, has_invalid_line: bool) -> int:
+def _report_faults(controller: GameController, *, has_invalid_line: bool) -> int:
     """Print each error of writing a transcript; return 1 for any, else 2 for an invalid line."""
-    return report_write_errors(table.finished_games) or INVALID_LINE_EXIT_CODE * has_invalid_line
+    return (
+        report_write_errors(controller.finished_games) or INVALID_LINE_EXIT_CODE * has_invalid_line
+    )
 
 
 def report_write_errors(recorders: Iterable[Recorder]) -> int:

@@ -34,7 +34,7 @@ class SolveOptions:
                 )
 
 
-_options: ContextVar[SolveOptions | None] = ContextVar("wish", default=None)
+_options: ContextVar[SolveOptions | None] = ContextVar("options", default=None)
 
 
 @contextmanager

@@ -365,7 +365,7 @@ def _format_miss_distance(view: View[CollisionAvoidance]) -> str:
 
 
 def _is_collision(view: View[CollisionAvoidance]) -> bool:
-    """Return whether the miss distance is less than NEAR metres."""
+    """Return whether the miss distance is less than COLLISION_DISTANCE."""
     return abs(predict_miss_distance(view)) < COLLISION_DISTANCE
 
 

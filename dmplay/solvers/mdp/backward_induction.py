@@ -186,7 +186,8 @@ def _mark_best_actions(
 ) -> Bools:
     """Return the mask of joint actions in these states that are best for the deciding seat.
 
-    `q` holds the values `[R, n]` of all joint actions of the states; `size` is the tolerance.
+    `q` holds the values `[R, n]` of all joint actions of the states. Values that differ by at most
+    `tolerance` are equal.
     """
     counts = result.graph.action_starts[states + 1] - result.graph.action_starts[states]
     seat_values = q[np.arange(len(q)), np.repeat(result.deciding_seats[states], counts)]

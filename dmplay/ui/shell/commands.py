@@ -15,7 +15,7 @@ from dmplay.game.launch_requests import split_words
 from dmplay.registry.builtin_names import problem_names
 from dmplay.registry.problems import is_problem_name
 from dmplay.ui.shell import game_commands as of_game
-from dmplay.ui.shell import game_management_commands as of_table
+from dmplay.ui.shell import game_management_commands
 from dmplay.ui.shell.help_introduction import (
     describe_other_players,
     lesson_lines,
@@ -329,7 +329,7 @@ COMMANDS_BY_TOPIC: Mapping[str, tuple[Command, ...]] = {
             "watch",
             "[NAME]",
             "watch an algorithm step by step; NAME selects it",
-            of_table.watch_algorithm,
+            game_management_commands.watch_algorithm,
             "G",
             "G",
             "watch an algorithm step by step",
@@ -358,7 +358,7 @@ COMMANDS_BY_TOPIC: Mapping[str, tuple[Command, ...]] = {
             "play",
             "PROBLEM ...",
             "start a game; takes the options of dmplay play",
-            of_table.play_problem,
+            game_management_commands.play_problem,
         ),
         Command(
             "new",
@@ -380,28 +380,30 @@ COMMANDS_BY_TOPIC: Mapping[str, tuple[Command, ...]] = {
             "seed",
             "[N]",
             "start the game again with seed N, or show the seed",
-            of_table.restart_with_seed,
+            game_management_commands.restart_with_seed,
         ),
         Command(
             "agent",
             "[SEAT] [NAME]",
             "start again with player NAME in a seat, or list the players",
-            of_table.seat_agent,
+            game_management_commands.seat_agent,
         ),
         Command(
             "set",
             "[NAME] [VALUE]",
             "start again with another value, or list the parameters",
-            of_table.set_parameter,
+            game_management_commands.set_parameter,
         ),
-        Command("screen", "", "show the game on the full screen", of_table.open_screen),
+        Command(
+            "screen", "", "show the game on the full screen", game_management_commands.open_screen
+        ),
     ),
     "files": (
         Command(
             "save",
             "[FILE]",
             "copy the transcript to FILE, or show its path",
-            of_table.save_transcript,
+            game_management_commands.save_transcript,
             "S",
             "S",
             "show where the game is saved",
@@ -418,9 +420,14 @@ COMMANDS_BY_TOPIC: Mapping[str, tuple[Command, ...]] = {
             "load",
             "[FILE]",
             "resume the game in FILE, or the newest game you left",
-            of_table.resume_transcript,
+            game_management_commands.resume_transcript,
         ),
-        Command("replay", "FILE", "open a recorded game as a replay", of_table.replay_transcript),
+        Command(
+            "replay",
+            "FILE",
+            "open a recorded game as a replay",
+            game_management_commands.replay_transcript,
+        ),
         Command(
             "review",
             "",
@@ -431,19 +438,19 @@ COMMANDS_BY_TOPIC: Mapping[str, tuple[Command, ...]] = {
             "branch",
             "[TURN]",
             "start a new game from a turn, in a new file",
-            of_table.branch_from_turn,
+            game_management_commands.branch_from_turn,
         ),
         Command(
             "seat",
             "NAME=PLAYER",
             "give a seat to human or to an agent from now on, in a new file",
-            of_table.change_seats,
+            game_management_commands.change_seats,
         ),
         Command(
             "export",
             "[FILE] --svg ...",
             "export a game as a picture, a table or data",
-            of_table.export_game,
+            game_management_commands.export_game,
         ),
     ),
     "problems": (
@@ -594,7 +601,7 @@ def _run_unaliased_line(controller: GameController, line: str) -> str:
     if not controller.has_game:
         if not is_problem_name(word):
             raise UnknownName("command", word, [*(c.name for c in COMMANDS), *problem_names()])
-        return of_table.play_problem(controller, line)
+        return game_management_commands.play_problem(controller, line)
     return _play_typed_action(controller, line.strip())
 
 
