@@ -46,6 +46,14 @@ _PUBLIC_MODULES = {
     "requires_fields": "core.policy",
     "SeatPolicy": "agents.base",
     "StationaryPolicy": "agents.base",
+    # figures of problems
+    "Axis": "views.toolkit.plots",
+    "Figure": "game.plot_kinds",
+    "GridPanel": "plots.plot_data",
+    "LinePanel": "plots.plot_data",
+    "Plot": "plots.plot_data",
+    "Series": "plots.plot_data",
+    "TablePanel": "plots.plot_data",
     # by name, from files and installed packages
     "load_agent": "registry.agents",
     "load_problem": "registry.problems",

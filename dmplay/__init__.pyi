@@ -37,10 +37,17 @@ from dmplay.evaluation.tournament import run_tournament as run_tournament
 from dmplay.game.manual_game import play as play
 from dmplay.game.playback import Playback as Playback
 from dmplay.game.playback import review as review
+from dmplay.game.plot_kinds import Figure as Figure
 from dmplay.game.transcript_files import verify as verify
+from dmplay.plots.plot_data import GridPanel as GridPanel
+from dmplay.plots.plot_data import LinePanel as LinePanel
+from dmplay.plots.plot_data import Plot as Plot
+from dmplay.plots.plot_data import Series as Series
+from dmplay.plots.plot_data import TablePanel as TablePanel
 from dmplay.registry.agents import load_agent as load_agent
 from dmplay.registry.problems import load_problem as load_problem
 from dmplay.simulation.rollouts import rollout as rollout
 from dmplay.validation.conformance import check as check
+from dmplay.views.toolkit.plots import Axis as Axis
 
 __version__: str

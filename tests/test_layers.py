@@ -25,9 +25,7 @@ LAYERS = (
 # Modules that still know a problem, which stands above them. None is added; who frees one of its
 # problem deletes it here.
 KNOWS_A_PROBLEM = {
-    "algorithms/belief_update", "algorithms/finite_mdp", "plots/appendix_figures",
-    "plots/illustrations", "plots/picture_panels", "plots/state_values", "plots/terminal_drawing",
-    "views/algorithms/heat_maps", "views/algorithms/state_values",
+    "algorithms/belief_update", "algorithms/finite_mdp", "views/algorithms/heat_maps",
 }  # fmt: skip
 UI_LIBRARIES = {"rich", "typer", "prompt_toolkit"}
 ALLOWED_LIBRARIES = {  # beyond the standard library and NumPy

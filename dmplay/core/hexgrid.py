@@ -1,11 +1,13 @@
 """Hexes in axial coordinates (q east, r north-east), their neighbours, and slipping moves."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
 from dmplay.core.arrays import Ints
 from dmplay.core.chance import Categorical
+from dmplay.core.problem import Problem
 from dmplay.core.spaces import Labels
 
 Hex = tuple[int, int]
@@ -31,6 +33,27 @@ def list_hexes(problem: object) -> tuple[Hex, ...]:
         return validate_hexes(getattr(problem, "hexes", None), "hexes")
     except ValueError:
         return ()
+
+
+class HexMap(NamedTuple):
+    """The hexes that are a problem's first states, in this order, and the reward of each exit."""
+
+    hexes: tuple[Hex, ...]
+    exits: Mapping[Hex, float]
+
+
+def find_hex_map(problem: Problem) -> HexMap | None:
+    """Return the map of a problem's states; None if its states are not hexes.
+
+    The problem has the attribute `hexes`, one agent that chooses a direction, and at most one state
+    more than hexes, for the end of the game. Its `exits`, if it has any, are the hexes whose reward
+    any action pays before the game ends.
+    """
+    hexes = list_hexes(problem)
+    has_states = problem.state_count in (len(hexes), len(hexes) + 1)
+    if not hexes or not has_states or problem.actions != (DIRECTIONS,):
+        return None
+    return HexMap(hexes, getattr(problem, "exits", {}))
 
 
 def hex_neighbours(hex_: Hex) -> list[Hex]:

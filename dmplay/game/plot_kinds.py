@@ -1,66 +1,106 @@
-"""The plots that dmplay draws, and the figures of the book's appendix F among them."""
+"""The kinds of plots, and the figures that show a problem, such as those of the book."""
 
-from typing import NamedTuple
+import re
+from collections.abc import Callable, Iterable, Mapping
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from dmplay.errors import BadParameter
+from dmplay.registry.builtin_names import stem_to_name
+
+if TYPE_CHECKING:  # The completion of names needs no problem.
+    from dmplay.core.problem import Problem
 
 
 class PlotKind(NamedTuple):
-    """A kind of plot: its help, its argument, and the options that change it."""
+    """A kind of plot: its help, an example, its argument, and the options that change it."""
 
     help: str
+    example: str
     argument: str = "PROBLEM"  # or FILE
     options: frozenset[str] = frozenset()
 
 
 class Figure(NamedTuple):
-    """A figure of the book: its title, its problem, and whether `--turns` changes it."""
+    """A figure that shows a problem: its title, its function, and whether `--turns` changes it.
+
+    The function returns the Plot of a `PlottedProblem`, which stands above this layer.
+    """
+
+    title: str
+    draw: Callable[[Any], object]
+    has_turns: bool = False
+
+
+class BookFigure(NamedTuple):
+    """A figure of the book: its title and its problem."""
 
     title: str
     problem: str
-    has_turns: bool = False
 
 
 PLOT_KINDS = {
     "values": PlotKind(
-        "value and best action of each state; value of each belief", options=frozenset({"turns"})
+        "value and best action of each state; value of each belief",
+        "values hexworld",
+        options=frozenset({"turns"}),
     ),
-    "policy": PlotKind("best action of each state or belief", options=frozenset({"turns"})),
+    "policy": PlotKind(
+        "best action of each state or belief", "policy hexworld", options=frozenset({"turns"})
+    ),
     "alpha-vectors": PlotKind(
         "alpha vectors of a problem with two hidden states",
+        "alpha-vectors crying-baby",
         options=frozenset({"turns", "methods"}),
     ),
-    "payoffs": PlotKind("rewards of a game of two agents, with its equilibria"),
+    "payoffs": PlotKind(
+        "rewards of a game of two agents, with its equilibria", "payoffs prisoners-dilemma"
+    ),
     "returns": PlotKind(
         "returns of many games, a histogram for each agent",
+        "returns hexworld",
         options=frozenset({"turns", "agent", "compare", "vs", "seat", "episodes", "seed"}),
     ),
-    "belief": PlotKind("belief by turn, in a recorded game", "FILE"),
-    "regret": PlotKind("regret of each choice, in a recorded game", "FILE"),
-}
-FIGURES = {
-    "F.1": Figure("results of a move in hex world", "hexworld"),
-    "F.2": Figure("optimal values and actions of both hex worlds", "hexworld", True),
-    "F.3": Figure("a random starting state of 2048", "2048"),
-    "F.4": Figure("a slide in 2048, and its new tile", "2048"),
-    "F.5": Figure("a slide in 2048 that merges two tiles, with its reward", "2048"),
-    "F.6": Figure("state, pushes and limits of the cart-pole", "cart-pole"),
-    "F.7": Figure("valley and goal of the mountain car", "mountain-car"),
-    "F.8": Figure("state variables of collision avoidance", "collision-avoidance"),
-    "F.9": Figure("optimal values and advisories of collision avoidance", "collision-avoidance"),
-    "F.10": Figure("value function of the crying baby", "crying-baby", True),
-    "F.11": Figure("14-turn policy of machine replacement", "machine-replacement", True),
-    "F.12": Figure(
-        "policies of machine replacement for 1 to 20 turns", "machine-replacement", True
-    ),
-    "F.13": Figure("probability of a catch by distance", "catch"),
-    "F.14": Figure("rewards of the prisoner's dilemma", "prisoners-dilemma"),
-    "F.15": Figure("rewards of rock-paper-scissors", "rock-paper-scissors"),
-    "F.16": Figure("initial state of predator-prey", "predator-prey"),
-    "T.2": Figure("table F.2: the model of machine replacement", "machine-replacement"),
+    "belief": PlotKind("belief by turn, in a recorded game", "belief game.dmt", "FILE"),
+    "regret": PlotKind("regret of each choice, in a recorded game", "regret game.dmt", "FILE"),
 }
 PICTURE_FORMATS = ("svg", "png", "pdf")
+# A figure in a problem's code; its name and title are read without an import.
+FIGURE_PATTERN = re.compile(r'^    "(\w+\.\d+)": Figure\(\s*"([^"]+)"', re.MULTILINE)
 
 
-def find_figure_name(text: str) -> str | None:
+@cache
+def list_book_figures() -> dict[str, BookFigure]:
+    """Return the figures of the book, by name, from the files `figures.py` of problems."""
+    files = (Path(__file__).parent.parent / "problems").glob("*/figures.py")
+    figures = {
+        name: BookFigure(title, stem_to_name(file.parent.name))
+        for file in files
+        for name, title in FIGURE_PATTERN.findall(file.read_text(encoding="utf-8"))
+    }
+    return dict(sorted(figures.items(), key=lambda item: (item[0][0], int(item[0].split(".")[1]))))
+
+
+def load_figures(problem: "Problem") -> Mapping[str, Figure]:
+    """Return the figures that a problem's code defines in FIGURES, by name.
+
+    One with the name of a kind of plot, such as `values`, is drawn in place of the general plot.
+    Raises BadParameter if FIGURES is not a mapping of names to figures.
+    """
+    from dmplay.registry.problem_module_exports import export_file, find_export
+
+    figures = find_export(problem, "FIGURES")
+    if figures is None:
+        return {}
+    is_mapping = isinstance(figures, Mapping) and all(isinstance(name, str) for name in figures)
+    if not is_mapping or not all(isinstance(item, Figure) for item in figures.values()):
+        location, expected = export_file(problem, "FIGURES"), "a mapping of names to Figure objects"
+        raise BadParameter(f"{location}: FIGURES: got {figures!r}, expected {expected}")
+    return figures  # type: ignore[no-any-return]
+
+
+def find_figure_name(text: str, names: Iterable[str]) -> str | None:
     """Return the name of a figure from a spelling such as `f10` or `figure F.10`; else None."""
     spelled = "".join(text.split()[-1:]).replace(".", "").lower()  # '' for a blank name
-    return next((name for name in FIGURES if name.replace(".", "").lower() == spelled), None)
+    return next((name for name in names if name.replace(".", "").lower() == spelled), None)

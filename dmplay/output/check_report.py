@@ -9,6 +9,7 @@ from dmplay.core.text import format_count, format_json_report
 from dmplay.evaluation.solutions.solve import find_own_function
 from dmplay.formats.problem_classes import FileProblem
 from dmplay.game.command_line_results import Printout
+from dmplay.game.plot_kinds import load_figures
 from dmplay.registry import problems
 from dmplay.tutor.puzzle_mining import list_setups
 from dmplay.tutor.quantity import load_problem_quantities
@@ -71,11 +72,12 @@ def report_agent_trial(
 
 
 def _check_exports(problem: Problem) -> None:
-    """Raise BadParameter if a problem's code defines an invalid value for `solve` or teaching."""
+    """Raise BadParameter if a problem's code defines an invalid solution, figure or lesson part."""
     find_own_function(problem)
     list_rules(problem)
     list_setups(problem)
     load_problem_quantities(problem)
+    load_figures(problem)
 
 
 def _list_notes(problem: Problem) -> list[str]:

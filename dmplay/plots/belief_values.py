@@ -23,14 +23,13 @@ from dmplay.plots.plot_data import (
     TrianglePanel,
     make_value_axis,
 )
-from dmplay.plots.plotted_problem import PlottedProblem, format_actions
+from dmplay.plots.plotted_problem import VALUE_LABEL, PlottedProblem, format_actions
 from dmplay.solvers.mdp import mdp_values
 from dmplay.solvers.pomdp import exact_pomdp, fast_informed_bound
 from dmplay.solvers.pomdp.exact_pomdp import AlphaVectorStage
 from dmplay.solvers.pomdp.upper_envelope import compute_upper_envelope
 from dmplay.views.toolkit.plots import Axis
 
-VALUE_LABEL = "expected return"
 METHODS = ("optimal", "qmdp", "fib")
 METHOD_NOTES = {
     "optimal": "optimal is exact",

@@ -25,7 +25,6 @@ from dmplay.plots.plot_data import (
     TablePanel,
     TrianglePanel,
 )
-from dmplay.problems.game_2048.view import get_tile_style
 from dmplay.views.toolkit.plots import Axis
 
 if TYPE_CHECKING:
@@ -362,7 +361,7 @@ def _draw_board(ax: "Axes", panel: BoardPanel) -> None:
         ax.add_patch(Rectangle((column, row), 1, 1, facecolor="#ffffff", edgecolor="#777777"))
     occupied = {(tile.row, tile.column) for tile in panel.tiles}
     for tile in panel.tiles:
-        ink, fill = _get_tile_colours(tile.number)
+        ink, fill = _get_tile_colours(tile.style)
         edge, width = (LINE_COLOURS[0], 3.0) if tile.is_marked else ("#444444", 0.8)
         corner = (tile.column + 0.08, tile.row + 0.08)
         ax.add_patch(Rectangle(corner, 0.84, 0.84, facecolor=fill, edgecolor=edge, linewidth=width))
@@ -386,14 +385,15 @@ def _draw_board(ax: "Axes", panel: BoardPanel) -> None:
             )  # fmt: skip
 
 
-def _get_tile_colours(number: int) -> tuple[str, str]:
-    """Return the colours of a tile's number and of its background, as in a game."""
+def _get_tile_colours(style: str) -> tuple[str, str]:
+    """Return the colours of a tile's number and of its background; black on white by default."""
     from rich.style import Style
 
-    style = Style.parse(get_tile_style(number.bit_length() - 1))
-    assert style.color is not None
-    assert style.bgcolor is not None
-    return style.color.get_truecolor().hex, style.bgcolor.get_truecolor().hex
+    ink, fill = Style.parse(style).color, Style.parse(style).bgcolor
+    return (
+        ink.get_truecolor().hex if ink else "#000000",
+        fill.get_truecolor().hex if fill else "#ffffff",
+    )
 
 
 def _draw_shapes(ax: "Axes", panel: ShapesPanel) -> None:

@@ -163,11 +163,12 @@ class TablePanel:
 
 @dataclass(frozen=True)
 class PlottedTile:
-    """A numbered tile in a cell of a board, and the cell that it slides to."""
+    """A numbered tile in a cell of a board, its style, and the cell that it slides to."""
 
     row: int
     column: int
     number: int
+    style: str = ""  # of rich, such as "bold black on yellow"
     end: tuple[int, int] | None = None  # row and column; None if it does not slide
     is_marked: bool = False
 

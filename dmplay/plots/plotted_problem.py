@@ -5,13 +5,20 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dmplay.core.arrays import Bools, Reals
+from dmplay.core.arrays import Array, Bools, Reals
 from dmplay.core.problem import Problem
 from dmplay.core.text import format_count
+from dmplay.core.uniforms import NATURE_STREAM, generate_uniforms
 from dmplay.errors import BadParameter
 from dmplay.evaluation.solutions.options import DEFAULT_TURNS
 from dmplay.game.launch_requests import parse_settings
+from dmplay.game.plot_kinds import Figure
+from dmplay.plots.plot_data import Plot
+from dmplay.registry.problem_module_exports import export_file
 from dmplay.registry.problems import resolve_problem
+
+VALUE_LABEL = "expected return"
+FIGURE_SEED = 11  # of the random starts that figures show
 
 
 class PlottedProblem(NamedTuple):
@@ -59,6 +66,22 @@ class PlottedProblem(NamedTuple):
         """Raise BadParameter if a number of turns was asked for."""
         if self.turns is not None:
             raise BadParameter(f"--turns: has no effect on {what} of {self.name}; {reason}")
+
+
+def draw_figure(subject: PlottedProblem, name: str, figure: Figure) -> Plot:
+    """Return a figure; raise BadParameter if its function returns no plot."""
+    plot = figure.draw(subject)
+    if not isinstance(plot, Plot):
+        location = export_file(subject.problem, "FIGURES")
+        raise BadParameter(f"{location}: FIGURES: {name}: got {plot!r}, expected a Plot")
+    return plot
+
+
+def sample_start(problem: Problem) -> Array:
+    """Return the initial state of the game with the seed FIGURE_SEED."""
+    count = problem.uniform_counts.start
+    u = generate_uniforms(FIGURE_SEED, NATURE_STREAM, 0, rows=1, count=count)
+    return problem.sample_initial_states(u)[0]  # type: ignore[no-any-return]
 
 
 def describe_horizon(turns: int | None) -> str:

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from dmplay.core.safe_files import write_bytes
 from dmplay.core.text import align_columns, escape_newlines
@@ -10,16 +11,24 @@ from dmplay.core.work_budget import report_progress_to
 from dmplay.errors import BadParameter, UnknownName
 from dmplay.game.command_line_results import Printout
 from dmplay.game.launch_requests import GameRequest, ReplayRequest
-from dmplay.game.plot_kinds import FIGURES, PICTURE_FORMATS, PLOT_KINDS, find_figure_name
+from dmplay.game.plot_kinds import (
+    PICTURE_FORMATS,
+    PLOT_KINDS,
+    find_figure_name,
+    list_book_figures,
+    load_figures,
+)
 from dmplay.output.evaluation_request import EvaluationRequest
 from dmplay.output.progress import ProgressBar
 from dmplay.plots.plot_data import Plot
 from dmplay.registry.problems import is_problem_name
 from dmplay.terminal.capabilities import Terminal
 
+if TYPE_CHECKING:
+    from dmplay.plots.plotted_problem import PlottedProblem
+
 DEFAULT_EPISODES = 1000
 OPTION_NAMES = ("turns", "methods", "agent", "compare", "vs", "seat", "episodes", "seed")
-EXAMPLE_SUBJECTS = {"alpha-vectors": "crying-baby", "payoffs": "prisoners-dilemma"}
 
 
 @dataclass(frozen=True)
@@ -73,21 +82,13 @@ def build_plot(request: PlotRequest) -> Plot:
     """Return the plot of a request; raise an error for an unknown plot or a useless option."""
     task = f"plotting {request.what} {request.subject}".rstrip()
     with ProgressBar(task, motion=request.motion) as bar, report_progress_to(bar):
-        figure = find_figure_name(request.what)
-        if figure:
-            return _build_figure(figure, request)
-        if request.what not in PLOT_KINDS:
-            if is_problem_name(request.what):
-                example = f"dmplay plot values {request.what}"
-                raise BadParameter(f"plot: {request.what} is a problem; try {example}")
-            raise UnknownName("plot", request.what, [*PLOT_KINDS, *FIGURES])
-        kind = PLOT_KINDS[request.what]
+        kind = PLOT_KINDS.get(request.what)
+        if kind is None:
+            return _build_figure(request)
         if not request.subject:
-            usual = "hexworld" if kind.argument == "PROBLEM" else "game.dmt"
-            example = EXAMPLE_SUBJECTS.get(request.what, usual)
             raise BadParameter(
                 f"plot {request.what}: expected a {kind.argument}, "
-                f"such as dmplay plot {request.what} {example}"
+                f"such as dmplay plot {kind.example}"
             )
         _check_options(request, kind.options)
         if kind.argument == "FILE":
@@ -104,17 +105,42 @@ def _check_options(request: PlotRequest, used: frozenset[str]) -> None:
             raise BadParameter(f"--{name}: has no effect on plot {request.what}")
 
 
-def _build_figure(name: str, request: PlotRequest) -> Plot:
-    """Return the plot of a figure of the book."""
-    figure = FIGURES[name]
-    if request.subject:
-        raise BadParameter(
-            f"plot {name}: got {request.subject}; the figure is about {figure.problem}"
-        )
-    _check_options(request, frozenset({"turns"}) if figure.has_turns else frozenset())
-    from dmplay.plots.appendix_figures import draw_figure
+def _build_figure(request: PlotRequest) -> Plot:
+    """Return a figure that a problem's code defines; that of a figure of the book is known."""
+    from dmplay.plots.plotted_problem import draw_figure
 
-    return draw_figure(name, request.settings, request.turns)
+    book_figures = list_book_figures()
+    book_name = find_figure_name(request.what, book_figures)
+    problem_name = request.subject or (book_figures[book_name].problem if book_name else "")
+    if not problem_name:
+        raise _make_unknown_plot_error(request.what, [*book_figures])
+    subject = _load_subject(request, problem_name)
+    figures = load_figures(subject.problem)
+    name = find_figure_name(request.what, figures)
+    if name is None and book_name:
+        book_problem = book_figures[book_name].problem
+        raise BadParameter(
+            f"plot {book_name}: got {request.subject}; the figure is about {book_problem}"
+        )
+    if name is None:
+        raise _make_unknown_plot_error(request.what, [*book_figures, *figures])
+    _check_options(request, frozenset({"turns"}) if figures[name].has_turns else frozenset())
+    return draw_figure(subject, name, figures[name])
+
+
+def _make_unknown_plot_error(name: str, figures: Sequence[str]) -> BadParameter | UnknownName:
+    """Return the error for a name that is no plot, and may be that of a problem."""
+    if is_problem_name(name):
+        return BadParameter(f"plot: {name} is a problem; try dmplay plot values {name}")
+    return UnknownName("plot", name, [*PLOT_KINDS, *figures])
+
+
+def _load_subject(request: PlotRequest, name: str) -> "PlottedProblem":
+    """Return the problem of a request with its variant, its settings and its turns."""
+    from dmplay.plots.plotted_problem import load_plotted_problem
+
+    problem_name = GameRequest(name, request.variant).problem_name
+    return load_plotted_problem(problem_name, request.settings, request.turns)
 
 
 def _build_game_plot(request: PlotRequest) -> Plot:
@@ -130,10 +156,12 @@ def _build_game_plot(request: PlotRequest) -> Plot:
 def _build_problem_plot(request: PlotRequest) -> Plot:
     """Return the plot of a problem's values, policy, alpha vectors or payoffs."""
     from dmplay.plots import belief_values, payoffs, state_values
-    from dmplay.plots.plotted_problem import load_plotted_problem
+    from dmplay.plots.plotted_problem import draw_figure
 
-    name = GameRequest(request.subject, request.variant).problem_name
-    subject = load_plotted_problem(name, request.settings, request.turns)
+    subject = _load_subject(request, request.subject)
+    figure = load_figures(subject.problem).get(request.what)
+    if figure:
+        return draw_figure(subject, request.what, figure)
     if request.what == "payoffs":
         return payoffs.plot_payoffs(subject)
     if request.what == "alpha-vectors":
@@ -141,8 +169,7 @@ def _build_problem_plot(request: PlotRequest) -> Plot:
         return belief_values.plot_alpha_vectors(subject, methods)
     if subject.problem.partially_observable:
         return belief_values.plot_belief_values(subject, request.what)
-    plot_states = {"values": state_values.plot_values, "policy": state_values.plot_policy}
-    return plot_states[request.what](subject)
+    return state_values.plot_states(subject, request.what)
 
 
 def _build_returns_plot(request: PlotRequest, bar: ProgressBar) -> Plot:
@@ -166,7 +193,7 @@ def _build_returns_plot(request: PlotRequest, bar: ProgressBar) -> Plot:
 def format_plot_list() -> str:
     """Return every kind of plot and every figure, one per line."""
     kinds = [[f"{name} {kind.argument}", kind.help] for name, kind in PLOT_KINDS.items()]
-    figures = [[name, figure.title] for name, figure in FIGURES.items()]
+    figures = [[name, figure.title] for name, figure in list_book_figures().items()]
     rows = align_columns([*kinds, *figures])
     return "\n".join(
         [

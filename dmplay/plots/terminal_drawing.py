@@ -31,7 +31,6 @@ from dmplay.plots.plot_data import (
     TablePanel,
     TrianglePanel,
 )
-from dmplay.problems.game_2048.view import EMPTY_GLYPH, get_tile_style
 from dmplay.views.toolkit import hexgrid
 from dmplay.views.toolkit.belief_triangle import belief_at, draw_belief_triangle
 from dmplay.views.toolkit.canvas import (
@@ -59,7 +58,7 @@ MARK_GLYPH, POINT_GLYPH = "✗", "#"
 MIN_TILE_COLUMNS = 4
 MIN_SHAPES_ROWS = 8
 ROWS_PER_COLUMN = 0.5  # a row is as high as two columns are wide
-DOT_GLYPH, BOX_GLYPH, DASH_GLYPH = "●", "▒", "·"
+DOT_GLYPH, BOX_GLYPH, DASH_GLYPH, EMPTY_GLYPH = "●", "▒", "·", "·"
 FLAT_SLOPE, STEEP_SLOPE = 0.5, 2.0  # rows per column, of lines drawn as ─ and as │
 DIRECTION_GLYPHS = {(0, -1): "←", (0, 1): "→", (-1, 0): "↑", (1, 0): "↓"}  # by rows and columns
 
@@ -370,8 +369,7 @@ def _draw_board(panel: BoardPanel) -> Text:
         canvas.write_text(panel.size * (width + 1), 2 * row + 1, "│", "dim")
     for tile in panel.tiles:
         text = texts[tile.row, tile.column].center(width)
-        style = get_tile_style(tile.number.bit_length() - 1)
-        canvas.write_text(tile.column * (width + 1) + 1, 2 * tile.row + 1, text, style)
+        canvas.write_text(tile.column * (width + 1) + 1, 2 * tile.row + 1, text, tile.style)
     return canvas.to_text()
 
 

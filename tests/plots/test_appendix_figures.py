@@ -8,8 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from dmplay.game.plot_kinds import FIGURES, find_figure_name
-from dmplay.plots.appendix_figures import DRAW_FUNCTIONS, draw_figure
+from dmplay.game.plot_kinds import PLOT_KINDS, find_figure_name, list_book_figures, load_figures
 from dmplay.plots.plot_data import (
     BoardPanel,
     GridPanel,
@@ -23,13 +22,16 @@ from dmplay.plots.plot_data import (
     TablePanel,
     TrianglePanel,
 )
+from dmplay.plots.report import PlotRequest, build_plot
 from dmplay.problems.mountain_car.rules import MountainCar
+from dmplay.registry.builtin_names import problem_names
+from dmplay.registry.problems import load_problem
 from tests.support.programs import run_dmplay
 
 
 @cache
 def draw_cached_figure(name: str) -> Plot:
-    return draw_figure(name)
+    return build_plot(PlotRequest(name))
 
 
 def find_series(panel: LinePanel, label: str) -> Series:
@@ -57,18 +59,25 @@ def find_shapes(name: str) -> tuple[list[Polyline], list[str]]:
     return lines, [shape.text for shape in panel.shapes if isinstance(shape, Label) and shape.text]
 
 
-def test_every_figure_has_a_function() -> None:
-    assert list(FIGURES) == list(DRAW_FUNCTIONS)
+def test_the_list_read_without_imports_names_the_figures_of_all_problems() -> None:
+    defined = {
+        name: (figure.title, problem)
+        for problem in problem_names()
+        for name, figure in load_figures(load_problem(problem)).items()
+        if name not in PLOT_KINDS
+    }
+    assert [*list_book_figures()] == [*(f"F.{number}" for number in range(1, 17)), "T.2"]
+    assert list_book_figures() == defined
 
 
 @pytest.mark.parametrize("spelling", ["F.2", "f2", "figure F.2"])
 def test_a_figure_is_found_by_several_spellings(spelling: str) -> None:
-    assert find_figure_name(spelling) == "F.2"
+    assert find_figure_name(spelling, list_book_figures()) == "F.2"
 
 
 @pytest.mark.parametrize("spelling", ["F.17", "", "values"])
 def test_other_words_are_no_figure(spelling: str) -> None:
-    assert find_figure_name(spelling) is None
+    assert find_figure_name(spelling, list_book_figures()) is None
 
 
 def test_figure_f1_has_the_chances_of_the_book() -> None:
@@ -81,7 +90,7 @@ def test_figure_f1_has_the_chances_of_the_book() -> None:
 
 
 def test_settings_change_a_figure_and_its_title() -> None:
-    plot = draw_figure("F.1", ["slip=0.5"])
+    plot = build_plot(PlotRequest("F.1", settings=["slip=0.5"]))
     (panel,) = plot.panels
     assert isinstance(panel, HexPanel)
     assert max(cell.value or 0.0 for cell in panel.cells) == pytest.approx(0.5)
@@ -102,7 +111,7 @@ def test_figure_f3_is_the_start_of_the_game_with_its_seed(tmp_path: Path) -> Non
 
 
 def test_figure_f3_follows_the_probability_of_a_2() -> None:
-    (panel,) = draw_figure("F.3", ["p_two=0"]).panels
+    (panel,) = build_plot(PlotRequest("F.3", settings=["p_two=0"])).panels
     assert isinstance(panel, BoardPanel)
     assert [tile.number for tile in panel.tiles] == [4, 4]
 
@@ -157,7 +166,7 @@ def test_figure_f6_draws_the_state_after_seven_pushes() -> None:
 
 
 def test_figure_f6_stops_before_a_game_ends_that_has_no_room() -> None:
-    (note, *_) = draw_figure("F.6", ["x_limit=0"]).notes
+    (note, *_) = build_plot(PlotRequest("F.6", settings=["x_limit=0"])).notes
     assert note == "the state after 1 turn of pushes to the left, from rest"
 
 
@@ -174,7 +183,7 @@ def test_figure_f7_has_the_hill_whose_slope_moves_the_car() -> None:
 
 
 def test_figure_f7_moves_its_flag_with_the_goal() -> None:
-    (panel,) = draw_figure("F.7", ["goal=0.5"]).panels
+    (panel,) = build_plot(PlotRequest("F.7", settings=["goal=0.5"])).panels
     assert isinstance(panel, ShapesPanel)
     (flag,) = (s for s in panel.shapes if isinstance(s, Label) and s.text == "goal 0.5")
     assert flag.x == 0.5

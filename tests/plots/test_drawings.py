@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 from dmplay.errors import BadParameter
-from dmplay.game.plot_kinds import FIGURES, PICTURE_FORMATS
-from dmplay.plots.appendix_figures import draw_figure
+from dmplay.game.plot_kinds import PICTURE_FORMATS, list_book_figures
 from dmplay.plots.plot_data import (
     BoardPanel,
     Box,
@@ -42,7 +41,7 @@ OTHER_REQUESTS = (
     PlotRequest("returns", "catch", agent="optimal", compare="random", episodes=50),
     PlotRequest("belief", "transcripts/machine_replacement/a_threshold_repairs.dmt"),
 )
-REQUESTS = [*(PlotRequest(name) for name in FIGURES), *OTHER_REQUESTS]
+REQUESTS = [*(PlotRequest(name) for name in list_book_figures()), *OTHER_REQUESTS]
 each_request = pytest.mark.parametrize("request_", REQUESTS, ids=lambda r: f"{r.what} {r.subject}")
 DIAGONAL = Plot(
     "a line",
@@ -194,9 +193,9 @@ def test_a_picture_has_no_date_and_no_small_text() -> None:
 
     assert b"<dc:date>" not in render_picture(DIAGONAL, "svg")
     assert b"/CreationDate" not in render_picture(DIAGONAL, "pdf")
-    for name in FIGURES:
+    for name in list_book_figures():
         with use_settings():
-            figure = compose_figure(draw_figure(name))
+            figure = compose_figure(build_plot(PlotRequest(name)))
         texts = [item for item in figure.findobj(Text) if isinstance(item, Text)]
         assert min(float(item.get_fontsize()) for item in texts) >= 9.0
         assert figure.get_figwidth() <= 6.5
@@ -244,7 +243,7 @@ def test_a_plot_in_the_terminal_does_not_load_matplotlib() -> None:
         ("values hexworld --set slip=2", "slip: got 2"),
         ("values hexworld --methods fib", "--methods: has no effect on plot values"),
         ("F.13 --turns 3", "--turns: has no effect on plot F.13"),
-        ("F.2 hexworld", "plot F.2: got hexworld; the figure is about hexworld"),
+        ("F.2 catch", "plot F.2: got catch; the figure is about hexworld"),
         ("F.2 -o f.gif", "-o f.gif: expected a file name that ends in one of .svg, .png, .pdf"),
         ("F.2 -o f", "-o f: expected a file name that ends in one of .svg, .png, .pdf"),
         ("alpha-vectors crying-baby --methods pbvi", "unknown method 'pbvi'"),
@@ -264,7 +263,9 @@ def test_a_misfit_is_one_line_and_exit_code_2(words: str, message: str, tmp_path
 def test_the_list_names_every_plot_and_figure(tmp_path: Path) -> None:
     lines = run_dmplay(tmp_path, "plot").stdout.splitlines()
     assert lines[1].startswith("  values PROBLEM")
-    assert [name for line in lines for name in re.findall(r"^  ([FT]\.\d+) ", line)] == [*FIGURES]
+    assert [name for line in lines for name in re.findall(r"^  ([FT]\.\d+) ", line)] == [
+        *list_book_figures()
+    ]
 
 
 @pytest.mark.extra("plot")

@@ -9,15 +9,14 @@ import pytest
 from dmplay.core.problem import Problem, enumerate_outcomes
 from dmplay.errors import BadParameter
 from dmplay.plots.plot_data import GridPanel, HexPanel, LinePanel, Plot, PlottedHex, TablePanel
-from dmplay.plots.plotted_problem import load_plotted_problem
-from dmplay.plots.state_values import plot_policy, plot_values
+from dmplay.plots.report import PlotRequest, build_plot
 from dmplay.problems.hexworld.rules import HexWorld
 from dmplay.registry.problems import load_problem
 
 
 @cache
 def plot_cached_values(name: str, settings: Sequence[str] = (), turns: int | None = None) -> Plot:
-    return plot_values(load_plotted_problem(name, settings, turns))
+    return build_plot(PlotRequest("values", name, settings=settings, turns=turns))
 
 
 def list_hex_cells(plot: Plot) -> Sequence[PlottedHex]:
@@ -84,8 +83,8 @@ def test_the_title_names_settings_and_turns_left() -> None:
 @pytest.mark.usefixtures("coarse")
 def test_a_plotted_value_of_mountain_car_is_the_length_of_the_drive() -> None:
     problem = load_problem("mountain-car")
-    (values,) = plot_values(load_plotted_problem("mountain-car")).panels
-    (policy,) = plot_policy(load_plotted_problem("mountain-car")).panels
+    (values,) = build_plot(PlotRequest("values", "mountain-car")).panels
+    (policy,) = build_plot(PlotRequest("policy", "mountain-car")).panels
     assert isinstance(values, GridPanel)
     assert isinstance(policy, GridPanel)
     assert policy.categories == ("left", "coast", "right", "several equally good")
@@ -113,7 +112,7 @@ def test_the_values_of_the_regulator_are_the_closed_form() -> None:
 
 
 def test_the_best_action_of_the_regulator_cancels_the_state() -> None:
-    (panel,) = plot_policy(load_plotted_problem("simple-regulator")).panels
+    (panel,) = build_plot(PlotRequest("policy", "simple-regulator")).panels
     assert isinstance(panel, LinePanel)
     assert (panel.series[0].y == -panel.series[0].x).all()
 

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from dmplay.game.plot_kinds import FIGURES, PLOT_KINDS
+from dmplay.game.plot_kinds import PLOT_KINDS, list_book_figures
 from dmplay.registry.builtin_names import problem_names
 
 LIST_FILTERS = ("MDP", "POMDP", "simple", "Markov", "POMG", "Dec-POMDP", "games")
@@ -32,7 +32,7 @@ def complete_problems(word: str = "") -> list[str]:
 
 def list_plots() -> list[str]:
     """Return the kinds of plots and the figures of the book."""
-    return [*PLOT_KINDS, *FIGURES]
+    return [*PLOT_KINDS, *list_book_figures()]
 
 
 def complete_prediction_kinds(word: str = "") -> list[str]:

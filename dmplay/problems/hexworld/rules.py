@@ -64,6 +64,11 @@ class HexWorld(Problem):
             raise BadParameter(str(error)) from None
 
     @property
+    def exits(self) -> dict[Hex, float]:
+        """The reward of each exit."""
+        return dict(self.rewards)
+
+    @property
     def state_count(self) -> int:
         """The number of states: every hex, and the terminal state."""
         return len(self.hexes) + 1
@@ -92,7 +97,7 @@ class HexWorld(Problem):
         """The returns of an exit at once or of endless bumps; a game in between has a mean."""
         if self.discount >= 1.0:
             return None
-        returns = [0.0, -self.bump_cost / (1.0 - self.discount), *dict(self.rewards).values()]
+        returns = [0.0, -self.bump_cost / (1.0 - self.discount), *self.exits.values()]
         rounding = 1.0 + 1e-9  # returns are sums of rounded numbers
         return rounding * min(returns), rounding * max(returns)
 

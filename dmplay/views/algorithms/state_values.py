@@ -5,10 +5,9 @@ from rich.text import Text
 
 from dmplay.algorithms.finite_mdp import format_state_name
 from dmplay.algorithms.step import StateValues
-from dmplay.core.hexgrid import Hex
+from dmplay.core.hexgrid import Hex, HexMap, find_hex_map
 from dmplay.core.problem import Problem
 from dmplay.core.text import format_score
-from dmplay.problems.hexworld.rules import HexWorld
 from dmplay.views.algorithms.heat_maps import (
     LABEL_COLUMNS,
     MIN_MAP_COLUMNS,
@@ -28,24 +27,24 @@ MAX_COMPACT_ROWS = 9  # rows up to which a hex shows only its value
 
 def draw_state_values(picture: StateValues, problem: Problem, options: DrawOptions) -> Text:
     """Return the values and the actions of states, drawn as suits the problem."""
-    if isinstance(problem, HexWorld):
-        map_text = _draw_hex_map(picture, problem, options)
-        if map_text is not None:
-            return map_text
+    hex_map = find_hex_map(problem)
+    map_text = hex_map and _draw_hex_map(picture, hex_map, options)
+    if map_text is not None:
+        return map_text
     axes = find_map_axes(picture.states, problem)
     if axes and options.width >= LABEL_COLUMNS + MIN_MAP_COLUMNS:
         return draw_heat_maps(picture, problem, axes, options)
     return _draw_table(picture, problem, options)
 
 
-def _draw_hex_map(picture: StateValues, problem: HexWorld, options: DrawOptions) -> Text | None:
+def _draw_hex_map(picture: StateValues, hex_map: HexMap, options: DrawOptions) -> Text | None:
     """Return the largest map that fits, with the action above the value; None if none fits."""
     names = COMPASS if options.ascii else ARROWS
-    exits = dict(problem.rewards)
+    hexes, exits = hex_map
 
     def make_cell(hex_: Hex, size: HexSize) -> HexCell:
         """Return the content of a hex."""
-        state = problem.hexes.index(hex_)
+        state = hexes.index(hex_)
         value = float(picture.values[state])
         action = -1 if picture.actions is None else int(picture.actions[state])
         mark = "" if action < 0 else names[action]
@@ -63,7 +62,7 @@ def _draw_hex_map(picture: StateValues, problem: HexWorld, options: DrawOptions)
 
     caption = HEX_CAPTION if options.width > len(HEX_CAPTION) else SHORT_HEX_CAPTION
     caption = caption if options.height > MAX_COMPACT_ROWS else ""
-    for board in iter_maps(problem.hexes, make_cell, options._replace(allow_large=True), caption):
+    for board in iter_maps(hexes, make_cell, options._replace(allow_large=True), caption):
         columns, rows = measure_text(board)
         if columns <= options.width and rows <= options.height:
             return board

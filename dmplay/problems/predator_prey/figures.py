@@ -1,0 +1,32 @@
+"""Figure F.16 of the book: the start of predator-prey."""
+
+import numpy as np
+
+from dmplay.core.problem import initial_state_distribution
+from dmplay.game.plot_kinds import Figure
+from dmplay.plots.plot_data import HexPanel, Plot, PlottedHex
+from dmplay.plots.plotted_problem import PlottedProblem
+from dmplay.problems.predator_prey.rules import PredatorPrey
+
+
+def _draw_hunt_start(subject: PlottedProblem) -> Plot:
+    """Return figure F.16: the initial state of predator-prey on the standard map."""
+    problem = subject.problem
+    assert isinstance(problem, PredatorPrey)
+    p, states = initial_state_distribution(problem)
+    hunters = [problem.hexes[int(s)] for s in states[int(np.argmax(p))]]
+    hunter, prey = hunters[0], hunters[1]
+    cells = [
+        PlottedHex(hex_, text="predator", kind="hunter")
+        if hex_ == hunter
+        else PlottedHex(hex_, text="prey", kind="prey")
+        if hex_ == prey
+        else PlottedHex(hex_)
+        for hex_ in problem.hexes
+    ]
+    return Plot(f"{subject.title}: initial state", [HexPanel("", cells)])
+
+
+FIGURES = {
+    "F.16": Figure("initial state of predator-prey", _draw_hunt_start),
+}
