@@ -1,4 +1,4 @@
-"""Fifteen decision problems to play, evaluate agents on, and test with recorded transcripts.
+"""Decision problems to play, evaluate agents on, and test with recorded transcripts.
 
 The names listed here are the public interface; `dmplay guide python` describes them. Everything
 else in the package's folders is private and may change.

@@ -249,9 +249,7 @@ def bot(
 def mcp(
     problems: Annotated[
         list[str],
-        typer.Argument(
-            metavar="PROBLEM...", help="problems to offer (default: the fifteen built-in ones)"
-        ),
+        typer.Argument(metavar="PROBLEM...", help="problems to offer (default: the built-in ones)"),
     ] = [],  # noqa: B006
     hints: Annotated[bool, typer.Option(help="let the model ask for hints")] = False,
     undo: Annotated[bool, typer.Option(help="let the model undo turns")] = False,

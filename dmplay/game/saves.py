@@ -111,7 +111,7 @@ def create_game_file(game_folder: Path, problem: str) -> Path:
 
     The name is made of a number, the next one in this folder, and the problem.
     """
-    safe_name = problem.lstrip("./").replace(":", "-").replace("/", "-")
+    safe_name = problem.strip("./").replace(":", "-").replace("/", "-")
     last_number = max((_save_number(path) for path in game_folder.glob("*.dmt")), default=0)
     for number in count(last_number + 1):
         path = game_folder / f"{number:06}-{safe_name}.dmt"

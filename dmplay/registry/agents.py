@@ -236,7 +236,7 @@ def _plan_best_response(agent: HintAgent) -> HintAgent | None:
     """Return the best response to the players of an agent's question; None if it is not computed.
 
     It is not needed if the agent plans with these players. It is not tried in games of unknown size
-    that only a search can play, and it does not replace the hint provider of a user's module.
+    that only a search can play.
     """
     problem, question = agent.policy.problem, agent.question
     others = [(seat, name) for seat, name in enumerate(question.players) if seat != question.seat]
@@ -244,8 +244,7 @@ def _plan_best_response(agent: HintAgent) -> HintAgent | None:
         name.partition(":")[0] in load_roster(problem, seat).agents for seat, name in others
     ]
     is_large = agent.name == "search" and not isinstance(problem.state_count, int)
-    is_of_user = not type(agent.policy).__module__.startswith("dmplay.")
-    if is_large or is_of_user or not others or not all(is_known) or _plans_with_players(agent):
+    if is_large or not others or not all(is_known) or _plans_with_players(agent):
         return None
     try:
         policy, observation = _make_best_response(problem, question)

@@ -8,9 +8,16 @@ NAME_BY_STEM = {"game_2048": "2048"}  # a package's name cannot begin with a dig
 
 @cache
 def problem_names() -> tuple[str, ...]:
-    """Return the name of every built-in problem; the folders are listed once."""
+    """Return the name of every built-in problem, those of the book first; folders are read once."""
     files = (Path(__file__).parent.parent / "problems").glob("*/rules.py")
-    return tuple(sorted(stem_to_name(file.parent.name) for file in files))
+    problems = [(file, file.read_text(encoding="utf-8")) for file in files]
+    return tuple(
+        name
+        for _, name in sorted(
+            ("Source: appendix F" not in text, stem_to_name(file.parent.name))
+            for file, text in problems
+        )
+    )
 
 
 def stem_to_name(stem: str) -> str:

@@ -31,7 +31,7 @@ from dmplay.core import user_code_locations
 from dmplay.core.problem import Problem
 from dmplay.errors import BadParameter, UnknownName
 from dmplay.registry.builtin_names import stem_to_name
-from dmplay.registry.module_loader import import_module_quietly
+from dmplay.registry.module_loader import RULES, import_module_quietly
 
 if TYPE_CHECKING:  # The list of problems needs no agents.
     from dmplay.agents.available_agents import Roster
@@ -46,8 +46,7 @@ ROLES = (  # fields of a Roster
     "batch_agent",
     "simulation_agent",
 )
-RULES = "rules"  # the file of a folder that defines the problem
-PARTS = {  # the file of a folder that defines each name
+PART_BY_NAME = {  # the file of a folder that defines each name
     "AGENTS": "agents",
     "VIEW": "view",
     "KEYS": "view",
@@ -61,7 +60,7 @@ PARTS = {  # the file of a folder that defines each name
 
 
 def find_export(problem: Problem, name: str) -> Any:
-    """Return the object of a name of `PARTS` that the code of a problem defines; else None."""
+    """Return the object that a problem's code defines as a name of `PART_BY_NAME`; else None."""
     module = _find_part(problem, name)
     if name == "VIEW" and module and _is_part(module, "view"):
         return module
@@ -71,7 +70,7 @@ def find_export(problem: Problem, name: str) -> Any:
 def _find_part(problem: Problem, name: str) -> ModuleType | None:
     """Return the module that defines a name, or would define it; None for one without a module."""
     rules = sys.modules.get(type(problem).__module__)
-    return _load_part(rules, PARTS[name]) or rules if rules else None
+    return _load_part(rules, PART_BY_NAME[name]) or rules if rules else None
 
 
 @lru_cache(256)
@@ -267,7 +266,7 @@ def find_folder_name(problem: Problem) -> str:
 
 
 def export_file(problem: Problem, name: str) -> str:
-    """Return the file that defines a name of `PARTS`, as it is shown to the user."""
+    """Return the file that defines a name of `PART_BY_NAME`, as it is shown to the user."""
     return _format_module_file(_find_part(problem, name))
 
 

@@ -31,8 +31,13 @@ class ProblemSource(NamedTuple):
 
 
 def names_python_file(name: str) -> bool:
-    """Return whether a name points into a Python file, or is one."""
-    return name.partition(":")[0].endswith(PYTHON_SUFFIX)
+    """Return whether a name points into a Python file or a problem's folder, or is one."""
+    return name.partition(":")[0].endswith(PYTHON_SUFFIX) or names_folder(name)
+
+
+def names_folder(name: str) -> bool:
+    """Return whether a name points into a problem's folder, which ends with a slash."""
+    return name.partition(":")[0].endswith(("/", os.sep))
 
 
 def names_bot(name: str) -> bool:
@@ -48,10 +53,11 @@ def names_data_file(name: str) -> bool:
 def rebase_name(name: str, old_folder: Path, new_folder: Path) -> str:
     """Return a name with its path made relative to another folder, unchanged if it has no path."""
     source, colon, remainder = (name, "", "") if names_data_file(name) else name.partition(":")
-    has_path = names_data_file(source) or source.endswith(PYTHON_SUFFIX)
+    has_path = names_data_file(source) or names_python_file(source)
     if not has_path or names_bot(name) or _is_same_folder(old_folder, new_folder, source):
         return name
-    return os.path.relpath(old_folder / source, new_folder) + colon + remainder
+    slash = "/" if names_folder(source) else ""
+    return os.path.relpath(old_folder / source, new_folder) + slash + colon + remainder
 
 
 def resolve_recorded_name(

@@ -3,7 +3,7 @@
 - `NAME` or `NAME:VARIANT`, built in or that of an installed entry point (group `dmplay.problems`)
 - `FILE.pomdp`, `.mdp`, `.dpomdp`, `.nfg`, `.efg`: data, which is parsed
 - `gymnasium:ID`, `pettingzoo:ID`, `openspiel:GAME(ARGUMENTS)`: of another library
-- `./FILE.py:ATTRIBUTE`, `MODULE:ATTRIBUTE`: user code
+- `./FILE.py:ATTRIBUTE`, `./FOLDER/:ATTRIBUTE`, `MODULE:ATTRIBUTE`: user code
 
 A problem's module may define VARIANTS, a mapping of name to instance.
 """
@@ -26,6 +26,7 @@ from dmplay.errors import BadParameter, DmplayError, UnknownName
 from dmplay.registry import library_problems, problem_files, problem_module_exports, user_code
 from dmplay.registry.builtin_names import name_to_stem, problem_names
 from dmplay.registry.entry_points import entry_point_targets
+from dmplay.registry.module_loader import RULES, load_rules
 from dmplay.registry.problem_name_kinds import (
     CURRENT_FOLDER,
     DATA_SUFFIXES,
@@ -204,7 +205,7 @@ def _is_built_in(name: str) -> bool:
 
 def _builtin_module(name: str) -> ModuleType:
     """Return the module with the rules of a built-in problem."""
-    return import_module(f"dmplay.problems.{name_to_stem(_base_name(name))}.rules")
+    return load_rules(import_module(f"dmplay.problems.{name_to_stem(_base_name(name))}"))
 
 
 @lru_cache(64)
@@ -233,7 +234,7 @@ def _is_installed(name: str) -> bool:
 
 def _installed_module(name: str) -> ModuleType:
     """Return the module of an entry point."""
-    return import_module(entry_point_targets()[_base_name(name)].partition(":")[0])
+    return load_rules(import_module(entry_point_targets()[_base_name(name)].partition(":")[0]))
 
 
 def _load_installed(name: str) -> LookupResult:
@@ -282,6 +283,9 @@ def _raise_unknown_problem(name: str) -> LookupResult:
         raise BadParameter(
             f"{name}: got a file of another kind, expected a name that ends in {kinds}"
         )
+    if os.path.isfile(os.path.join(name, f"{RULES}.py")):
+        path = name if "/" in name else os.path.join(os.curdir, name)
+        raise BadParameter(f"{name}: got a folder, expected {path}/ for the problem in it")
     raise UnknownName("problem", name.partition(":")[0], [*problem_names(), *entry_point_targets()])
 
 

@@ -6,7 +6,7 @@ from typing import Any
 
 from dmplay.errors import BadParameter, UnknownName
 from dmplay.registry import module_loader
-from dmplay.registry.problem_name_kinds import names_python_file
+from dmplay.registry.problem_name_kinds import names_folder, names_python_file
 
 
 def may_name_code(name: str) -> bool:
@@ -23,6 +23,8 @@ def names_module(name: str) -> bool:
 def load_named_module(name: str) -> ModuleType:
     """Return the module that a name points into: a path or a dotted name before the colon."""
     source = name.partition(":")[0]
+    if names_folder(source):
+        return module_loader.load_module_from_folder(source)
     if names_python_file(source):
         return module_loader.load_module_from_file(source)
     return module_loader.load_module_by_name(source, name)

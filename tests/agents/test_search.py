@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import dmplay
+from dmplay.agents.best_response_in_team import PartnerBeliefPolicy
 from dmplay.core.arrays import Array, Reals
 from dmplay.core.chance import Chance, DiscreteUniform, Normal, Uniform
 from dmplay.core.policy import Memory, Percept, Policy
@@ -294,8 +295,9 @@ def test_the_belief_of_a_search_accounts_for_the_partners_responses() -> None:
     quiet = 1
     for turns in ([(IGNORE, quiet)] * 2, [(IGNORE, CRYING), (IGNORE, quiet)]):
         _, particles = remember_turns("search", 1, turns)
-        _, (exact,) = remember_turns("best-response", 1, turns)
-        hungry = float(exact[0, 3:].sum())
+        policy, (exact,) = remember_turns("best-response", 1, turns)
+        assert isinstance(policy, PartnerBeliefPolicy)
+        hungry = float(policy.split_nodes(exact)[0, :, 1].sum())
         assert abs(float((particles[-2] == 1).mean()) - hungry) < 0.05
         assert (particles[-1] == quiet).all()  # the partner's observations
 

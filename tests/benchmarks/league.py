@@ -18,7 +18,7 @@ from typing import NamedTuple
 
 import dmplay
 from dmplay.core.problem import Problem
-from dmplay.errors import DmplayError
+from dmplay.errors import BudgetExceeded, DmplayError
 from dmplay.evaluation.many_games import run
 from dmplay.evaluation.statistics import estimate_mean
 from dmplay.output.evaluation_request import EvaluationRequest
@@ -141,10 +141,13 @@ def measure_agent(
         if reference and agent == reference.agent
         else 1
     )
-    result = run(
-        problem, policies, episodes=max(10, games * factor // divisor),
-        turns=TURN_LIMITS.get(name, problem.horizon), seed=SEED, workers=workers,
-    )  # fmt: skip
+    try:
+        result = run(
+            problem, policies, episodes=max(10, games * factor // divisor),
+            turns=TURN_LIMITS.get(name, problem.horizon), seed=SEED, workers=workers,
+        )  # fmt: skip
+    except BudgetExceeded:  # it cannot plan the game in time
+        return None
     returns = result.rollout.returns[:, seats[:1] if problem.shared_reward else seats]
     mean_return = estimate_mean(returns.sum(axis=1))
     return AgentResult(

@@ -49,10 +49,20 @@ def read_expected_value(family: str, case: str, *keys: str | int) -> float:
 def find_reference_return(name: str, problem: Problem, seat: int) -> ReferenceReturn | None:
     """Return the reference return of one seat, with the default agents in the others.
 
-    None if REFERENCE_RETURNS has none for this problem.
+    It is in REFERENCE_RETURNS, else the exact optimum of one agent; None if this is not known.
     """
     find = REFERENCE_RETURNS.get(name)
-    return find(problem, seat) if find else None
+    if find:
+        return find(problem, seat)
+    hint_agent = find_hint_provider(problem, AdviceQuestion(seat, problem.horizon))
+    if len(problem.agents) > 1 or hint_agent is None or not hint_agent.has_exact_regrets:
+        return None
+    observations = problem.initial_observations(problem.enumerate_states())[:, seat]
+    values = hint_agent.policy.action_values(hint_agent.policy.initial_memory(observations))
+    if values is None:
+        return None
+    mean = float(belief.initial_belief(problem) @ values.max(axis=1))
+    return ReferenceReturn(mean, "optimum", hint_agent.name.partition(":")[0])
 
 
 def find_team_reference_return(name: str, problem: Problem) -> ReferenceReturn:

@@ -399,9 +399,9 @@ def test_a_hint_uses_less_work_than_its_agent_may(monkeypatch: pytest.MonkeyPatc
     )
     monkeypatch.setattr(advising, "HINT_WORK_LIMIT", 6e7)
     hint = make_game(ThreeArms(discount=0.6)).hint_provider.create_hint()
-    assert hint.startswith("hint by point-based (value 1.")
+    assert hint.startswith("hint by point-based (20 turns left, value 1.")
     assert " to 1." in hint
-    assert " at the start, 20 turns left): " in hint
+    assert " at the start): " in hint
 
 
 @dataclass(frozen=True)

@@ -18,8 +18,9 @@ from dmplay.core.memoization import memoize
 from dmplay.core.parameters import parameter
 from dmplay.core.policy import Memory, Percept
 from dmplay.core.text import format_count
-from dmplay.problems.cart_pole.rules import CartPole
 from dmplay.solvers.mdp import riccati
+
+from .rules import CartPole
 
 LEFT, RIGHT = 0, 1
 MIN_LIMIT = 1e-3  # Smaller limits count as this one.

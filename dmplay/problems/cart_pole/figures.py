@@ -9,8 +9,9 @@ from dmplay.core.text import format_count
 from dmplay.game.plot_kinds import Figure
 from dmplay.plots.plot_data import Box, Label, Plot, Polyline, Shape, ShapesPanel
 from dmplay.plots.plotted_problem import PlottedProblem
-from dmplay.problems.cart_pole.rules import CartPole
 from dmplay.views.toolkit.plots import Axis
+
+from .rules import CartPole
 
 CART_WIDTH, CART_HEIGHT = 0.5, 0.3  # m; the problem has no size of the cart
 

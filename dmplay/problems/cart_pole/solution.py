@@ -2,8 +2,9 @@
 
 from dmplay.core.text import format_count
 from dmplay.evaluation.solutions.solution import Row, Solution
-from dmplay.problems.cart_pole.agents import LinearQuadraticPolicy
-from dmplay.problems.cart_pole.rules import CartPole
+
+from .agents import LinearQuadraticPolicy
+from .rules import CartPole
 
 
 def solve_cart_pole(problem: CartPole) -> Solution:

@@ -16,7 +16,6 @@ from rich.text import Text
 
 from dmplay.core.arrays import Array
 from dmplay.core.session import View
-from dmplay.problems.cart_pole.rules import CartPole
 from dmplay.views.protocol import BEST_LABEL, DrawOptions, Lesson
 from dmplay.views.toolkit.action_hints_and_outcomes import (
     MAX_NUMBER_COLUMNS,
@@ -30,6 +29,8 @@ from dmplay.views.toolkit.number_line import (
     draw_scale_labels,
     format_signed_fixed,
 )
+
+from .rules import CartPole
 
 KEYS = {
     "h": "left", "l": "right", "left": "left", "right": "right", "a": "left", "d": "right",

@@ -4,8 +4,9 @@ from dmplay.core.tabular import tabulate
 from dmplay.game.plot_kinds import Figure
 from dmplay.plots.plot_data import LinePanel, Plot, Series
 from dmplay.plots.plotted_problem import PlottedProblem
-from dmplay.problems.catch.rules import DISTANCES
 from dmplay.views.toolkit.plots import Axis
+
+from .rules import DISTANCES
 
 
 def _draw_catch_curves(subject: PlottedProblem) -> Plot:

@@ -6,7 +6,6 @@ from rich.text import Text
 
 from dmplay.core.arrays import Reals
 from dmplay.core.session import View
-from dmplay.problems.catch.rules import CAUGHT, DISTANCES, PROFICIENCIES, Catch
 from dmplay.views.protocol import DrawOptions, Lesson
 from dmplay.views.toolkit.action_hints_and_outcomes import (
     format_forecast_rows,
@@ -21,6 +20,8 @@ from dmplay.views.toolkit.belief_bars import (
     format_sparkline,
 )
 from dmplay.views.toolkit.canvas import Canvas, format_percent
+
+from .rules import CAUGHT, DISTANCES, PROFICIENCIES, Catch
 
 NEEDS_BELIEF = True  # no board hides the belief
 KEYS: dict[str, str] = {}  # The player types a distance.

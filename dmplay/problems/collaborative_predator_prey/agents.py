@@ -30,16 +30,17 @@ from dmplay.core.policy import Memory, Percept
 from dmplay.core.problem import Problem
 from dmplay.core.work_budget import Budget
 from dmplay.errors import BadParameter, BadPolicy, DmplayError
-from dmplay.problems.collaborative_predator_prey import reactive_team as reactive_predator_team
-from dmplay.problems.collaborative_predator_prey.model import PredatorPreyDecPomdp
-from dmplay.problems.collaborative_predator_prey.rules import (
-    SENSE_LABELS,
-    CollaborativePredatorPrey,
-)
 from dmplay.solvers.decpomdp import joint_plan_improvement
 from dmplay.solvers.decpomdp.dec_pomdp_model import AgentPlan, DecPomdp
 from dmplay.solvers.mdp import sparse_mdp
 from dmplay.solvers.mdp.sparse_mdp import SparseMdp
+
+from . import reactive_team as reactive_predator_team
+from .model import PredatorPreyDecPomdp
+from .rules import (
+    SENSE_LABELS,
+    CollaborativePredatorPrey,
+)
 
 PLAN_WORK_PER_JOINT_NODE = 4e8  # for each joint node of a plan
 MAX_PLANNED_STATES = 200_000  # states times turns up to which qmdp plans a game to its end

@@ -10,12 +10,13 @@ import numpy as np
 
 from dmplay.core import belief
 from dmplay.core.arrays import Bools, Ints, Reals
-from dmplay.problems.collaborative_predator_prey.reactive_team import (
+from dmplay.solvers.decpomdp.dec_pomdp_model import DecPomdp
+
+from .reactive_team import (
     check_supported,
     compute_state_rewards,
 )
-from dmplay.problems.collaborative_predator_prey.rules import CollaborativePredatorPrey
-from dmplay.solvers.decpomdp.dec_pomdp_model import DecPomdp
+from .rules import CollaborativePredatorPrey
 
 
 @dataclass(frozen=True, eq=False)

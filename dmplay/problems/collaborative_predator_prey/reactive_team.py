@@ -12,7 +12,8 @@ import numpy as np
 from dmplay.core.arrays import Ints, Reals
 from dmplay.core.work_budget import ARRAY_CALL_WORK, Budget
 from dmplay.errors import BadParameter
-from dmplay.problems.collaborative_predator_prey.rules import (
+
+from .rules import (
     CAPTURE_REWARD,
     MOVE_REWARD,
     SENSE_LABELS,

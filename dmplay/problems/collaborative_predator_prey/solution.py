@@ -10,18 +10,19 @@ from dmplay.core.work_budget import Budget, scale_progress, scale_progress_part
 from dmplay.evaluation.solutions.simulated_returns import simulate_games
 from dmplay.evaluation.solutions.solution import Solution
 from dmplay.evaluation.solutions.teams import TeamValue, compare_teams
-from dmplay.problems.collaborative_predator_prey.agents import (
+from dmplay.registry.agents import load_agent
+from dmplay.solvers.decpomdp.centralized_pomdp import CentralizedPomdp
+from dmplay.solvers.decpomdp.joint_plan_improvement import evaluate_plans
+
+from .agents import (
     HuntJointPlan,
     build_fully_observed_mdp,
     can_plan,
     solve_fully_observed,
 )
-from dmplay.problems.collaborative_predator_prey.model import PredatorPreyDecPomdp
-from dmplay.problems.collaborative_predator_prey.reactive_team import optimize_reactive_team
-from dmplay.problems.collaborative_predator_prey.rules import CollaborativePredatorPrey
-from dmplay.registry.agents import load_agent
-from dmplay.solvers.decpomdp.centralized_pomdp import CentralizedPomdp
-from dmplay.solvers.decpomdp.joint_plan_improvement import evaluate_plans
+from .model import PredatorPreyDecPomdp
+from .reactive_team import optimize_reactive_team
+from .rules import CollaborativePredatorPrey
 
 MAX_SIMULATED_EPISODES, MAX_SIMULATED_TURNS = 200, 100  # of a simulated team
 MIN_TURN_WEIGHT = 0.005  # discount factor of a turn at which simulated games end

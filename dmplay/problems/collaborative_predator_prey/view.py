@@ -17,11 +17,6 @@ from dmplay.core.hexgrid import (
     move_destinations,
 )
 from dmplay.core.session import View
-from dmplay.problems.collaborative_predator_prey.rules import (
-    CAPTURE_REWARD,
-    MOVE_REWARD,
-    CollaborativePredatorPrey,
-)
 from dmplay.views.generic import format_last_observation
 from dmplay.views.protocol import DrawOptions, Lesson
 from dmplay.views.toolkit import hexgrid
@@ -29,6 +24,12 @@ from dmplay.views.toolkit.action_hints_and_outcomes import format_regret_rows
 from dmplay.views.toolkit.belief_bars import format_sparkline
 from dmplay.views.toolkit.canvas import format_percent
 from dmplay.views.toolkit.hexgrid import HexCell, HexSize
+
+from .rules import (
+    CAPTURE_REWARD,
+    MOVE_REWARD,
+    CollaborativePredatorPrey,
+)
 
 KEY_FAMILY, KEYS, SECOND_PLAYER_KEYS = hexgrid.KEY_FAMILY, hexgrid.KEYS, hexgrid.SECOND_PLAYER_KEYS
 MAX_DESCRIBED_HEXES = 4  # likeliest hexes described in words

@@ -16,7 +16,8 @@ from dmplay.agents.base import (
 from dmplay.core.arrays import Array, Bools, Reals
 from dmplay.core.parameters import parameter
 from dmplay.core.policy import Memory
-from dmplay.problems.collision_avoidance import grid as collision_avoidance_grid
+
+from . import grid as collision_avoidance_grid
 
 DESCEND, NO_ADVISORY, CLIMB = range(3)
 

@@ -12,14 +12,15 @@ from dmplay.plots.plotted_problem import (
     PlottedProblem,
     sample_start,
 )
-from dmplay.problems.collision_avoidance import grid
-from dmplay.problems.collision_avoidance.rules import (
+from dmplay.views.toolkit.plots import Axis
+
+from . import grid
+from .rules import (
     ADVISED_RATES,
     COLLISION_DISTANCE,
     GUST_ACCELERATIONS,
     CollisionAvoidance,
 )
-from dmplay.views.toolkit.plots import Axis
 
 CALM_SECONDS = 8  # of the flight that shows the vertical rate
 PLOTTED_CLIMB_RATES = (0.0, 5.0)  # m/s, of the panels

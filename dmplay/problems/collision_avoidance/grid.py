@@ -8,7 +8,8 @@ import numpy as np
 from dmplay.core.arrays import Reals
 from dmplay.core.problem import Problem, enumerate_outcomes
 from dmplay.core.work_budget import ARRAY_CALL_WORK, Budget
-from dmplay.problems.collision_avoidance.rules import ADVISED_RATES
+
+from .rules import ADVISED_RATES
 
 HEIGHTS = np.linspace(-200.0, 200.0, 21)  # m
 CLIMB_RATES = np.linspace(-10.0, 10.0, 21)  # m/s

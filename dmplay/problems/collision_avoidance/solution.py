@@ -5,7 +5,8 @@ import numpy as np
 from dmplay.core.best_actions import mark_best_actions
 from dmplay.core.problem import Problem
 from dmplay.evaluation.solutions.solution import Row, Solution, format_action_names
-from dmplay.problems.collision_avoidance.grid import compute_optimal_q, interpolate_values
+
+from .grid import compute_optimal_q, interpolate_values
 
 
 def solve_collision_avoidance(problem: Problem) -> Solution:

@@ -4,10 +4,11 @@ import numpy as np
 
 from dmplay.core.arrays import Array
 from dmplay.core.problem import enumerate_possible_outcomes
-from dmplay.problems.collision_avoidance.rules import COLLISION_DISTANCE, CollisionAvoidance
 from dmplay.tutor.positions import PositionInGame
 from dmplay.tutor.quantity import Quantity
 from dmplay.tutor.truth import Truth
+
+from .rules import COLLISION_DISTANCE, CollisionAvoidance
 
 MIDDLE_SHARE = (0.05, 0.95)  # of the heights between which 9 of 10 cases are
 ROUND_DECIMALS = 9  # of states that differ by rounding errors only

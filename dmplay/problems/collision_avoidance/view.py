@@ -14,7 +14,12 @@ from rich.text import Text
 
 from dmplay.core.arrays import Array
 from dmplay.core.session import View
-from dmplay.problems.collision_avoidance.rules import (
+from dmplay.views.protocol import DrawOptions, Lesson
+from dmplay.views.toolkit.action_hints_and_outcomes import format_condition, format_regret_rows
+from dmplay.views.toolkit.canvas import Canvas, draw_text_rows, format_percent
+from dmplay.views.toolkit.number_line import NumberLine, format_signed_fixed
+
+from .rules import (
     ADVISED_RATES,
     ADVISORY_CHANGE_COST,
     COLLISION_COST,
@@ -23,10 +28,6 @@ from dmplay.problems.collision_avoidance.rules import (
     START_TIME,
     CollisionAvoidance,
 )
-from dmplay.views.protocol import DrawOptions, Lesson
-from dmplay.views.toolkit.action_hints_and_outcomes import format_condition, format_regret_rows
-from dmplay.views.toolkit.canvas import Canvas, draw_text_rows, format_percent
-from dmplay.views.toolkit.number_line import NumberLine, format_signed_fixed
 
 KEYS = {
     "j": "descend", "space": "no-advisory", "k": "climb",

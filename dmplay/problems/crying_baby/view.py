@@ -6,7 +6,6 @@ from rich.text import Text
 
 from dmplay.core.session import View
 from dmplay.core.tabular import Tabular
-from dmplay.problems.crying_baby.rules import CryingBaby
 from dmplay.problems.multicaregiver_crying_baby.rules import MulticaregiverCryingBaby
 from dmplay.views.generic import format_last_observation
 from dmplay.views.protocol import DrawOptions, Lesson
@@ -28,6 +27,8 @@ from dmplay.views.toolkit.belief_bars import (
 )
 from dmplay.views.toolkit.canvas import Canvas
 from dmplay.views.toolkit.number_line import format_signed_fixed
+
+from .rules import CryingBaby
 
 CaregiverProblem = CryingBaby | MulticaregiverCryingBaby
 MAX_HISTORY_TURNS = 20  # beliefs in the history

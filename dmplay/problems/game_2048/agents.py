@@ -14,9 +14,10 @@ from dmplay.agents.base import (
 from dmplay.core.arrays import Array, Bools, Reals
 from dmplay.core.parameters import parameter
 from dmplay.core.policy import Memory, Percept, requires_fields
-from dmplay.problems.game_2048 import expectimax
-from dmplay.problems.game_2048.packed_boards import DOWN, LEFT, RIGHT, UP
-from dmplay.problems.game_2048.rules import Game2048
+
+from . import expectimax
+from .packed_boards import DOWN, LEFT, RIGHT, UP
+from .rules import Game2048
 
 MAX_DEPTH_PLIES = 20  # plies
 MAX_MILLISECONDS = 10_000.0  # milliseconds

@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dmplay.core.arrays import Bools, Ints, Reals
-from dmplay.problems.game_2048.packed_boards import (
+
+from .packed_boards import (
     CELL_LOW_BITS,
     LINE_COUNT,
     SCORE_SHIFT,

@@ -14,15 +14,16 @@ import numpy as np
 
 from dmplay.core.arrays import Ints, Reals
 from dmplay.core.work_budget import ARRAY_CALL_WORK, Budget
-from dmplay.problems.game_2048.board_batch import (
+
+from .board_batch import (
     count_tiles,
     mark_empty_cells,
     place_tiles,
     slide_boards,
 )
-from dmplay.problems.game_2048.ntuple_network import evaluate_boards
-from dmplay.problems.game_2048.packed_boards import BoardArray, Cells, pack_boards
-from dmplay.problems.game_2048.rules import slide_and_score
+from .ntuple_network import evaluate_boards
+from .packed_boards import BoardArray, Cells, pack_boards
+from .rules import slide_and_score
 
 MIN_PATH_PROBABILITY = (
     0.003  # probability of all tiles of a path together, below which it is not followed

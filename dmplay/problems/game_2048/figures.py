@@ -10,8 +10,9 @@ from dmplay.core.uniforms import NATURE_STREAM, generate_uniforms
 from dmplay.game.plot_kinds import Figure
 from dmplay.plots.plot_data import BoardPanel, Plot, PlottedTile
 from dmplay.plots.plotted_problem import FIGURE_SEED, PlottedProblem, sample_start
-from dmplay.problems.game_2048.rules import Game2048, slide_and_score
-from dmplay.problems.game_2048.view import get_tile_style, iter_sliding_tiles
+
+from .rules import Game2048, slide_and_score
+from .view import get_tile_style, iter_sliding_tiles
 
 Cell = tuple[int, int]  # row and column
 

@@ -19,7 +19,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dmplay.core.arrays import Ints, Reals
-from dmplay.problems.game_2048.packed_boards import (
+
+from .packed_boards import (
     CELL_LOW_BITS,
     BoardArray,
     compute_empty_cell_bits,

@@ -18,8 +18,9 @@ from dmplay.core.chance import Categorical, Chance, DiscreteUniform
 from dmplay.core.parameters import parameter
 from dmplay.core.problem import Outcome, Problem
 from dmplay.core.spaces import Labels
-from dmplay.problems.game_2048 import packed_boards
-from dmplay.problems.game_2048.packed_boards import Cells
+
+from . import packed_boards
+from .packed_boards import Cells
 
 EMPTY_CELL = "."
 LEGAL_SLIDE_MASKS = np.array([[[slides >> a & 1 for a in range(4)]] for slides in range(16)], bool)

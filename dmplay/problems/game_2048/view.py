@@ -9,8 +9,6 @@ from rich.text import Text
 
 from dmplay.core.arrays import Array, Reals
 from dmplay.core.session import View
-from dmplay.problems.game_2048.packed_boards import DOWN, RIGHT, UP
-from dmplay.problems.game_2048.rules import Game2048, slide_and_score
 from dmplay.views.protocol import DrawOptions, Forecast, Lesson
 from dmplay.views.toolkit.action_hints_and_outcomes import (
     MAX_NUMBER_COLUMNS,
@@ -19,6 +17,9 @@ from dmplay.views.toolkit.action_hints_and_outcomes import (
     sort_regrets,
 )
 from dmplay.views.toolkit.canvas import Canvas, format_percent
+
+from .packed_boards import DOWN, RIGHT, UP
+from .rules import Game2048, slide_and_score
 
 KEYS = {
     "left": "left", "down": "down", "right": "right", "up": "up",

@@ -8,7 +8,8 @@ from dmplay.game.plot_kinds import Figure
 from dmplay.plots.plot_data import HexPanel, Plot, PlottedHex
 from dmplay.plots.plotted_problem import PlottedProblem, load_plotted_problem
 from dmplay.plots.state_values import build_hex_value_panel
-from dmplay.problems.hexworld.rules import HexWorld
+
+from .rules import HexWorld
 
 CHOSEN_DIRECTION = DIRECTIONS.index("e")  # the example in figure F.1
 

@@ -8,7 +8,6 @@ from dmplay.core.hexgrid import Hex, hex_distance, hex_neighbours, path_lengths
 from dmplay.core.tabular import tabulate
 from dmplay.errors import BadParameter
 from dmplay.problems._shared.hex_steps import EXPECT_LIKELIEST_WITHOUT_BUMPS, find_single_step
-from dmplay.problems.hexworld.rules import HexWorld
 from dmplay.registry.problems import with_parameters
 from dmplay.solvers.mdp.mdp_values import compute_optimal_q
 from dmplay.tutor.positions import PositionInGame
@@ -22,6 +21,8 @@ from dmplay.tutor.state_quantities import (
 )
 from dmplay.tutor.truth import Truth, format_number
 from dmplay.tutor.valued_position import ValuedPosition
+
+from .rules import HexWorld
 
 MIN_LISTED_PROBABILITY = 0.001  # of never leaving hex world
 

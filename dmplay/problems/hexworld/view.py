@@ -6,12 +6,13 @@ from rich.text import Text
 
 from dmplay.core.hexgrid import Hex, format_hex, hex_neighbours
 from dmplay.core.session import View
-from dmplay.problems.hexworld.rules import HexWorld
 from dmplay.views.protocol import DrawOptions, Lesson
 from dmplay.views.toolkit import hexgrid
 from dmplay.views.toolkit.action_hints_and_outcomes import format_probability
 from dmplay.views.toolkit.canvas import format_percent, format_signed
 from dmplay.views.toolkit.hexgrid import HexCell, HexSize
+
+from .rules import HexWorld
 
 POSITIVE_EXIT_STYLE, NEGATIVE_EXIT_STYLE = (
     "bold color(231) on color(25)",

@@ -16,10 +16,11 @@ from dmplay.core.parameters import parameter
 from dmplay.core.policy import Memory
 from dmplay.core.problem import Problem
 from dmplay.core.tabular import tabulate
-from dmplay.problems.machine_replacement.rules import MachineReplacement
 from dmplay.solvers.mdp import mdp_values
 from dmplay.solvers.pomdp import exact_pomdp, fast_informed_bound
 from dmplay.solvers.pomdp.exact_pomdp import AlphaVectorStage
+
+from .rules import MachineReplacement
 
 MANUFACTURE, EXAMINE, INTERRUPT, REPLACE = range(4)
 

@@ -12,7 +12,6 @@ from dmplay.core.best_actions import mark_best_actions
 from dmplay.core.session import View
 from dmplay.core.tabular import tabulate
 from dmplay.problems.crying_baby import view as crying_baby
-from dmplay.problems.machine_replacement.rules import MachineReplacement
 from dmplay.solvers.pomdp.exact_pomdp import (
     AlphaVectorStage,
     compute_action_values,
@@ -37,6 +36,8 @@ from dmplay.views.toolkit.belief_bars import (
     format_belief,
 )
 from dmplay.views.toolkit.canvas import Canvas
+
+from .rules import MachineReplacement
 
 MAX_HISTORY_TURNS = 40  # turns in the belief history
 NEEDS_BELIEF = True  # no board hides the belief

@@ -11,8 +11,9 @@ from dmplay.core.memoization import memoize
 from dmplay.core.parameters import parameter
 from dmplay.core.policy import Memory
 from dmplay.core.problem import Problem
-from dmplay.problems.mountain_car.rules import LEFT_WALL, RIGHT_WALL, TOP_SPEED
 from dmplay.solvers.mdp import grid_value_iteration
+
+from .rules import LEFT_WALL, RIGHT_WALL, TOP_SPEED
 
 LEFT, COAST, RIGHT = range(3)
 VALUE_GRID = grid_value_iteration.RectangularGrid(

@@ -7,11 +7,12 @@ from dmplay.core.best_actions import mark_best_actions
 from dmplay.game.plot_kinds import Figure
 from dmplay.plots.plot_data import GridPanel, Label, Plot, Polyline, Shape, ShapesPanel
 from dmplay.plots.plotted_problem import VALUE_LABEL, PlottedProblem
-from dmplay.problems.mountain_car.agents import VALUE_GRID, solve_on_grid
-from dmplay.problems.mountain_car.rules import LEFT_WALL, RIGHT_WALL, TOP_SPEED, MountainCar
-from dmplay.problems.mountain_car.view import VALLEY_FLOOR_X, compute_hill_height
 from dmplay.solvers.mdp import grid_value_iteration
 from dmplay.views.toolkit.plots import Axis
+
+from .agents import VALUE_GRID, solve_on_grid
+from .rules import LEFT_WALL, RIGHT_WALL, TOP_SPEED, MountainCar
+from .view import VALLEY_FLOOR_X, compute_hill_height
 
 HILL_POINTS = 181
 EQUAL_LABEL = "several equally good"

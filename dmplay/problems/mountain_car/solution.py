@@ -8,8 +8,9 @@ from dmplay.core.problem import Problem
 from dmplay.core.text import format_count
 from dmplay.core.work_budget import ARRAY_CALL_WORK, Budget
 from dmplay.evaluation.solutions.solution import Row, Solution, format_action_names
-from dmplay.problems.mountain_car import agents
 from dmplay.solvers.mdp import grid_value_iteration
+
+from . import agents
 
 START_POSITIONS = (-0.5, -1.2, -0.9, 0.0, 0.3)  # of the car at rest
 MAX_DRIVE_TURNS = 1000

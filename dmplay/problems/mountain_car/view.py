@@ -14,7 +14,6 @@ from typing import NamedTuple
 from rich.text import Text
 
 from dmplay.core.session import View
-from dmplay.problems.mountain_car.rules import LEFT_WALL, RIGHT_WALL, TOP_SPEED, MountainCar
 from dmplay.views.protocol import DrawOptions, Lesson
 from dmplay.views.toolkit.action_hints_and_outcomes import (
     format_condition,
@@ -28,6 +27,8 @@ from dmplay.views.toolkit.number_line import (
     draw_scale_labels,
     format_signed_fixed,
 )
+
+from .rules import LEFT_WALL, RIGHT_WALL, TOP_SPEED, MountainCar
 
 KEYS = {
     "h": "left", "j": "coast", "l": "right", "left": "left", "down": "coast", "right": "right",

@@ -18,12 +18,13 @@ from dmplay.core.problem import Problem
 from dmplay.core.tabular import Tables
 from dmplay.errors import BadPolicy, DmplayError
 from dmplay.problems.crying_baby.agents import FeedWhenCrying
-from dmplay.problems.multicaregiver_crying_baby.rules import MulticaregiverCryingBaby
-from dmplay.problems.multicaregiver_crying_baby.same_observation_planning import (
-    SharedObservationPlan,
-)
 from dmplay.solvers.pomdp import exact_pomdp
 from dmplay.solvers.pomdp.exact_pomdp import AlphaVectorStage
+
+from .rules import MulticaregiverCryingBaby
+from .same_observation_planning import (
+    SharedObservationPlan,
+)
 
 ACTIONS = MulticaregiverCryingBaby.actions[0]
 N_OBSERVATIONS = 2  # crying and quiet

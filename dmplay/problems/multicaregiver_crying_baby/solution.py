@@ -9,10 +9,11 @@ from dmplay.core.problem import Problem
 from dmplay.core.tabular import Tables, tabulate
 from dmplay.core.work_budget import scale_progress_part
 from dmplay.evaluation.solutions.solution import Row, Solution
-from dmplay.problems.multicaregiver_crying_baby.rules import MulticaregiverCryingBaby
 from dmplay.solvers.decpomdp import joint_plan_dynamic_programming
 from dmplay.solvers.mdp import mdp_values
 from dmplay.solvers.pomdp import exact_pomdp
+
+from .rules import MulticaregiverCryingBaby
 
 MAX_PLAN_TURNS = 4  # of a joint plan
 

@@ -7,8 +7,9 @@ from rich.text import Text
 from dmplay.core.session import View
 from dmplay.problems.crying_baby import view as crying_baby
 from dmplay.problems.crying_baby.view import KEYS, describe_turn, goal_lines, lesson, panel_rows
-from dmplay.problems.multicaregiver_crying_baby.rules import MulticaregiverCryingBaby
 from dmplay.views.protocol import DrawOptions
+
+from .rules import MulticaregiverCryingBaby
 
 
 def get_partner_name(view: View[MulticaregiverCryingBaby]) -> str:

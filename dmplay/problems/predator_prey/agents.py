@@ -19,9 +19,10 @@ from dmplay.core.memoization import memoize
 from dmplay.core.parameters import parameter
 from dmplay.core.policy import Memory, Percept, requires_fields
 from dmplay.errors import BadPolicy
-from dmplay.problems.predator_prey.rules import PredatorPrey
 from dmplay.solvers.games import induced_mdp, markov_game_policy_iteration
 from dmplay.solvers.mdp import sparse_mdp
+
+from .rules import PredatorPrey
 
 MAX_PLANNED_STATES = 200_000  # states times turns of which the values of all moves are kept
 MAX_QUICK_OUTCOMES = 300_000  # outcomes of all states and moves that can be enumerated in a moment

@@ -6,7 +6,8 @@ from dmplay.core.problem import initial_state_distribution
 from dmplay.game.plot_kinds import Figure
 from dmplay.plots.plot_data import HexPanel, Plot, PlottedHex
 from dmplay.plots.plotted_problem import PlottedProblem
-from dmplay.problems.predator_prey.rules import PredatorPrey
+
+from .rules import PredatorPrey
 
 
 def _draw_hunt_start(subject: PlottedProblem) -> Plot:

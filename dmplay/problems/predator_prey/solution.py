@@ -3,8 +3,9 @@
 from dmplay.core.text import format_count, format_upper_bound
 from dmplay.evaluation.solutions.simulated_returns import solve_by_simulation
 from dmplay.evaluation.solutions.solution import Row, Solution, format_mixed_strategy
-from dmplay.problems.predator_prey.rules import PredatorPrey
 from dmplay.solvers.games import markov_game_policy_iteration
+
+from .rules import PredatorPrey
 
 
 def solve_hunt(problem: PredatorPrey) -> Solution:

@@ -2,10 +2,11 @@
 
 from dmplay.core.hexgrid import path_lengths
 from dmplay.problems._shared.hex_steps import EXPECT_LIKELIEST_WITHOUT_BUMPS, find_single_step
-from dmplay.problems.predator_prey.rules import PredatorPrey
 from dmplay.tutor.puzzle_mining import GameSetup
 from dmplay.tutor.rules_of_thumb import RuleOfThumb
 from dmplay.tutor.valued_position import ValuedPosition
+
+from .rules import PredatorPrey
 
 
 def _step_towards_prey(position: ValuedPosition) -> int | None:

@@ -8,12 +8,13 @@ from rich.text import Text
 
 from dmplay.core.hexgrid import DIRECTIONS, Hex, format_hex, hex_neighbours
 from dmplay.core.session import View
-from dmplay.problems.predator_prey.rules import DEVOURED_REWARD, MOVE_REWARD, PredatorPrey
 from dmplay.views.protocol import DrawOptions, Lesson
 from dmplay.views.toolkit import hexgrid
 from dmplay.views.toolkit.action_hints_and_outcomes import format_probability
 from dmplay.views.toolkit.canvas import format_percent
 from dmplay.views.toolkit.hexgrid import HexCell, HexSize
+
+from .rules import DEVOURED_REWARD, MOVE_REWARD, PredatorPrey
 
 KEY_FAMILY, KEYS, SECOND_PLAYER_KEYS = hexgrid.KEY_FAMILY, hexgrid.KEYS, hexgrid.SECOND_PLAYER_KEYS
 PREDATOR_GLYPHS = ascii_uppercase  # keys on the map are never capitals

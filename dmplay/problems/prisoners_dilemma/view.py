@@ -1,7 +1,6 @@
 """The view of the prisoner's dilemma: figure F.14 with the last actions."""
 
 from dmplay.core.session import View
-from dmplay.problems.prisoners_dilemma.rules import PrisonersDilemma
 from dmplay.views.protocol import Lesson
 from dmplay.views.toolkit.payoff_table import (
     describe_situation,
@@ -9,6 +8,8 @@ from dmplay.views.toolkit.payoff_table import (
     iter_boards,
     panel_rows,
 )
+
+from .rules import PrisonersDilemma
 
 KEYS = {"c": "cooperate", "d": "defect"}
 

@@ -1,7 +1,6 @@
 """The view of rock-paper-scissors: figure F.15 with the last actions."""
 
 from dmplay.core.session import View
-from dmplay.problems.rock_paper_scissors.rules import RockPaperScissors
 from dmplay.views.protocol import Lesson
 from dmplay.views.toolkit.payoff_table import (
     describe_situation,
@@ -9,6 +8,8 @@ from dmplay.views.toolkit.payoff_table import (
     iter_boards,
     panel_rows,
 )
+
+from .rules import RockPaperScissors
 
 KEYS = {"r": "rock", "p": "paper", "s": "scissors"}
 

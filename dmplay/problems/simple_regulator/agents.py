@@ -10,7 +10,8 @@ from dmplay.core.arrays import Array, Bools, Reals
 from dmplay.core.chance import Normal
 from dmplay.core.parameters import parameter
 from dmplay.core.policy import Memory
-from dmplay.problems.simple_regulator.rules import SimpleRegulator
+
+from .rules import SimpleRegulator
 
 
 @dataclass(frozen=True)

@@ -5,9 +5,10 @@ import numpy as np
 from dmplay.game.plot_kinds import Figure
 from dmplay.plots.plot_data import LinePanel, Plot, Series, make_value_axis
 from dmplay.plots.plotted_problem import VALUE_LABEL, PlottedProblem
-from dmplay.problems.simple_regulator import linear_policy_evaluation
-from dmplay.problems.simple_regulator.rules import SimpleRegulator
 from dmplay.views.toolkit.plots import Axis
+
+from . import linear_policy_evaluation
+from .rules import SimpleRegulator
 
 STATES = np.linspace(-2.0, 2.0, 81)
 

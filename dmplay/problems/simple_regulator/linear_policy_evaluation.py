@@ -7,7 +7,8 @@ from typing import NamedTuple
 
 from dmplay.core.work_budget import Budget
 from dmplay.errors import BadParameter
-from dmplay.problems.simple_regulator.rules import SimpleRegulator
+
+from .rules import SimpleRegulator
 
 
 class LinearGaussianPolicy(NamedTuple):

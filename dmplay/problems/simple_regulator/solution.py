@@ -2,12 +2,13 @@
 
 from dmplay.core.text import format_count
 from dmplay.evaluation.solutions.solution import Row, Solution
-from dmplay.problems.simple_regulator.linear_policy_evaluation import (
+
+from .linear_policy_evaluation import (
     OPTIMAL_POLICY,
     evaluate_finite_horizon,
     evaluate_infinite_horizon,
 )
-from dmplay.problems.simple_regulator.rules import SimpleRegulator
+from .rules import SimpleRegulator
 
 
 def solve_simple_regulator(problem: SimpleRegulator) -> Solution:

@@ -1,16 +1,17 @@
 """Quantities of the simple regulator."""
 
 from dmplay.core.text import format_count
-from dmplay.problems.simple_regulator.linear_policy_evaluation import (
-    OPTIMAL_POLICY,
-    LinearGaussianPolicy,
-    evaluate_finite_horizon,
-)
-from dmplay.problems.simple_regulator.rules import SimpleRegulator
 from dmplay.tutor.positions import PositionInGame
 from dmplay.tutor.quantity import Quantity
 from dmplay.tutor.truth import Truth, format_number
 from dmplay.tutor.typed_text import parse_number
+
+from .linear_policy_evaluation import (
+    OPTIMAL_POLICY,
+    LinearGaussianPolicy,
+    evaluate_finite_horizon,
+)
+from .rules import SimpleRegulator
 
 MAX_LISTED_TURNS = 12  # of a sum that is written out
 POLICY_BOUNDS = {"theta1": (-10.0, 10.0), "state": (-1e6, 1e6)}

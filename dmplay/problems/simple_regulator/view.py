@@ -13,11 +13,12 @@ from typing import NamedTuple
 from rich.text import Text
 
 from dmplay.core.session import View
-from dmplay.problems.simple_regulator.rules import START_DEVIATION, START_MEAN, SimpleRegulator
 from dmplay.views.protocol import DrawOptions, Forecast, Lesson
 from dmplay.views.toolkit.action_hints_and_outcomes import format_condition
 from dmplay.views.toolkit.canvas import Canvas, draw_text_rows, format_signed
 from dmplay.views.toolkit.number_line import NumberLine, format_signed_fixed
+
+from .rules import START_DEVIATION, START_MEAN, SimpleRegulator
 
 KEYS: dict[str, str] = {}
 NUMBER_STEPS = {"left": -0.05, "right": 0.05, "down": -0.5, "up": 0.5}

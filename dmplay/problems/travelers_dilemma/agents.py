@@ -17,7 +17,8 @@ from dmplay.agents.repeated_game_planning import RepeatedGamePlan
 from dmplay.core.arrays import Array, Bools, Reals
 from dmplay.core.parameters import parameter
 from dmplay.core.policy import Memory
-from dmplay.problems.travelers_dilemma.rules import MAX_CLAIM, MIN_CLAIM
+
+from .rules import MAX_CLAIM, MIN_CLAIM
 
 
 @dataclass(frozen=True)

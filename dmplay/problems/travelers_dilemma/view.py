@@ -6,12 +6,6 @@ import numpy as np
 from rich.text import Text
 
 from dmplay.core.session import View
-from dmplay.problems.travelers_dilemma.rules import (
-    BONUS_DOLLARS,
-    MAX_CLAIM,
-    MIN_CLAIM,
-    TravelersDilemma,
-)
 from dmplay.views.protocol import DrawOptions, Lesson
 from dmplay.views.toolkit.action_hints_and_outcomes import (
     MAX_NUMBER_COLUMNS,
@@ -31,6 +25,13 @@ from dmplay.views.toolkit.payoff_table import (
     list_agent_names,
     list_marked_agent_names,
     panel_rows,
+)
+
+from .rules import (
+    BONUS_DOLLARS,
+    MAX_CLAIM,
+    MIN_CLAIM,
+    TravelersDilemma,
 )
 
 KEYS: dict[str, str] = {}  # claims are typed

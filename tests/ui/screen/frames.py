@@ -4,6 +4,7 @@
 diff in a review.
 """
 
+import json
 import os
 from collections.abc import Iterator
 from pathlib import Path
@@ -15,7 +16,7 @@ from rich.text import Text
 from dmplay.game.game_series import GameController
 from dmplay.game.game_setup import start_new_game
 from dmplay.game.launch_requests import GameRequest
-from dmplay.registry.builtin_names import name_to_stem
+from dmplay.registry.builtin_names import name_to_stem, problem_names
 from dmplay.terminal.capabilities import Terminal
 from dmplay.terminal.painter import Painter, ScreenPosition
 from dmplay.ui.screen.key_handlers import handle_key
@@ -40,22 +41,10 @@ class ScriptedGame(NamedTuple):
 
 
 SEED = 7
-GAMES = {
-    "hexworld": ScriptedGame("h b", "u", "l l n n"),
-    "2048": ScriptedGame("down left down left right left", "up", "down left down", 9),
-    "cart-pole": ScriptedGame("h h h l l", "h", "12*l"),
-    "mountain-car": ScriptedGame("23*h", "l", "56*l h"),
-    "simple-regulator": ScriptedGame("-.5 .2", ".1", ".1 .3", 4),
-    "collision-avoidance": ScriptedGame("3*k 2*space", "k", "36*space"),
-    "crying-baby": ScriptedGame("i i s", "f", "f i i", 6),
-    "machine-replacement": ScriptedGame("m m e", "i", "i m m", 6),
-    "catch": ScriptedGame("50 60", "60", "70 80 90", 5),
-    "prisoners-dilemma": ScriptedGame("c c d", "c", "d c d", 6),
-    "rock-paper-scissors": ScriptedGame("r p s", "p", "r p s", 6),
-    "travelers-dilemma": ScriptedGame("99 90", "85", "80 70", 4),
-    "predator-prey": ScriptedGame("b n l", "u", "u u l", 6),
-    "multicaregiver-crying-baby": ScriptedGame("i s", "f", "f i", 4),
-    "collaborative-predator-prey": ScriptedGame("l u", "l", "n b", 4),
+GAMES = {  # those in `keys.json`, beside the frames of a problem
+    name: ScriptedGame(**json.loads(file.read_text(encoding="utf-8")))
+    for name in problem_names()
+    if (file := FRAMES_FOLDER / name_to_stem(name) / "keys.json").exists()
 }
 
 

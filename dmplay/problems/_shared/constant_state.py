@@ -1,0 +1,96 @@
+"""Policies for a hidden state that never changes and is learned from the outcomes of actions."""
+
+from collections import defaultdict
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import count
+
+import numpy as np
+
+from dmplay.agents.base import EXACT_VALUES
+from dmplay.agents.belief_policy import BeliefPolicy
+from dmplay.agents.belief_policy_bases import GreedyBeliefPolicy, RemainingHorizonPolicy
+from dmplay.core.arrays import Array, Bools, Ints, Reals
+from dmplay.core.best_actions import select_greedy_actions
+from dmplay.core.chance import Categorical, weighted_sum
+from dmplay.core.memoization import memoize
+from dmplay.core.policy import Memory
+from dmplay.core.problem import Problem
+from dmplay.core.tabular import tabulate
+from dmplay.solvers.pomdp.bounded_search import BoundedSearch
+
+
+@dataclass(frozen=True)
+class Greedy(GreedyBeliefPolicy):
+    """Takes the action with the highest expected reward of this turn."""
+
+    @cached_property
+    def _rewards(self) -> Reals:
+        return tabulate(self.problem).rewards[:, :, 0]
+
+    def action_values(self, memory: Memory) -> Reals:
+        """Return the expected reward of each action this turn."""
+        return weighted_sum(memory[0], self._rewards)
+
+
+@dataclass(frozen=True)
+class ThompsonSampling(BeliefPolicy):
+    """Samples a state from its belief and takes the best action for that state."""
+
+    uniform_count = 1  # for the state
+
+    @cached_property
+    def _best_actions(self) -> Ints:
+        """The first of the best actions for each state."""
+        return select_greedy_actions(tabulate(self.problem).rewards[:, :, 0])
+
+    def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
+        """Return the best actions for sampled states (Thompson sampling, section 15.4)."""
+        return np.asarray(
+            self._best_actions[Categorical.from_probabilities(memory[0]).sample_events(u)]
+        )
+
+
+@dataclass(frozen=True)
+class Optimal(RemainingHorizonPolicy):
+    """Takes the best action for its belief and the turns left, by exact search."""
+
+    values_name = EXACT_VALUES
+
+    MAX_PLANNED_TURNS = 20
+
+    @cached_property
+    def _q_cache(self) -> dict[int, dict[bytes, Reals]]:
+        """Q-values computed so far, by the turns left, then by the belief."""
+        return {}
+
+    def finite_horizon_values(self, b: Reals, turns_left: int) -> Reals:
+        """Return Q `[B, A]` of beliefs `[B, S]` with `turns_left` rewards to come."""
+        q, inverse = self._look_up_values(b, turns_left)
+        return q.take(inverse, axis=0)
+
+    def best_actions(self, b: Reals, turns_left: int) -> Array:
+        """Return the first of the best actions, computed once for each distinct belief."""
+        q, inverse = self._look_up_values(b, turns_left)
+        return select_greedy_actions(q).take(inverse)
+
+    def _look_up_values(self, b: Reals, turns_left: int) -> tuple[Reals, Ints]:
+        """Return Q `[K, A]` of the K distinct beliefs, and the index `[B]` of each row's belief.
+
+        A belief that was looked up before is not searched again.
+        """
+        cache = self._q_cache.setdefault(turns_left, {})
+        keys = np.ascontiguousarray(b).view(f"V{b.shape[1] * b.itemsize}")[:, 0].tolist()
+        indices = defaultdict[bytes, int](count().__next__)
+        inverse = np.fromiter(map(indices.__getitem__, keys), np.int64, len(keys))
+        if new_keys := [key for key in indices if key not in cache]:
+            beliefs = np.frombuffer(b"".join(new_keys)).reshape(len(new_keys), -1)
+            new_q = _build_search(self.problem).compute_action_values(beliefs, turns_left)
+            cache.update(zip(new_keys, new_q, strict=True))
+        return np.array([cache[key] for key in indices]), inverse
+
+
+@memoize
+def _build_search(problem: Problem) -> BoundedSearch:
+    """Return the bounded search of a problem."""
+    return BoundedSearch(tabulate(problem), problem.discount)
