@@ -182,15 +182,14 @@ def test_a_module_solves_its_problem_or_leaves_it_to_a_general_method(tmp_path: 
         ("SOLUTION = 3", "got 3, expected a function that takes the problem"),
         ("SOLUTION = lambda: 3", "got <function .*>, expected a function that takes the problem"),
         ("SOLUTION = lambda p: 3", "returned int, expected a Solution, or None"),
+        ("SOLUTION = lambda p: Solution(3, '', [])", "returned an invalid Solution, expected two"),
+        ("SOLUTION = lambda p: Solution('', '', 3)", "returned an invalid Solution, expected two"),
         (
-            "SOLUTION = lambda p: Solution('', '', 3)",
-            "returned an invalid Solution, expected two texts",
+            "SOLUTION = lambda p: Solution('', '', [3])",
+            "returned an invalid Solution, expected two",
         ),
-        ("SOLUTION = lambda p: Solution('', '', [{'a': []}])", r"returned a: \[\], expected a num"),
-        (
-            "SOLUTION = lambda p: Solution('', '', [{}, {1: 2}])",
-            r"returned a row of \[1\], expected texts",
-        ),
+        ("SOLUTION = lambda p: Solution('', '', [{1: 2}])", "returned an invalid Solution"),
+        ("SOLUTION = lambda p: Solution('', '', [{}, {'a': 2}])", ".* rows with the same columns"),
     ],
 )
 def test_an_invalid_solution_of_a_module_is_named_in_one_line(source: str, message: str) -> None:

@@ -47,19 +47,24 @@ def use_solve_options(options: SolveOptions) -> Iterator[None]:
         _options.reset(token)
 
 
+def get_options() -> SolveOptions:
+    """Return the options of the user, or else the defaults."""
+    return _options.get() or SolveOptions()
+
+
 def resolve_horizon(default_turns: int | None) -> int | None:
     """Return the number of turns to plan, as set by the user or else the default.
 
     None stands for an infinite horizon: `resolve_horizon(None)` is None unless the user set a
     number.
     """
-    options = _options.get() or SolveOptions()
+    options = get_options()
     options.used_options.add("turns")
     return options.turns or default_turns
 
 
 def resolve_work() -> float:
     """Return the work for bounds on values, as a multiple of the default."""
-    options = _options.get() or SolveOptions()
+    options = get_options()
     options.used_options.add("work")
     return options.work or 1.0

@@ -9,7 +9,6 @@ from dmplay.core.problem import Problem
 from dmplay.errors import BadParameter
 
 MIN_SHOWN_PROBABILITY = 1e-4  # Smaller probabilities are not printed.
-CELL_TYPES = (str, float, int, np.generic, type(None))  # of a row
 
 Row = dict[str, object]
 
@@ -31,21 +30,14 @@ def check_solution(location: str, returned: Any) -> Solution:
         expected = "expected a Solution, or None for a general method"
         raise BadParameter(f"{location}: returned {type(returned).__name__}, {expected}")
     method, result, rows = returned
-    is_list = isinstance(rows, list) and all(isinstance(row, dict) for row in rows)
-    if not (isinstance(method, str) and isinstance(result, str) and is_list):
-        expected = "expected two texts, the method and the result, and a list of dictionaries"
-        raise BadParameter(f"{location}: returned an invalid Solution, {expected}")
-    for row in rows:
-        if [*row] != [*rows[0]] or not all(isinstance(name, str) for name in row):
-            expected = "expected texts, the same as in the first row"
-            raise BadParameter(f"{location}: returned a row of {[*row]!r}, {expected}")
-        for name, value in row.items():
-            if not isinstance(value, CELL_TYPES):
-                expected = "expected a number, a text or None"
-                raise BadParameter(f"{location}: returned {name}: {value!r}, {expected}")
-    return returned._replace(
-        rows=[{name: _to_python(value) for name, value in row.items()} for row in rows]
+    is_table = isinstance(rows, list) and all(
+        isinstance(row, dict) and [*row] == [*rows[0]] and {*map(type, row)} <= {str}
+        for row in rows
     )
+    if not (isinstance(method, str) and isinstance(result, str) and is_table):
+        expected = "expected two texts, method and result, and a list of rows with the same columns"
+        raise BadParameter(f"{location}: returned an invalid Solution, {expected}")
+    return returned._replace(rows=[{k: _to_python(v) for k, v in row.items()} for row in rows])
 
 
 def _to_python(value: object) -> object:
