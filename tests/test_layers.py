@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+from dmplay.registry.builtin_names import name_to_stem, problem_names
 from tests.support.programs import list_loaded_modules
 
 TESTS_FOLDER = Path(__file__).parent
@@ -59,6 +60,9 @@ def imported_names(module: Path) -> set[str]:
         (node,) = ast.parse(statement).body
         assert isinstance(node, ast.Import | ast.ImportFrom)
         prefix = f"{node.module or ''}." if isinstance(node, ast.ImportFrom) else ""
+        if isinstance(node, ast.ImportFrom) and node.level:
+            folder = module.relative_to(PACKAGE_FOLDER.parent).parts[: -node.level]
+            prefix = f"{'.'.join(folder)}.{prefix}".rstrip(".") + "."
         names |= {f"{prefix}{alias.name}" for alias in node.names}
     return names
 
@@ -99,6 +103,17 @@ def test_a_module_imports_only_its_own_and_earlier_layers() -> None:
         elif parts[0] in UI_LIBRARIES | {"pytest"}:
             assert parts[0] in ALLOWED_LIBRARIES.get(layer, set()), f"{module} imports {name}"
     assert importers_of_problems == KNOWS_A_PROBLEM
+
+
+def test_no_module_outside_the_problems_knows_one_by_name() -> None:
+    """Docstrings may name problems, and so may examples in longer texts."""
+    names = {*problem_names(), *map(name_to_stem, problem_names())}
+    for module in MODULE_PATHS:
+        if layer_of(module) == "problems":
+            continue
+        for node in ast.walk(ast.parse(module.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Constant) and isinstance(node.value, str):
+                assert node.value.partition(":")[0] not in names, f"{module}:{node.lineno}"
 
 
 def test_private_names_are_not_imported_by_other_subpackages() -> None:

@@ -3,7 +3,7 @@
 from functools import cache
 from pathlib import Path
 
-NAME_BY_STEM = {"game_2048": "2048"}  # a package's name cannot begin with a digit
+NUMBER_PREFIX = "game_"  # of a folder, as a package's name cannot begin with a digit
 
 
 @cache
@@ -22,10 +22,10 @@ def problem_names() -> tuple[str, ...]:
 
 def stem_to_name(stem: str) -> str:
     """Return the command-line name of a problem's folder."""
-    return NAME_BY_STEM.get(stem, stem.replace("_", "-"))
+    is_number = stem.startswith(NUMBER_PREFIX) and stem[len(NUMBER_PREFIX) :].isdecimal()
+    return stem.removeprefix(NUMBER_PREFIX) if is_number else stem.replace("_", "-")
 
 
 def name_to_stem(name: str) -> str:
     """Return the folder's name for a problem's command-line name."""
-    special = {name: stem for stem, name in NAME_BY_STEM.items()}
-    return special.get(name, name.replace("-", "_"))
+    return f"{NUMBER_PREFIX}{name}" if name.isdecimal() else name.replace("-", "_")
