@@ -15,11 +15,13 @@ __version__ = "0.1.0"
 _PUBLIC_MODULES = {
     # problems: their base classes and parts
     "ContinuousStates": "core.problem",
+    "GridAxis": "core.state_grid",
     "MatrixGame": "core.matrix_game",
     "Outcome": "core.problem",
     "Problem": "core.problem",
     "SparseMatrix": "core.sparse_matrix",
     "SparseTables": "core.tabular",
+    "StateGrid": "core.state_grid",
     "Tables": "core.tabular",
     "Tabular": "core.tabular",
     "WAIT_LABEL": "core.problem",

@@ -24,6 +24,8 @@ from dmplay.core.spaces import Labels as Labels
 from dmplay.core.spaces import RealVector as RealVector
 from dmplay.core.spaces import TextLine as TextLine
 from dmplay.core.sparse_matrix import SparseMatrix as SparseMatrix
+from dmplay.core.state_grid import GridAxis as GridAxis
+from dmplay.core.state_grid import StateGrid as StateGrid
 from dmplay.core.tabular import SparseTables as SparseTables
 from dmplay.core.tabular import Tables as Tables
 from dmplay.core.tabular import Tabular as Tabular

@@ -26,7 +26,7 @@ LAYERS = (
 # Modules that still know a problem, which stands above them. None is added; who frees one of its
 # problem deletes it here.
 KNOWS_A_PROBLEM = {
-    "algorithms/belief_update", "algorithms/finite_mdp", "views/algorithms/heat_maps",
+    "algorithms/belief_update",
 }  # fmt: skip
 UI_LIBRARIES = {"rich", "typer", "prompt_toolkit"}
 ALLOWED_LIBRARIES = {  # beyond the standard library and NumPy

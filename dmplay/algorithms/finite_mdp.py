@@ -1,7 +1,6 @@
 """A problem as a finite MDP: its states listed, or grid points over states of real numbers."""
 
 from collections.abc import Callable
-from itertools import product
 from math import prod
 from typing import NamedTuple
 
@@ -16,14 +15,13 @@ from dmplay.core.problem import (
     enumerate_outcomes,
 )
 from dmplay.core.session import Session
+from dmplay.core.state_grid import GridAxis, StateGrid
 from dmplay.core.tabular import joint_actions, replace_illegal_actions
 from dmplay.core.text import format_count, format_score
 from dmplay.errors import BadParameter, BudgetExceeded
-from dmplay.problems.collision_avoidance.rules import ADVISED_RATES, CollisionAvoidance
-from dmplay.problems.mountain_car.rules import LEFT_WALL, RIGHT_WALL, TOP_SPEED, MountainCar
 
 MAX_OUTCOMES = 4_000_000  # states times actions times outcomes
-GRID_POINTS = 61, 57  # of the position and the speed of a car, or of any two numbers
+GRID_POINTS = 61, 57  # of two numbers with bounds
 
 
 class FiniteMdp(NamedTuple):
@@ -67,62 +65,15 @@ class FiniteMdp(NamedTuple):
         return int(self.drawn[np.argmax(change[self.drawn])])
 
 
-class Grid(NamedTuple):
-    """Grid points over states of real numbers: the product of a few points on each axis."""
-
-    axes: tuple[Reals, ...]
-    is_interpolated: tuple[bool, ...]  # false for an axis that has only these values
-
-    @property
-    def shape(self) -> tuple[int, ...]:
-        """The number of points on each axis."""
-        return tuple(map(len, self.axes))
-
-    def list_states(self) -> Reals:
-        """Return every grid point `[S, d]`; the last coordinate changes fastest."""
-        return np.stack(np.meshgrid(*self.axes, indexing="ij"), axis=-1).reshape(-1, len(self.axes))
-
-    def find_corners(self, s: Reals) -> tuple[Ints, Reals]:
-        """Return the grid points `[B, C]` around each state `[B, d]`, and their weights.
-
-        The weights are those of multilinear interpolation (chapter 8). States beyond the grid
-        are moved to its edge.
-        """
-        lower, fractions = [], []
-        for axis, points in enumerate(self.axes):
-            clipped = s[:, axis].clip(points[0], points[-1])
-            first = np.searchsorted(points, clipped, side="right") - 1
-            first = first.clip(0, len(points) - 2)
-            lower.append(first)
-            fractions.append((clipped - points[first]) / (points[first + 1] - points[first]))
-        corners, weights = [], []
-        for offsets in product(*((0, 1) if free else (None,) for free in self.is_interpolated)):
-            index, weight = list[Ints](), np.ones(len(s))
-            for offset, low, fraction in zip(offsets, lower, fractions, strict=True):
-                index.append(
-                    low + (np.rint(fraction).astype(np.int64) if offset is None else offset)
-                )
-                weight = weight * (1.0 if offset is None else fraction if offset else 1 - fraction)
-            corners.append(np.ravel_multi_index(tuple(index), self.shape))
-            weights.append(weight)
-        return np.stack(corners, axis=1), np.stack(weights, axis=1)
-
-
-def find_grid(problem: Problem) -> Grid | None:
-    """Return the grid over the states of a problem; None if it has no states of two numbers."""
-    if isinstance(problem, CollisionAvoidance):
-        heights, rates = np.linspace(-200.0, 200.0, 21), np.linspace(-10.0, 10.0, 21)
-        times = np.arange(-1.0, 41.0)  # the aircraft have passed at -1
-        return Grid((heights, rates, ADVISED_RATES, times), (True, True, False, False))
+def find_grid(problem: Problem) -> StateGrid | None:
+    """Return the grid over the states of a problem: its own, or one over two bounded numbers."""
     bounds = problem.state_bounds
-    if isinstance(problem, MountainCar):
-        bounds = np.array([LEFT_WALL, -TOP_SPEED]), np.array([RIGHT_WALL, TOP_SPEED])
-    if bounds is None or problem.state_count != ContinuousStates(2):
+    if problem.state_grid is not None or bounds is None:
+        return problem.state_grid
+    if problem.state_count != ContinuousStates(2) or not np.isfinite(bounds).all():
         return None
-    if not np.isfinite(bounds).all():
-        return None
-    axes = tuple(map(np.linspace, bounds[0], bounds[1], GRID_POINTS))
-    return Grid(axes, (True, True))
+    points = map(np.linspace, bounds[0], bounds[1], GRID_POINTS)
+    return StateGrid(tuple(GridAxis(f"number {i}", axis) for i, axis in enumerate(points, 1)))
 
 
 def find_mdp_obstacle(problem: Problem) -> str:
@@ -152,7 +103,7 @@ def _find_size_obstacle(problem: Problem) -> str:
     if grid is None:
         row_count = state_count if isinstance(state_count, int) else 0
     else:
-        row_count = prod(grid.shape) * 2 ** sum(grid.is_interpolated)
+        row_count = prod(grid.shape) * 2 ** sum(axis.is_interpolated for axis in grid.axes)
     too_many = row_count * problem.action_counts[0] * p.shape[1] > MAX_OUTCOMES
     return f"it has {state_count} states, too many to watch" if too_many else ""
 
@@ -188,12 +139,12 @@ def build_finite_mdp(problem: Problem) -> FiniteMdp:
         terminal,
         problem.discount,
         lambda s: _find_index(problem, grid, s),
-        _choose_drawn_states(problem, states),
-        _describe_grid(problem, grid),
+        np.arange(len(states)) if grid is None else np.flatnonzero(grid.mark_drawn_states()),
+        _describe_grid(grid),
     )
 
 
-def _find_index(problem: Problem, grid: Grid | None, s: Array) -> int:
+def _find_index(problem: Problem, grid: StateGrid | None, s: Array) -> int:
     """Return the index of a state, or of the grid point with the greatest weight."""
     if grid is None:
         return int(problem.state_indices(s[None])[0])
@@ -201,23 +152,13 @@ def _find_index(problem: Problem, grid: Grid | None, s: Array) -> int:
     return int(corners[0, np.argmax(weights[0])])
 
 
-def _choose_drawn_states(problem: Problem, states: Array) -> Ints:
-    """Return the states that pictures show: all, or for collision avoidance one slice of them."""
-    if not isinstance(problem, CollisionAvoidance):
-        return np.arange(len(states))
-    _, climb_rate, last_advisory, time = states.T
-    return np.flatnonzero((climb_rate == 0) & (last_advisory == 0) & (time >= 0))
-
-
-def _describe_grid(problem: Problem, grid: Grid | None) -> str:
+def _describe_grid(grid: StateGrid | None) -> str:
     """Return a sentence about the grid; '' if the states are listed."""
     if grid is None:
         return ""
     points = " x ".join(map(str, grid.shape))
     note = f"V is interpolated between {points} grid points; the weights are the probabilities."
-    if isinstance(problem, CollisionAvoidance):
-        note += " Drawn: climb rate 0, no earlier advisory."
-    return note
+    return f"{note} {grid.note}".rstrip()
 
 
 def format_state_name(problem: Problem, state: Array) -> str:

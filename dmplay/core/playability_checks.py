@@ -14,6 +14,7 @@ from dmplay.core.arrays import Array
 from dmplay.core.chance import Categorical, Chance, DiscreteUniform, Normal, Uniform, sample_all
 from dmplay.core.problem import ContinuousStates, Outcome, Problem
 from dmplay.core.spaces import Interval, Labels, RealVector, TextLine, normalize_label
+from dmplay.core.state_grid import GridAxis, StateGrid
 from dmplay.core.tabular import Tabular
 from dmplay.core.text import format_count
 from dmplay.core.violation import (
@@ -174,6 +175,37 @@ def _check_spaces(problem: Problem) -> CheckResults:
         independent=True,
     )
     yield from _check_bounds(problem)
+    yield from _check_state_grid(problem)
+
+
+def _check_state_grid(problem: Problem) -> CheckResults:
+    """Yield a check that the grid has an axis for each number of a state, and ascending points."""
+    grid = problem.state_grid
+    is_valid = grid is None or (isinstance(grid, StateGrid) and _fits_states(grid, problem))
+    message = (
+        f"state_grid: got a {type(grid).__name__}, expected a StateGrid with a GridAxis for each "
+        "number of a state, each with an array of ascending points; x and y are two of the axes"
+    )
+    yield CheckResult(is_valid, "state_grid", message, independent=True)
+
+
+def _fits_states(grid: StateGrid, problem: Problem) -> bool:
+    """Return whether a grid has an axis for each number of a state, each of ascending points."""
+    axes: object = grid.axes
+    return (
+        isinstance(axes, tuple)
+        and problem.state_count == ContinuousStates(len(axes))
+        and all(isinstance(axis, GridAxis) and _are_ascending(axis.points) for axis in axes)
+        and grid.x != grid.y
+        and {grid.x, grid.y} <= {*range(len(axes))}
+    )
+
+
+def _are_ascending(points: object) -> bool:
+    """Return whether grid points are an array of at least two ascending numbers."""
+    if not isinstance(points, np.ndarray) or points.ndim != 1 or points.dtype.kind not in "if":
+        return False
+    return len(points) > 1 and bool((points[1:] > points[:-1]).all())
 
 
 def _check_bounds(problem: Problem) -> CheckResults:

@@ -26,6 +26,7 @@ from dmplay.core.chance import Chance, FiniteChance, sample_all
 from dmplay.core.parameters import INTEGER_TYPES, check_parameters, parameter
 from dmplay.core.policy import FIELD_OMITTED, Percept
 from dmplay.core.spaces import Interval, Labels, ObservationSpace, normalize_label
+from dmplay.core.state_grid import StateGrid
 from dmplay.core.work_budget import Budget
 from dmplay.errors import BadParameter, BudgetExceeded, UnknownName
 
@@ -226,6 +227,11 @@ class Problem(ABC):
     @property
     def state_bounds(self) -> tuple[Array, Array] | None:
         """The smallest and the largest value of each number of a state, or None if unknown."""
+        return None
+
+    @property
+    def state_grid(self) -> StateGrid | None:
+        """The grid on which the values of states of real numbers are computed and drawn, if any."""
         return None
 
     @property

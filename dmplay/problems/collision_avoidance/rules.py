@@ -24,6 +24,7 @@ from dmplay.core.columns import (
 from dmplay.core.parameters import parameter
 from dmplay.core.problem import ContinuousStates, Outcome
 from dmplay.core.spaces import Labels
+from dmplay.core.state_grid import GridAxis, StateGrid
 from dmplay.problems._shared.real_state import RealStateProblem
 
 ADVISED_RATES = np.array([-5.0, 0.0, 5.0])  # m/s, by action
@@ -46,6 +47,22 @@ class CollisionAvoidance(RealStateProblem):
         "-5": "descend", "0": "no-advisory", "none": "no-advisory", "5": "climb",
     }  # fmt: skip
     state_count = ContinuousStates(4)
+    state_grid = StateGrid(
+        (
+            GridAxis("height, m", np.linspace(-200.0, 200.0, 21)),
+            GridAxis("climb rate", np.linspace(-10.0, 10.0, 21), drawn=(0.0,)),
+            GridAxis("last advisory", ADVISED_RATES, is_interpolated=False, drawn=(0.0,)),
+            GridAxis(
+                "seconds to collision",
+                np.arange(-1.0, 41.0),  # the aircraft have passed at -1
+                is_interpolated=False,
+                drawn=range(41),
+            ),
+        ),
+        x=3,
+        y=0,
+        note="Drawn: climb rate 0, no earlier advisory.",
+    )
     reward_bounds = -(COLLISION_COST + ADVISORY_CHANGE_COST), 0.0
     return_bounds = -(COLLISION_COST + ADVISORY_CHANGE_COST * (START_TIME + 1)), 0.0
 

@@ -25,6 +25,7 @@ from dmplay.core.columns import (
 from dmplay.core.parameters import parameter
 from dmplay.core.problem import ContinuousStates, Outcome
 from dmplay.core.spaces import Labels
+from dmplay.core.state_grid import GridAxis, StateGrid
 from dmplay.core.trigonometry import compute_cosine_of_triple
 from dmplay.problems._shared.real_state import RealStateProblem
 
@@ -50,6 +51,12 @@ class MountainCar(RealStateProblem):
     actions = (Labels(("left", "coast", "right")),)
     action_aliases = {"reverse": "left", "-": "coast", "forward": "right"}  # noqa: RUF012 - never written
     state_count = ContinuousStates(2)
+    state_grid = StateGrid(
+        (
+            GridAxis("position", np.linspace(LEFT_WALL, RIGHT_WALL, 61)),
+            GridAxis("speed", np.linspace(-TOP_SPEED, TOP_SPEED, 57)),
+        )
+    )
     reward_bounds = -1.0, 0.0
 
     @property

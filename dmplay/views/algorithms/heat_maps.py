@@ -10,8 +10,6 @@ from dmplay.algorithms.step import StateValues
 from dmplay.core.arrays import Array, Ints
 from dmplay.core.problem import Problem
 from dmplay.core.text import format_score
-from dmplay.problems.collision_avoidance.rules import CollisionAvoidance
-from dmplay.problems.mountain_car.rules import MountainCar
 from dmplay.views.protocol import DrawOptions
 from dmplay.views.toolkit.canvas import BAR_LEVELS, Canvas
 
@@ -50,18 +48,13 @@ class HeatMap(NamedTuple):
     focus: int | None  # the marked state
 
 
-AXES: dict[type[Problem], MapAxes] = {
-    MountainCar: MapAxes(MapAxis(0, "position"), MapAxis(1, "speed")),
-    CollisionAvoidance: MapAxes(MapAxis(3, "seconds to collision"), MapAxis(0, "height, m")),
-}
-
-
 def find_map_axes(states: Array, problem: Problem) -> MapAxes | None:
     """Return the axes of states on a grid of two numbers; None for other states."""
     if states.ndim != 2 or states.dtype.kind != "f":
         return None
-    if type(problem) in AXES:
-        return AXES[type(problem)]
+    grid = problem.state_grid
+    if grid:
+        return MapAxes(*(MapAxis(i, grid.axes[i].name) for i in (grid.x, grid.y)))
     varying = [axis for axis in range(states.shape[1]) if len(np.unique(states[:, axis])) > 1]
     if len(varying) != 2:
         return None
