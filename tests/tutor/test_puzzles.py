@@ -202,14 +202,17 @@ def test_a_payoff_table_of_a_user_has_puzzles_against_named_agents(tmp_path: Pat
         assert is_classical == ("You cooperate with swerve, and column with swerve." in text)
 
 
+@pytest.mark.parametrize("is_folder", [False, True])
 @pytest.mark.parametrize("stem", ["crying_baby", "prisoners_dilemma"])
-def test_a_file_of_a_user_has_its_own_rules_of_thumb_and_puzzle_games(
-    stem: str, tmp_path: Path
+def test_a_file_or_folder_of_a_user_has_its_own_rules_of_thumb_and_puzzle_games(
+    stem: str, tmp_path: Path, *, is_folder: bool
 ) -> None:
     folder = Path(find_spec(f"dmplay.problems.{stem}").submodule_search_locations[0])  # type: ignore
-    file = tmp_path / "own.py"
-    file.write_text("".join((folder / part).read_text() for part in ("rules.py", "teach.py")))
-    listed, expected_ones = list_puzzles(str(file)), list_puzzles(stem.replace("_", "-"))
+    parts = {part: (folder / part).read_text() for part in ("rules.py", "teach.py")}
+    for part, text in parts.items() if is_folder else [("all.py", "".join(parts.values()))]:
+        (tmp_path / part).write_text(text)
+    name = f"{tmp_path}/" if is_folder else f"{tmp_path}/all.py"
+    listed, expected_ones = list_puzzles(name), list_puzzles(stem.replace("_", "-"))
     assert len(listed) == len(expected_ones)
     for puzzle, expected in zip(listed, expected_ones, strict=True):
         position = replace(puzzle.position, problem=expected.position.problem)
