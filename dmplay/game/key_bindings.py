@@ -44,7 +44,7 @@ def resolve_key_maps(problem: Problem, preferences: KeyPreferences) -> KeyMaps:
         )
     view_module, labels = load_view_module(problem), problem.actions[0].labels
     for key in problem_module_exports.module_keys(problem):
-        _reject_reserved_key(key, f"{problem_module_exports.export_file(problem, 'KEYS')}: KEYS")
+        _reject_reserved_key(key, problem_module_exports.locate_export(problem, "KEYS"))
     second_player_keys: Mapping[str, str] = getattr(view_module, "SECOND_PLAYER_KEYS", {})
     types_numbers = hasattr(view_module, "NUMBER_STEPS")  # Digits write a number.
     preset_keys = _select_preset_keys(

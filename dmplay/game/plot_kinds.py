@@ -88,15 +88,15 @@ def load_figures(problem: "Problem") -> Mapping[str, Figure]:
     One with the name of a kind of plot, such as `values`, is drawn in place of the general plot.
     Raises BadParameter if FIGURES is not a mapping of names to figures.
     """
-    from dmplay.registry.problem_module_exports import export_file, find_export
+    from dmplay.registry.problem_module_exports import find_export, locate_export
 
     figures = find_export(problem, "FIGURES")
     if figures is None:
         return {}
     is_mapping = isinstance(figures, Mapping) and all(isinstance(name, str) for name in figures)
     if not is_mapping or not all(isinstance(item, Figure) for item in figures.values()):
-        location, expected = export_file(problem, "FIGURES"), "a mapping of names to Figure objects"
-        raise BadParameter(f"{location}: FIGURES: got {figures!r}, expected {expected}")
+        got = f"{locate_export(problem, 'FIGURES')}: got {figures!r}"
+        raise BadParameter(f"{got}, expected a mapping of names to Figure objects")
     return figures  # type: ignore[no-any-return]
 
 

@@ -14,7 +14,7 @@ from dmplay.evaluation.solutions.options import DEFAULT_TURNS
 from dmplay.game.launch_requests import parse_settings
 from dmplay.game.plot_kinds import Figure
 from dmplay.plots.plot_data import Plot
-from dmplay.registry.problem_module_exports import export_file
+from dmplay.registry.problem_module_exports import locate_export
 from dmplay.registry.problems import resolve_problem
 
 VALUE_LABEL = "expected return"
@@ -72,8 +72,8 @@ def draw_figure(subject: PlottedProblem, name: str, figure: Figure) -> Plot:
     """Return a figure; raise BadParameter if its function returns no plot."""
     plot = figure.draw(subject)
     if not isinstance(plot, Plot):
-        location = export_file(subject.problem, "FIGURES")
-        raise BadParameter(f"{location}: FIGURES: {name}: got {plot!r}, expected a Plot")
+        location = locate_export(subject.problem, "FIGURES")
+        raise BadParameter(f"{location}: {name}: got {plot!r}, expected a Plot")
     return plot
 
 

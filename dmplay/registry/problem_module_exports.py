@@ -150,7 +150,7 @@ def load_specific_roster(problem: Problem, seat: int) -> "Roster | None":
     """
     from dmplay.agents.available_agents import Roster
 
-    exported, location = find_export(problem, "AGENTS"), f"{export_file(problem, 'AGENTS')}: AGENTS"
+    exported = find_export(problem, "AGENTS")
     if exported is None:
         return None
     if inspect.isroutine(exported):
@@ -159,9 +159,9 @@ def load_specific_roster(problem: Problem, seat: int) -> "Roster | None":
     agents: object = roster.agents
     if not isinstance(agents, Mapping):
         expected = "expected a mapping of names to classes, a Roster, or a function"
-        raise BadParameter(f"{location}: got {exported!r}, {expected}")
+        raise BadParameter(f"{locate_export(problem, 'AGENTS')}: got {exported!r}, {expected}")
     for name, agent_class in agents.items():
-        _check_agent(location, name, agent_class)
+        _check_agent(_find_part(problem, "AGENTS"), name, agent_class)
     return roster
 
 
@@ -170,14 +170,16 @@ def check_roles(problem: Problem, roster: "Roster") -> None:
     for role in ROLES:
         name = getattr(roster, role)
         if name is not None and name not in roster.agents:
-            location = f"{export_file(problem, 'AGENTS')}: AGENTS: {role}"
+            location = f"{locate_export(problem, 'AGENTS')}: {role}"
             raise BadParameter(
                 f"{location}: got {name!r}, expected one of {', '.join(roster.agents)}"
             )
 
 
-def _check_agent(location: str, name: object, agent_class: object) -> None:
-    """Raise BadParameter for an invalid name of an agent, or an invalid agent class."""
+@lru_cache(1024)
+def _check_agent(module: ModuleType | None, name: object, agent_class: object) -> None:
+    """Raise BadParameter for an invalid name of an agent of a module, or an invalid agent class."""
+    location = f"{_format_module_file(module)}: AGENTS"
     is_valid_name = isinstance(name, str) and name.isprintable() and name.strip() == name != ""
     if not is_valid_name or name in RESERVED_AGENT_NAMES or {*str(name)} & {*":,= "}:
         reserved = ", ".join(RESERVED_AGENT_NAMES)
@@ -222,18 +224,20 @@ def _ignored_parameters(agent_class: type) -> list[str]:
 
 def module_keys(problem: Problem) -> dict[str, str]:
     """Return the action of each key that a problem's code defines in KEYS."""
-    location = f"{export_file(problem, 'KEYS')}: KEYS"
-    bindings = find_export(problem, "KEYS") or {}
+    bindings = find_export(problem, "KEYS")
+    if bindings is None:
+        return {}
     labels = [label for space in problem.actions for label in space.labels]
     if not isinstance(bindings, Mapping):
-        raise BadParameter(f"{location}: got {bindings!r}, expected a mapping of keys to actions")
+        expected = "expected a mapping of keys to actions"
+        raise BadParameter(f"{locate_export(problem, 'KEYS')}: got {bindings!r}, {expected}")
     for key, label in bindings.items():
         if not (isinstance(key, str) and isinstance(label, str)):
-            raise BadParameter(
-                f"{location}: got {key!r}: {label!r}, expected two texts, a key and an action"
-            )
+            got = f"{locate_export(problem, 'KEYS')}: got {key!r}: {label!r}"
+            raise BadParameter(f"{got}, expected two texts, a key and an action")
         if label not in labels:
-            raise UnknownName("action", label, labels, error_prefix=f"{location}: {key}")
+            location = f"{locate_export(problem, 'KEYS')}: {key}"
+            raise UnknownName("action", label, labels, error_prefix=location)
     return dict(bindings)
 
 
@@ -248,7 +252,7 @@ def load_exported_list(problem: Problem, name: str, kind: type[Item]) -> list[It
     is_list = isinstance(exported, Sequence) and all(isinstance(item, kind) for item in exported)
     if not is_list or isinstance(exported, kind):
         expected = f"expected a list of {kind.__name__}"
-        raise BadParameter(f"{export_file(problem, name)}: {name}: got {exported!r}, {expected}")
+        raise BadParameter(f"{locate_export(problem, name)}: got {exported!r}, {expected}")
     return list(exported)
 
 
@@ -265,9 +269,9 @@ def find_folder_name(problem: Problem) -> str:
     return stem_to_name(Path(rules.__file__ or "").parent.name)
 
 
-def export_file(problem: Problem, name: str) -> str:
-    """Return the file that defines a name of `PART_BY_NAME`, as it is shown to the user."""
-    return _format_module_file(_find_part(problem, name))
+def locate_export(problem: Problem, name: str) -> str:
+    """Return a name of `PART_BY_NAME` after the file that defines it, for an error message."""
+    return f"{_format_module_file(_find_part(problem, name))}: {name}"
 
 
 def _format_module_file(module: ModuleType | None) -> str:

@@ -11,7 +11,7 @@ from dmplay.core.problem import ContinuousStates, Problem
 from dmplay.core.work_budget import DEFAULT_WORK_LIMIT, limit_total_work
 from dmplay.errors import BadParameter, DmplayError, UnknownName
 from dmplay.registry.builtin_names import problem_names
-from dmplay.registry.problem_module_exports import export_file, find_export
+from dmplay.registry.problem_module_exports import find_export, locate_export
 from dmplay.registry.problems import load_problem
 from dmplay.tutor import (
     algorithm_quantities,
@@ -138,8 +138,10 @@ def find_quantity(name: str, problem: Problem, problem_name: str) -> Quantity:
 
 def load_problem_quantities(problem: Problem) -> Mapping[str, Quantity]:
     """Return the quantities in a problem's QUANTITIES; raise BadParameter if they are invalid."""
-    quantities = find_export(problem, "QUANTITIES") or {}
-    location = f"{export_file(problem, 'QUANTITIES')}: QUANTITIES"
+    quantities = find_export(problem, "QUANTITIES")
+    if quantities is None:
+        return {}
+    location = locate_export(problem, "QUANTITIES")
     if not isinstance(quantities, Mapping):
         expected = "expected a mapping of names to Quantity"
         raise BadParameter(f"{location}: got {quantities!r}, {expected}")

@@ -12,7 +12,7 @@ from dmplay.core.problem import Problem, check_problem
 from dmplay.errors import BadParameter
 from dmplay.evaluation.solutions.options import SolveOptions, use_solve_options
 from dmplay.evaluation.solutions.solution import Solution, check_solution
-from dmplay.registry.problem_module_exports import export_file, find_export
+from dmplay.registry.problem_module_exports import find_export, locate_export
 from dmplay.simulation.worker_pool import WorkerCount
 from dmplay.solvers.methods import Method, find_method
 
@@ -73,7 +73,9 @@ def _solve_by_own_code(problem: Problem) -> Solution | None:
     """Return the solution by the problem's own code; None if it leaves it to a general method."""
     own_function = find_own_function(problem)
     returned = own_function(problem) if own_function else None
-    return None if returned is None else check_solution(_locate_own_function(problem), returned)
+    return (
+        None if returned is None else check_solution(locate_export(problem, "SOLUTION"), returned)
+    )
 
 
 def find_own_function(problem: Problem) -> Callable[[Problem], object] | None:
@@ -85,12 +87,7 @@ def find_own_function(problem: Problem) -> Callable[[Problem], object] | None:
     if own_function is None or (callable(own_function) and _takes_problem(own_function)):
         return own_function
     expected = "expected a function that takes the problem and returns a Solution"
-    raise BadParameter(f"{_locate_own_function(problem)}: got {own_function!r}, {expected}")
-
-
-def _locate_own_function(problem: Problem) -> str:
-    """Return the file of a problem's own function, and its name, as they are shown to the user."""
-    return f"{export_file(problem, 'SOLUTION')}: SOLUTION"
+    raise BadParameter(f"{locate_export(problem, 'SOLUTION')}: got {own_function!r}, {expected}")
 
 
 def _takes_problem(function: Callable[..., object]) -> bool:
