@@ -5,10 +5,8 @@ from dataclasses import dataclass, field
 from graphlib import TopologicalSorter
 from typing import NamedTuple
 
-from dmplay.formats.declarations import make_reading_budget
 from dmplay.formats.gambit_nfg import GambitLexer
-from dmplay.formats.lexer import SourceText, decode_text
-from dmplay.formats.preamble import SUM_TOLERANCE
+from dmplay.formats.lexer import SUM_TOLERANCE, SourceText, decode_text, make_reading_budget
 
 BYTES_PER_NODE = 2000  # memory of one node while it is read and written
 # Nodes on a path. OpenSpiel reads a tree by recursion, some 600 bytes of stack for each node, and a

@@ -1,4 +1,4 @@
-"""The tokens of a file, and errors that state a token's line and column."""
+"""The text of a file: its tokens, and errors that state a token's line and column."""
 
 import codecs
 import re
@@ -10,8 +10,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dmplay.core.arrays import Bools, Reals
+from dmplay.core.arrays import Reals
 from dmplay.core.text import format_count
+from dmplay.core.work_budget import Budget
 from dmplay.errors import BadFile, UnknownName
 
 COMMENT_PATTERN = re.compile("#[^\n]*")
@@ -25,7 +26,14 @@ GLUED_COMMENT_PATTERN = re.compile(r"[^\s#]#")
 # a word before a comma, or numbers with a decimal point between commas
 COMMA_LIST_PATTERN = re.compile(r"[^,]+,|[\d.eE+-]*\.[\d.eE+-]*(,[\d.eE+-]+)+")
 COMMA_NUMBER_PATTERN = re.compile(r"[+-]?\d*(,\d+)+")
-NAME_LIST_PATTERN = re.compile(r"\w[\w.-]*(,\w[\w.-]*)*,|\w[\w.-]*(,\w[\w.-]*)+")
+# largest difference from 1 of a sum of probabilities, as in 0.333 0.333 0.333
+SUM_TOLERANCE = 1e-3 + 1e-9
+EXACT_SUM_TOLERANCE = 1e-9  # largest difference from 1 that is not removed by scaling
+
+
+def make_reading_budget() -> Budget:
+    """Return a budget of work and memory for reading a file."""
+    return Budget("reading the file", "try a smaller problem")
 
 
 def decode_text(path: str, raw: bytes) -> str:
@@ -142,21 +150,13 @@ class TokenSpan(NamedTuple):
 
     def parse_numbers(self, expected_count: int) -> Reals:
         """Return all tokens as `expected_count` numbers up to MAX_NUMBER; else raise BadFile."""
-        values = self._parse_floats()
-        valid = np.abs(values) <= MAX_NUMBER
-        if len(values) != expected_count or not valid.all():
-            raise self._value_error(valid, expected_count, EXPECTED_NUMBER)
-        return values
+        return self._parse_values(expected_count, -MAX_NUMBER, MAX_NUMBER, EXPECTED_NUMBER)
 
     def parse_probabilities(
         self, expected_count: int, expected_text: str = "a probability, 0 to 1"
     ) -> Reals:
         """Return all tokens as `expected_count` numbers from 0 to 1; else raise BadFile."""
-        values = self._parse_floats()
-        valid = (values >= 0) & (values <= 1 + PROBABILITY_TOLERANCE)
-        if len(values) != expected_count or not valid.all():
-            raise self._value_error(valid, expected_count, expected_text)
-        return values
+        return self._parse_values(expected_count, 0, 1 + PROBABILITY_TOLERANCE, expected_text)
 
     def parse_probability(self) -> float:
         """Return the only token as a probability; raise BadFile if it is not one."""
@@ -166,22 +166,25 @@ class TokenSpan(NamedTuple):
                 return value
         return float(self.parse_probabilities(1)[0])
 
-    def _parse_floats(self) -> Reals:
-        """Return the tokens as numbers; NaN for a token that is not a number."""
-        try:
-            return np.array(self.tokens, float)
-        except ValueError:
-            return np.array([float(token) if is_number(token) else np.nan for token in self.tokens])
+    def _parse_values(
+        self, expected_count: int, least: float, most: float, expected_text: str
+    ) -> Reals:
+        """Return all tokens as numbers from `least` to `most`; raise BadFile for another token.
 
-    def _value_error(self, valid_mask: Bools, expected_count: int, expected_text: str) -> BadFile:
-        """Return the error for the first invalid token, or for a wrong number of tokens."""
-        if not valid_mask.all():
-            index = int(np.argmin(valid_mask))
-            return self.error_at(index, f"got {self.tokens[index]!r}, expected {expected_text}")
-        count_text = format_count(len(valid_mask), "number")
-        return self.error_at(
-            min(len(valid_mask), expected_count), f"got {count_text}, expected {expected_count}"
-        )
+        Raise BadFile also if their count is not the expected one.
+        """
+        try:
+            values = np.array(self.tokens, float)
+        except ValueError:
+            values = np.array([float(word) if is_number(word) else np.nan for word in self.tokens])
+        valid = (values >= least) & (values <= most)
+        if not valid.all():
+            index = int(np.argmin(valid))
+            raise self.error_at(index, f"got {self.tokens[index]!r}, expected {expected_text}")
+        if len(values) != expected_count:
+            got = f"got {format_count(len(values), 'number')}, expected {expected_count}"
+            raise self.error_at(min(len(values), expected_count), got)
+        return values
 
     def parse_choice(self, category: str, choices: Collection[str]) -> str:
         """Return the only token, which must be one of the choices; else raise BadFile."""

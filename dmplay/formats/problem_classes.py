@@ -1,6 +1,7 @@
 """The decision problems and normal-form games that are read from files."""
 
-from collections.abc import Mapping
+import re
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from math import prod
@@ -11,6 +12,27 @@ from dmplay.core.arrays import Array, Bools, Reals
 from dmplay.core.matrix_game import MatrixGame
 from dmplay.core.spaces import Labels
 from dmplay.core.tabular import SparseTables, Tabular
+
+
+def make_unique_labels(
+    names: Sequence[str], kind: str, reserved: Collection[str] = ()
+) -> list[str]:
+    """Return names as distinct labels that can be typed.
+
+    Names that are the numbers from 0 on get the first letter of `kind` as a prefix, and a reserved
+    label gets `kind` itself.
+    """
+    if list(names) == [*map(str, range(len(names)))]:
+        return [f"{kind[0]}{name}" for name in names]
+    labels: list[str] = []
+    for name in names:
+        base = "-".join(re.sub("[_,;=#]", " ", name.lower()).split()) or kind
+        base = f"{kind}-{base}" if base in reserved else base
+        label, suffix = base, 2
+        while label in labels:
+            label, suffix = f"{base}-{suffix}", suffix + 1
+        labels.append(label)
+    return labels
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,9 +15,8 @@ from dmplay.core.sparse_matrix import SparseMatrix
 from dmplay.core.tabular import SparseTables, Tabular, tabulate
 from dmplay.core.work_budget import Budget
 from dmplay.errors import BadParameter
-from dmplay.formats.declarations import make_unique_labels
-from dmplay.formats.preamble import KEYWORDS
-from dmplay.formats.statements import VALUE_KEYWORDS
+from dmplay.formats.cassandra_syntax import KEYWORDS, VALUE_KEYWORDS
+from dmplay.formats.problem_classes import make_unique_labels
 
 RESERVED_WORDS = {*KEYWORDS, *VALUE_KEYWORDS}
 BYTES_PER_LINE = 200  # memory of one line while it is written
