@@ -22,6 +22,8 @@ _PUBLIC_MODULES = {
     "SparseMatrix": "core.sparse_matrix",
     "SparseTables": "core.tabular",
     "StateGrid": "core.state_grid",
+    "StatePart": "core.problem",
+    "StateParts": "core.problem",
     "Tables": "core.tabular",
     "Tabular": "core.tabular",
     "WAIT_LABEL": "core.problem",

@@ -16,6 +16,8 @@ from dmplay.core.problem import WAIT_LABEL as WAIT_LABEL
 from dmplay.core.problem import ContinuousStates as ContinuousStates
 from dmplay.core.problem import Outcome as Outcome
 from dmplay.core.problem import Problem as Problem
+from dmplay.core.problem import StatePart as StatePart
+from dmplay.core.problem import StateParts as StateParts
 from dmplay.core.problem import enumerate_outcomes as enumerate_outcomes
 from dmplay.core.session import Session as Session
 from dmplay.core.session import View as View

@@ -23,11 +23,6 @@ LAYERS = (
     "evaluation", "tutor", "ui", "output", "plots", "problems", "servers", "cli",
     "pytest_plugin", "__main__",
 )  # fmt: skip
-# Modules that still know a problem, which stands above them. None is added; who frees one of its
-# problem deletes it here.
-KNOWS_A_PROBLEM = {
-    "algorithms/belief_update",
-}  # fmt: skip
 UI_LIBRARIES = {"rich", "typer", "prompt_toolkit"}
 ALLOWED_LIBRARIES = {  # beyond the standard library and NumPy
     "terminal": {"rich"},
@@ -88,21 +83,16 @@ def iter_imports() -> Iterator[tuple[Path, str]]:
 
 
 def test_a_module_imports_only_its_own_and_earlier_layers() -> None:
-    importers_of_problems = set()
     for module, name in iter_imports():
         layer, parts = layer_of(module), name.split(".")
         if layer == "__init__":
             continue
         if name.startswith("dmplay.") and parts[1] in LAYERS:
             is_earlier = LAYERS.index(parts[1]) <= LAYERS.index(layer)
-            if parts[1] != "problems" or is_earlier:
-                assert is_earlier, f"{module} imports {name}"
-            elif len(parts) > 2:  # shorter: the name of the group of entry points
-                path = module.relative_to(PACKAGE_FOLDER).with_suffix("")
-                importers_of_problems.add(path.as_posix())
+            is_group = name == "dmplay.problems"  # of entry points
+            assert is_earlier or is_group, f"{module} imports {name}"
         elif parts[0] in UI_LIBRARIES | {"pytest"}:
             assert parts[0] in ALLOWED_LIBRARIES.get(layer, set()), f"{module} imports {name}"
-    assert importers_of_problems == KNOWS_A_PROBLEM
 
 
 def test_no_module_outside_the_problems_knows_one_by_name() -> None:

@@ -11,14 +11,12 @@ import numpy as np
 
 from dmplay.algorithms.formula_text import MAX_TERMS, format_number, format_weighted_sum
 from dmplay.algorithms.step import Algorithm, BeliefTable, Step, WatchRequest
-from dmplay.core.arrays import Ints, Reals
+from dmplay.core.arrays import Reals
 from dmplay.core.belief import initial_seat_belief
-from dmplay.core.hexgrid import format_hex
-from dmplay.core.problem import Problem
+from dmplay.core.problem import Problem, StatePart
 from dmplay.core.session import Session, View
 from dmplay.core.text import format_count, format_score
 from dmplay.core.uniforms import SeededUniforms
-from dmplay.problems.collaborative_predator_prey.rules import CollaborativePredatorPrey
 
 DEFAULT_TURNS = 4  # turns of the short game that is played if there is none
 MAX_ROWS = 24  # rows of a table; of more states, the likeliest are listed
@@ -33,17 +31,6 @@ class BeliefUpdate(NamedTuple):
     product: Reals  # P(o, s'), the likelihood of the observation times the predicted belief
     evidence: float  # P(o)
     posterior: Reals
-
-
-class TableRows(NamedTuple):
-    """The rows of a table: each stands for one state, or for the sum of several."""
-
-    labels: Sequence[str]
-    row_of_state: Ints  # [S]
-
-    def sum_rows(self, numbers: Reals) -> Reals:
-        """Return the sum `[R]` of numbers `[S]` in each row."""
-        return np.bincount(self.row_of_state, numbers, len(self.labels)).astype(float)
 
 
 def update_belief(
@@ -123,31 +110,28 @@ def play_randomly(problem: Problem, seed: int, turns: int) -> Session:
     return session
 
 
-def list_table_rows(problem: Problem, seat: int, beliefs: Sequence[Reals]) -> list[TableRows]:
-    """Return the rows of the tables for these beliefs `[S]`: all states, or the likeliest.
+def list_table_rows(problem: Problem, seat: int, beliefs: Sequence[Reals]) -> Sequence[StatePart]:
+    """Return the rows of each table for these beliefs `[S]`: all states, or the likeliest.
 
-    The belief of the collaborative hunt is about the hexes of all walkers together, which are too
-    many to list. Each walker has a table of its own: the prey, the seat, and then its partners.
+    If the problem divides its states into parts, which are fewer, each part has a table.
     """
+    parts = problem.state_parts(seat)
+    if parts:
+        return parts.parts
     states = problem.enumerate_states()
-    if isinstance(problem, CollaborativePredatorPrey):
-        hexes = [format_hex(hex_) for hex_ in problem.hexes]
-        names = (*problem.agents, "prey")
-        order = dict.fromkeys((len(problem.agents), seat, *range(len(problem.agents))))
-        return [TableRows([f"{names[w]} {hex_}" for hex_ in hexes], states[:, w]) for w in order]
     if len(states) <= MAX_ROWS:
-        return [TableRows([problem.format_state(s) for s in states], np.arange(len(states)))]
+        return [StatePart([problem.format_state(s) for s in states], np.arange(len(states)))]
     likeliest = np.argsort(-np.max(beliefs, axis=0), kind="stable")[: MAX_ROWS - 1]
     row_of_state = np.full(len(states), len(likeliest))
     row_of_state[likeliest] = np.arange(len(likeliest))
     labels = [problem.format_state(states[i]) for i in likeliest]
-    return [TableRows([*labels, "other states"], row_of_state)]
+    return [StatePart([*labels, "other states"], row_of_state)]
 
 
 def _describe_start(view: View[Problem], turn: int, belief: Reals, origin: str) -> Step:
     """Return the step that shows the belief before the first turn shown."""
     tables = [
-        BeliefTable(rows.labels, (("prior", rows.sum_rows(belief)),))
+        BeliefTable(rows.labels, (("prior", rows.sum_states(belief)),))
         for rows in list_table_rows(view.problem, view.seat, [belief])
     ]
     agent = view.problem.agents[view.seat]
@@ -156,8 +140,10 @@ def _describe_start(view: View[Problem], turn: int, belief: Reals, origin: str) 
         origin,
         f"The belief uses only the actions and the observations of {agent}.",
     ]
-    if len(tables) > 1:
-        sentences.append("The belief is about all walkers together; each table shows one of them.")
+    parts = view.problem.state_parts(view.seat)
+    if parts:
+        together = f"The belief is about all {parts.noun} together"
+        sentences.append(f"{together}; each table shows one of them.")
     title = f"start of turn {turn}" if turn > 1 else "start"
     return Step(title, tuple(sentences), pictures=tuple(tables))
 
@@ -168,13 +154,13 @@ def _describe_update(view: View[Problem], turn: int, update: BeliefUpdate) -> It
     agent = problem.agents[seat]
     tables = list_table_rows(problem, seat, [update.prior, update.posterior])
     rows = tables[0]
-    posterior = rows.sum_rows(update.posterior)
+    posterior = rows.sum_states(update.posterior)
     focus = int(np.argmax(posterior))
-    predicted, product = rows.sum_rows(update.predicted), rows.sum_rows(update.product)
+    predicted, product = rows.sum_states(update.predicted), rows.sum_states(update.product)
     observation = problem.observations[seat].format_observation(view.observations[turn])
     evidence = format_score(update.evidence)
     earlier_states = "possible earlier states"
-    earlier = [rows.labels[row] for row in np.flatnonzero(rows.sum_rows(update.prior)).tolist()]
+    earlier = [rows.labels[row] for row in np.flatnonzero(rows.sum_states(update.prior)).tolist()]
     if len(earlier) <= MAX_TERMS:
         noun = "possible earlier state" if len(earlier) == 1 else "earlier states"
         earlier_states = f"{noun} {', '.join(earlier)}"
@@ -231,34 +217,34 @@ def _format_action(view: View[Problem], turn: int) -> str:
 
 
 def _list_transitions(
-    view: View[Problem], turn: int, rows: TableRows, focus: int, prior: Reals
+    view: View[Problem], turn: int, rows: StatePart, focus: int, prior: Reals
 ) -> tuple[list[float], list[float]]:
     """Return the probability of a transition to the focus from each possible row, and its prior."""
     actions: list[int | None] = [None] * len(view.problem.agents)
     unknown = actions.copy()
     actions[view.seat] = int(view.actions[turn - 1])
-    priors = rows.sum_rows(prior)
+    priors = rows.sum_states(prior)
     transitions = []
     for row in np.flatnonzero(priors):
-        part = np.where(rows.row_of_state == row, prior, 0.0)
+        part = np.where(rows.value_of_state == row, prior, 0.0)
         next_states = view.problem.joint_belief_update(part, actions, unknown)
-        transitions.append(float(rows.sum_rows(next_states)[focus] / priors[row]))
+        transitions.append(float(rows.sum_states(next_states)[focus] / priors[row]))
     return transitions, priors[priors > 0].tolist()
 
 
-def _build_table(rows: TableRows, update: BeliefUpdate, column_count: int) -> BeliefTable:
+def _build_table(rows: StatePart, update: BeliefUpdate, column_count: int) -> BeliefTable:
     """Return the first columns of a table.
 
     The likelihood of a row that the action cannot lead to is NaN: no number is known for it.
     """
-    predicted, product = rows.sum_rows(update.predicted), rows.sum_rows(update.product)
+    predicted, product = rows.sum_states(update.predicted), rows.sum_states(update.product)
     undefined = np.full(len(predicted), np.nan)
     columns = (
-        ("prior", rows.sum_rows(update.prior)),
+        ("prior", rows.sum_states(update.prior)),
         ("predicted", predicted),
         ("likelihood", np.divide(product, predicted, out=undefined, where=predicted > 0)),
         ("product", product),
-        ("posterior", rows.sum_rows(update.posterior)),
+        ("posterior", rows.sum_states(update.posterior)),
     )
     return BeliefTable(rows.labels, columns[:column_count])
 

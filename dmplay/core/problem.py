@@ -51,6 +51,24 @@ class UniformCounts(NamedTuple):
     step: int
 
 
+class StatePart(NamedTuple):
+    """A part of the state, such as the hex of a walker: its values, and that of each state."""
+
+    labels: Sequence[str]
+    value_of_state: Ints  # [S], indices of labels
+
+    def sum_states(self, numbers: Reals) -> Reals:
+        """Return the sum `[V]` of numbers `[S]` over the states with each value."""
+        return np.bincount(self.value_of_state, numbers, len(self.labels)).astype(float)
+
+
+class StateParts(NamedTuple):
+    """The parts of a state whose beliefs are shown in separate tables, and their plural noun."""
+
+    noun: str
+    parts: Sequence[StatePart]
+
+
 class Outcome(NamedTuple):
     """The outcome of one joint action, for B rows and n agents.
 
@@ -317,6 +335,10 @@ class Problem(ABC):
     def state_indices(self, s: Array) -> Ints:
         """Return the index `[B]` of each state in `enumerate_states`."""
         return s
+
+    def state_parts(self, seat: int) -> StateParts | None:
+        """Return the parts of a state whose beliefs a seat is shown; None for the whole state."""
+        return None
 
     def joint_belief_update(
         self, belief: Reals, actions: Sequence[int | None], observations: Sequence[int | None]

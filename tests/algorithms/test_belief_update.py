@@ -1,5 +1,7 @@
 """The belief update in steps, compared with the session's belief and with T and O."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -11,6 +13,7 @@ from dmplay.core.arrays import Reals
 from dmplay.core.problem import Problem, enumerate_outcomes, next_state_indices
 from dmplay.core.session import Session
 from dmplay.core.tabular import joint_actions, tabulate
+from tests.support.document_examples import TIGER_SOURCE
 from tests.support.formulas import assert_formula_adds_up
 from tests.support.games import make_session, play_actions
 from tests.support.literature_pomdps import make_cheese_maze, make_tag, make_tiger
@@ -131,6 +134,27 @@ def test_the_hunt_shows_marginals_of_the_joint_belief() -> None:
     tables = [table for table in step.pictures if isinstance(table, BeliefTable)]
     labels = [table.state_labels[0] for table in tables]
     assert labels == ["prey (-1,2)", "predator2 (-1,2)", "predator1 (-1,2)"]
+
+
+def test_a_users_file_divides_its_state_into_parts(tmp_path: Path) -> None:
+    source = (
+        TIGER_SOURCE
+        + """
+
+    def state_parts(self, seat):
+        import numpy as np
+        from dmplay import StatePart, StateParts
+        doors = StatePart(["left door", "right door"], np.array([0, 1]))
+        return StateParts("things", [doors, StatePart(["here"], np.array([0, 0]))])
+"""
+    )
+    (tmp_path / "parts.py").write_text(source)
+    start, *_ = watch(dmplay.load_problem(tmp_path / "parts.py"))
+    tables = [table for table in start.pictures if isinstance(table, BeliefTable)]
+    assert [[*table.state_labels] for table in tables] == [["left door", "right door"], ["here"]]
+    assert read_column(start, "prior", 1).tolist() == [1.0]
+    sentence = "The belief is about all things together; each table shows one of them."
+    assert start.sentences[-1] == sentence
 
 
 def test_the_baby_of_the_book_is_fed_and_cries() -> None:

@@ -19,7 +19,7 @@ from dmplay.core.arrays import Array, Bools, Ints, Reals
 from dmplay.core.chance import Chance, DiscreteUniform
 from dmplay.core.hexgrid import format_hex, move_destinations
 from dmplay.core.parameters import parameter
-from dmplay.core.problem import Outcome
+from dmplay.core.problem import Outcome, StatePart, StateParts
 from dmplay.core.spaces import Labels
 from dmplay.core.work_budget import Budget
 from dmplay.problems._shared.hex_hunt import (
@@ -182,6 +182,14 @@ class CollaborativePredatorPrey(HexHunt):
     def _observation_table(self) -> Ints:
         """The observation of each predator in every state, `[S, n]`."""
         return self.observe(self.enumerate_states())
+
+    def state_parts(self, seat: int) -> StateParts:
+        """Return the hex of each walker: of the prey, of the seat, and then of its partners."""
+        states, hexes = self.enumerate_states(), [format_hex(hex_) for hex_ in self.hexes]
+        names = (*self.agents, "prey")
+        order = dict.fromkeys((len(self.agents), seat, *range(len(self.agents))))
+        parts = [StatePart([f"{names[w]} {hex_}" for hex_ in hexes], states[:, w]) for w in order]
+        return StateParts("walkers", parts)
 
     @cached_property
     def walk_probabilities(self) -> Reals:
