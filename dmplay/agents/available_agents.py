@@ -26,6 +26,7 @@ class Roster:
     simulation_agent: str | None = (
         None  # plays in a search's simulations, in place of hint provider and partner
     )
+    adds_general_agents: bool = True  # the agents of general methods can play this seat too
 
     def hint_provider_for(self, turns: int | None) -> str | None:
         """Return the name of the hint provider for games of `turns` turns; None if there is none.

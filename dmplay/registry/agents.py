@@ -111,7 +111,9 @@ def load_roster(problem: Problem, seat: int = 0) -> Roster:
     if specific is None:
         roster = general()
         return replace(roster, agents={**roster.agents, **AGENTS_FOR_ANY_PROBLEM})
-    agents = _SpecificAgentsFirst(specific.agents, lambda: general().agents)
+    agents = _SpecificAgentsFirst(
+        specific.agents, lambda: general().agents if specific.adds_general_agents else {}
+    )
     roster = replace(specific, agents=agents)
     problem_module_exports.check_roles(problem, roster)
     if roster.hint_provider:

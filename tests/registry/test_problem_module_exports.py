@@ -141,6 +141,13 @@ def test_agents_of_a_module_play_give_hints_and_have_parameters() -> None:
         dmplay.load_agent(problem, 0, "patient:egde=3")
 
 
+def test_a_roster_may_leave_out_the_agents_of_general_methods() -> None:
+    roster = 'Roster({"patient": Patient}, adds_general_agents=False)'
+    Path("alone.py").write_text(f"{WALK_SOURCE}\nfrom dmplay import Roster\nAGENTS = {roster}\n")
+    names = [*agents.load_roster(dmplay.load_problem("./alone.py")).agents]
+    assert names == ["patient", "random", "search"]
+
+
 def test_keys_of_a_module_play(tmp_path: Path) -> None:
     assert dict(
         resolve_key_maps(

@@ -434,6 +434,8 @@ def list_agents(problem: CollaborativePredatorPrey, seat: int) -> Roster:
         hint_provider=_choose_hint_provider(problem),
         default_partner="sweep",
         simulation_agent=simulation_agent,
+        # The general agent `optimal` refuses small hunts whose joint plan is not proven optimal.
+        adds_general_agents=problem.predators == 1,
     )
 
 
