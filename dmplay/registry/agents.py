@@ -143,10 +143,15 @@ class _SpecificAgentsFirst(Mapping[str, type[SeatPolicy]]):
         general = self._find_general().items()
         others = {name: kind for name, kind in general if kind not in classes}
         names = dict.fromkeys([*self._specific, *others, *AGENTS_FOR_ANY_PROBLEM])
-        return {name: (others | AGENTS_FOR_ANY_PROBLEM | self._specific)[name] for name in names}
+        return {name: (others | self._quickly_found)[name] for name in names}
+
+    @property
+    def _quickly_found(self) -> dict[str, type[SeatPolicy]]:
+        """The agents of the problem, and those for any problem."""
+        return AGENTS_FOR_ANY_PROBLEM | self._specific
 
     def __getitem__(self, name: str) -> type[SeatPolicy]:
-        return self._specific[name] if name in self._specific else self._all[name]
+        return self._quickly_found.get(name) or self._all[name]
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._all)
