@@ -19,8 +19,8 @@ PACKAGE_FOLDER = TESTS_FOLDER.parent / "dmplay"
 # From the lowest to the highest: a folder imports only itself and the folders before it.
 LAYERS = (
     "errors", "guide", "core", "terminal", "formats", "simulation", "algorithms", "solvers",
-    "agents", "transcript", "external", "registry", "views", "gym", "zoo", "game", "validation",
-    "evaluation", "tutor", "ui", "output", "plots", "problems", "servers", "cli",
+    "agents", "transcript", "external", "registry", "views", "gym", "zoo", "game",
+    "evaluation", "tutor", "validation", "ui", "output", "plots", "problems", "servers", "cli",
     "pytest_plugin", "__main__",
 )  # fmt: skip
 UI_LIBRARIES = {"rich", "typer", "prompt_toolkit"}

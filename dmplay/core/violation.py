@@ -39,6 +39,7 @@ class CheckResult(NamedTuple):
 
 
 CheckResults = Iterator[CheckResult]
+Findings = Iterator[CheckResult | Violation]
 
 
 def make_violation(owner: type, attribute: str, message: str | Callable[[], str]) -> Violation:

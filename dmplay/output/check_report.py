@@ -6,16 +6,13 @@ import numpy as np
 
 from dmplay.core.problem import Problem
 from dmplay.core.text import format_count, format_json_report
-from dmplay.evaluation.solutions.solve import find_own_function
+from dmplay.errors import DmplayError
 from dmplay.formats.problem_classes import FileProblem
 from dmplay.game.command_line_results import Printout
-from dmplay.game.plot_kinds import load_figures
 from dmplay.registry import problems
-from dmplay.tutor.puzzle_mining import list_setups
-from dmplay.tutor.quantity import load_problem_quantities
-from dmplay.tutor.rules_of_thumb import list_rules
 from dmplay.validation.agent_trial import EPISODES, AgentTrial, try_agent
 from dmplay.validation.conformance import check
+from dmplay.validation.invariants import describe_user_error
 
 VIOLATION_EXIT_CODE, FAILED_AGENT_EXIT_CODE = 2, 1
 EMPTY_ROW_MEANINGS = {
@@ -28,24 +25,28 @@ def report_violations(name: str, parameters: Mapping[str, object], *, json: bool
     """Check a problem against all invariants; return a report with one line per violation.
 
     If there are none, the report is one line that says so. The exit code is VIOLATION_EXIT_CODE if
-    there is a violation, else 0. Raise BadParameter if what `solve`, puzzles or lessons use is
-    invalid.
+    there is a violation, else 0. An error that the problem's code raises when it is loaded is a
+    violation.
     """
-    loaded = problems.find_problem(name, parameters)
-    violations = check(loaded.problem)
-    if not violations:
-        _check_exports(loaded.problem)
+    notes = list[str]()
+    try:
+        name, problem, *_ = problems.find_problem(name, parameters)
+    except DmplayError:
+        raise
+    except Exception as error:
+        violations = [describe_user_error(error)]
+    else:
+        violations, notes = check(problem), _list_notes(problem)
     exit_code = VIOLATION_EXIT_CODE if violations else 0
-    notes = _list_notes(loaded.problem)
     if json:
         faults = [violation._asdict() for violation in violations]
-        data = {"problem": loaded.name, "faults": faults, "notes": notes}
+        data = {"problem": name, "faults": faults, "notes": notes}
         return Printout(format_json_report(data), exit_code=exit_code)
     if not violations:
-        return Printout("\n".join([f"ok {loaded.name}: all invariants hold", *notes]))
+        return Printout("\n".join([f"ok {name}: all invariants hold", *notes]))
     lines = [
         *(violation.format_with_name(name) for violation in violations),
-        f"{loaded.name}: {format_count(len(violations), 'violation')}",
+        f"{name}: {format_count(len(violations), 'violation')}",
         *notes,
     ]
     return Printout("\n".join(lines), exit_code=exit_code)
@@ -69,15 +70,6 @@ def report_agent_trial(
     games = f"{EPISODES} games of {name}"
     conditions = "the same alone, in a batch and in other processes"
     return Printout(f"ok {agent}: legal choices in {games}, {conditions}")
-
-
-def _check_exports(problem: Problem) -> None:
-    """Raise BadParameter if a problem's code defines an invalid solution, figure or lesson part."""
-    find_own_function(problem)
-    list_rules(problem)
-    list_setups(problem)
-    load_problem_quantities(problem)
-    load_figures(problem)
 
 
 def _list_notes(problem: Problem) -> list[str]:

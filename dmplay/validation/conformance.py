@@ -14,11 +14,18 @@ from dmplay.core.policy import Policy
 from dmplay.core.problem import Problem, check_problem
 from dmplay.core.session import Session
 from dmplay.core.uniforms import SeededUniforms
-from dmplay.core.violation import CheckResult, CheckResults, Violation
+from dmplay.core.violation import CheckResult, CheckResults, Findings, Violation
 from dmplay.errors import BadPolicy, BudgetExceeded
+from dmplay.evaluation.solutions.solve import find_own_function
 from dmplay.game.key_bindings import resolve_key_maps
 from dmplay.game.key_preferences import DEFAULT_KEY_PREFERENCES
-from dmplay.registry import agents, problem_module_exports
+from dmplay.game.plot_kinds import load_figures
+from dmplay.registry import agents
+from dmplay.registry.problem_module_exports import (
+    PART_BY_NAME,
+    find_export,
+    load_specific_roster,
+)
 from dmplay.simulation import random_play
 from dmplay.simulation.random_play import (
     SEED,
@@ -28,6 +35,9 @@ from dmplay.simulation.random_play import (
     slice_rows,
 )
 from dmplay.solvers.pomdp.legal_action_leak import check_legal_action_leak
+from dmplay.tutor.puzzle_mining import list_setups
+from dmplay.tutor.quantity import load_problem_quantities
+from dmplay.tutor.rules_of_thumb import list_rules
 from dmplay.validation import invariants
 from dmplay.validation.policy_checks import find_agent_violation
 from dmplay.views.protocol import DrawOptions, ViewModule, fit_board, load_view_module
@@ -45,40 +55,49 @@ SEPARATE_BATCHES = (
 AGENT_GAMES = 7  # games in which the choices of an agent are checked
 DRAWN_TURNS = 4  # turns after which a view is drawn
 VIEW_WIDTHS = (40, 80, 120)
+EXPORT_LOADERS: tuple[Callable[[Problem], object], ...] = (
+    find_own_function,
+    list_rules,
+    list_setups,
+    load_problem_quantities,
+    load_figures,
+)
+Stage = list[Callable[[], Findings]]
 
 
 def check(problem: Problem) -> list[Violation]:
     """Return the violations of a problem's invariants, each with its source line.
 
-    The groups are checked in order, and the first with violations ends the check, because each
-    relies on those before it: the attributes and arrays of the first turn, the dynamics, the agents
-    and then the view that the module defines. Raise BadParameter for anything but a problem.
+    The stages are checked in order, and the first with violations ends the check, because each
+    relies on those before it: the files of the problem's folder, the attributes and arrays of the
+    first turn, the dynamics, the agents, and all else that its code defines. Raise BadParameter for
+    anything but a problem.
     """
     check_problem(problem, None)
-    for check_group in (_check_attributes, _check_dynamics, _check_agents, _check_problem_view):
-        violations = [*dict.fromkeys(check_group(problem))]
+    for stage in _iter_stages(problem):
+        violations = [
+            violation
+            for invariant in stage
+            for violation in invariants.find_violations(type(problem), invariant)
+        ]
         if violations:
-            return violations
+            return [*dict.fromkeys(violations)]
     return []
 
 
-def _check_attributes(problem: Problem) -> Iterator[Violation]:
-    """Yield the violations of the problem's own attributes, up to the first failing stage."""
-    for check_functions in (*CHECK_STAGES, (check_legal_action_leak,)):
-        violations = [
-            violation
-            for check_function in check_functions
-            for violation in invariants.find_violations(
-                type(problem), partial(check_function, problem)
-            )
-        ]
-        yield from violations
-        if violations:
-            return
+def _iter_stages(problem: Problem) -> Iterator[Stage]:
+    """Yield the checks of a problem in stages, each of which relies on those before it."""
+    yield [partial(_import_part, problem, name) for name in PART_BY_NAME]
+    for stage in (*CHECK_STAGES, (check_legal_action_leak,)):
+        yield [partial(check_function, problem) for check_function in stage]
+    yield from _iter_dynamics_stages(problem)
+    yield [partial(_check_agents, problem, seat) for seat in range(len(problem.agents))]
+    yield [partial(_check_view, problem)]
+    yield [partial(_check_export, problem, load_export) for load_export in EXPORT_LOADERS]
 
 
-def _check_dynamics(problem: Problem) -> Iterator[Violation]:
-    """Yield the violations of the dynamics in random play, up to the first failing group."""
+def _iter_dynamics_stages(problem: Problem) -> Iterator[Stage]:
+    """Yield the checks of the dynamics in random play."""
 
     @cache
     def sampled_turns() -> SampledTurns:
@@ -93,74 +112,67 @@ def _check_dynamics(problem: Problem) -> Iterator[Violation]:
     @cache
     def final_states() -> Array:
         """Return the states of the sampled turns and the final states of random games."""
-        return make_arrays_readonly(
-            np.concatenate(
-                [
-                    sampled_turns().s,
-                    random_play.final_states(problem, RANDOM_GAMES, RANDOM_GAME_TURNS),
-                ]
+        ends = random_play.final_states(problem, RANDOM_GAMES, RANDOM_GAME_TURNS)
+        return make_arrays_readonly(np.concatenate([sampled_turns().s, ends]))[0]
+
+    yield [lambda: invariants.check_determinism(problem, sampled_turns(), sampled_outcomes())]
+    for rows in SEPARATE_BATCHES:
+        yield [
+            lambda rows=rows: invariants.check_row_independence(  # type: ignore[misc]
+                problem,
+                SampledTurns(*slice_rows(sampled_turns(), rows)),
+                slice_rows(sampled_outcomes(), rows),
             )
-        )[0]
-
-    def check_batch_independence(rows: slice) -> CheckResults:
-        """Check that these rows have the same outcomes in a batch without the others."""
-        return invariants.check_row_independence(
-            problem,
-            SampledTurns(*slice_rows(sampled_turns(), rows)),
-            slice_rows(sampled_outcomes(), rows),
-        )
-
-    independence_checks: list[list[Callable[[], CheckResults]]] = [
-        [partial(check_batch_independence, rows)] for rows in SEPARATE_BATCHES
-    ]
-    groups: list[list[Callable[[], CheckResults]]] = [
-        [lambda: invariants.check_determinism(problem, sampled_turns(), sampled_outcomes())],
-        *independence_checks,
-        [lambda: invariants.check_shapes(problem, sampled_turns())],
-        [
-            *(
-                partial(lambda invariant: invariant(problem, sampled_turns()), invariant)
-                for invariant in invariants.INVARIANTS
-            ),
-            lambda: invariants.check_state_text(
-                problem, final_states()[:: SAMPLED_TURNS // ROUND_TRIP_STATES]
-            ),
-            lambda: invariants.check_terminal_states(problem, final_states()),
-        ],
-    ]
-    for group in groups:
-        violations = [
-            violation
-            for invariant in group
-            for violation in invariants.find_violations(type(problem), invariant)
         ]
-        yield from violations
-        if violations:
-            return
+    yield [lambda: invariants.check_shapes(problem, sampled_turns())]
+    yield [
+        *(
+            partial(lambda invariant: invariant(problem, sampled_turns()), invariant)
+            for invariant in invariants.INVARIANTS
+        ),
+        lambda: invariants.check_state_text(
+            problem, final_states()[:: SAMPLED_TURNS // ROUND_TRIP_STATES]
+        ),
+        lambda: invariants.check_terminal_states(problem, final_states()),
+    ]
 
 
-def _check_agents(problem: Problem) -> Iterator[Violation]:
-    """Yield the violations of the agents that the problem's code defines, in their seats."""
-    for seat in range(len(problem.agents)):
-        roster = problem_module_exports.load_specific_roster(problem, seat)
-        for name in roster.agents if roster else ():
-            try:
-                policy = agents.load_agent(problem, seat, name)
-            except BadPolicy:  # this agent does not play this seat
-                continue
-            policies: list[Policy] = [Random(problem, i) for i in range(len(problem.agents))]
-            policies[seat] = policy
-            with suppress(BudgetExceeded):  # too large to check, which is not a violation
-                violation = find_agent_violation(problem, seat, policies, AGENT_GAMES)
-                if violation:
-                    yield violation._replace(what=f"{name}: {violation.what}")
+def _import_part(problem: Problem, name: str) -> Findings:
+    """Import the file of a problem's folder that defines a name; its errors are violations."""
+    find_export(problem, name)
+    yield from ()
 
 
-def _check_problem_view(problem: Problem) -> Iterator[Violation]:
-    """Yield the violations of a problem's view while a short game is played."""
+def _check_agents(problem: Problem, seat: int) -> Findings:
+    """Yield the violations of the agents of a seat that the problem's code defines."""
+    roster = load_specific_roster(problem, seat)
+    for name in roster.agents if roster else ():
+        try:
+            policy = agents.load_agent(problem, seat, name)
+        except BadPolicy:  # this agent does not play this seat
+            continue
+        policies: list[Policy] = [Random(problem, i) for i in range(len(problem.agents))]
+        policies[seat] = policy
+        with suppress(BudgetExceeded):  # too large to check, which is not a violation
+            violation = find_agent_violation(problem, seat, policies, AGENT_GAMES)
+            if violation:
+                yield violation._replace(what=f"{name}: {violation.what}")
+
+
+def _check_export(problem: Problem, load_export: Callable[[Problem], object]) -> Findings:
+    """Load what a problem's code defines for `solve`, puzzles, lessons or plots.
+
+    The errors of an invalid definition are violations.
+    """
+    load_export(problem)
+    yield from ()
+
+
+def _check_view(problem: Problem) -> Findings:
+    """Check a problem's view and keys while a short game is played."""
     policies = [Random(problem, at) for at in range(len(problem.agents))]
     session = Session(problem, SeededUniforms(SEED), policies, turn_limit=DRAWN_TURNS)
-    yield from invariants.find_violations(type(problem), partial(_check_game_display, session))
+    return _check_game_display(session)
 
 
 def _check_game_display(session: Session) -> CheckResults:

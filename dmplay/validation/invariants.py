@@ -16,8 +16,8 @@ from dmplay.core.problem import Problem, enumerate_outcomes
 from dmplay.core.spaces import Labels
 from dmplay.core.tabular import tabulate
 from dmplay.core.user_code_locations import describe_error_location
-from dmplay.core.violation import CheckResult, CheckResults, Violation, make_violation
-from dmplay.errors import BadParameter, BudgetExceeded
+from dmplay.core.violation import CheckResult, CheckResults, Findings, Violation, make_violation
+from dmplay.errors import BadParameter, BudgetExceeded, UnknownName
 from dmplay.simulation.random_play import (
     MAX_ENUMERATED_STATES,
     WALK_LENGTH,
@@ -49,7 +49,7 @@ def _is_close(first: Array | float, second: Array | float) -> bool:
     return np.allclose(first, second, rtol=1e-7, atol=ROUNDING_TOLERANCE)
 
 
-def find_violations(owner: type, invariant: Callable[[], CheckResults]) -> Iterator[Violation]:
+def find_violations(owner: type, invariant: Callable[[], Findings]) -> Iterator[Violation]:
     """Yield the violations of an invariant, up to the first on which later checks depend.
 
     An error that the problem's own code raises is a violation too; an error of dmplay is raised
@@ -57,26 +57,32 @@ def find_violations(owner: type, invariant: Callable[[], CheckResults]) -> Itera
     """
     try:
         for result in invariant():
-            if not result.ok:
+            if isinstance(result, Violation):
+                yield result
+            elif not result.ok:
                 yield make_violation(owner, result.attribute, result.message)
                 if not result.independent:
                     return
     except BudgetExceeded:  # too large to check, which is not a violation
         return
-    except BadParameter as error:
-        has_location = str(error)[:1] in "./"  # without a location it is about an event or a state
-        yield (
-            Violation("", str(error))
-            if has_location
-            else make_violation(owner, "resolve_events", f"resolve_events: {error}")
-        )
+    except (BadParameter, UnknownName) as error:
+        if str(error)[:1] in "./":
+            yield Violation("", str(error))
+        elif isinstance(error, BadParameter):  # it is about an event or a state
+            yield make_violation(owner, "resolve_events", f"resolve_events: {error}")
+        else:
+            yield describe_user_error(error)
     except Exception as error:  # raised by user code
-        error_text = describe_error_location(error)
-        if not error_text:
-            raise
-        location, _, description = error_text.partition(": ")
-        remedy = "; copy the array first" if "read-only" in description else ""
-        yield Violation(location, description + remedy)
+        yield describe_user_error(error)
+
+
+def describe_user_error(error: Exception) -> Violation:
+    """Return the violation of an error that user code raised; raise an error of dmplay again."""
+    location, _, description = describe_error_location(error).partition(": ")
+    if not location:
+        raise error
+    remedy = "; copy the array first" if "read-only" in description else ""
+    return Violation(location, description + remedy)
 
 
 def evaluate_batch(problem: Problem, turns: SampledTurns) -> tuple[Array, ...]:

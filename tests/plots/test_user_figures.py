@@ -99,7 +99,7 @@ def test_the_check_of_a_problem_reports_invalid_figures(tmp_path: Path) -> None:
     Path("bad.py").write_text(f"{WALK_SOURCE}{FIGURE_SOURCE}\n\nFIGURES = [7]\n")
     result = run_dmplay(tmp_path, "check", "./bad.py")
     assert result.returncode == 2
-    assert "bad.py: FIGURES: got [7]" in result.stderr
+    assert "bad.py: FIGURES: got [7]" in result.stdout
 
 
 def test_an_error_in_the_function_of_a_figure_names_its_line(tmp_path: Path) -> None:

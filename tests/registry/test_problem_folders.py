@@ -1,5 +1,6 @@
 """Tests of one road: a problem built in, as a user's folder, and as a single file."""
 
+import json
 import pickle
 import shutil
 from pathlib import Path
@@ -12,8 +13,10 @@ from dmplay.agents.base import AdviceQuestion
 from dmplay.core.problem import Problem
 from dmplay.core.session import Session
 from dmplay.core.uniforms import SeededUniforms
+from dmplay.output import check_report
 from dmplay.problems import bandit
-from dmplay.registry import agents
+from dmplay.registry import agents, module_loader
+from dmplay.registry import problem_module_exports as module_exports
 from dmplay.registry.problem_module_exports import find_folder_name
 from dmplay.registry.problem_name_kinds import rebase_name
 from dmplay.views.protocol import load_view_module
@@ -75,17 +78,35 @@ def test_equal_arms_are_all_best(users_bandit: str) -> None:
         assert "a b c" in str(dmplay.solve(problem))
 
 
-def test_every_file_of_a_folder_is_checked(tmp_path: Path) -> None:
+def test_an_import_error_in_any_file_of_a_folder_is_a_violation(tmp_path: Path) -> None:
     name = copy_folder(bandit, tmp_path / "bandit")
-    for part in ("agents", "view"):
+    for part in module_loader.PARTS:
         file = tmp_path / "bandit" / f"{part}.py"
-        text = file.read_text()
+        text = file.read_text() if file.exists() else ""
         file.write_text(f"import no_such_module\n{text}")
-        check = run_dmplay(tmp_path, "check", name)
-        assert check.returncode
-        assert f"{part}.py:1" in check.stdout + check.stderr
-        assert "no_such_module" in check.stdout + check.stderr
+        (violation,) = list_violations(name)
+        assert violation["where"].endswith(f"{part}.py:1")
+        assert "no_such_module" in violation["what"]
         file.write_text(text)
+
+
+def list_violations(name: str) -> list[dict[str, str]]:
+    """Return the violations that `dmplay check --json` reports."""
+    report = check_report.report_violations(name, {}, json=True)
+    violations: list[dict[str, str]] = json.loads(str(report.text))["faults"]
+    return violations
+
+
+@pytest.mark.parametrize("export", module_exports.PART_BY_NAME.keys() - {"VIEW", "PUZZLE_DAY"})
+def test_an_invalid_export_is_a_violation_in_a_folder_and_in_a_file(
+    export: str, users_bandit: str
+) -> None:
+    part = module_exports.PART_BY_NAME[export]
+    file = Path(users_bandit, f"{part}.py") if users_bandit.endswith("/") else Path(users_bandit)
+    text = file.read_text() if file.exists() else ""
+    file.write_text(f"{text}\n{export} = 7\n")
+    (violation,) = list_violations(users_bandit)
+    assert f"{file.name}: {export}: got 7" in violation["what"]
 
 
 def test_a_folder_is_loaded_again_after_a_change_of_any_file(tmp_path: Path) -> None:

@@ -252,7 +252,7 @@ def test_invalid_rules_of_thumb_and_puzzle_games_are_refused(
     is_found_by_check = "expected a list" in message
     result = run_dmplay(tmp_path, "check", "./own.py")
     assert result.returncode == 2 * is_found_by_check
-    assert ("expected a list of" in result.stderr) == is_found_by_check
+    assert ("expected a list of" in result.stdout) == is_found_by_check
 
 
 def test_the_places_of_the_problems_in_the_puzzles_of_the_day_count_from_0() -> None:
