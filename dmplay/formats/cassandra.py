@@ -37,8 +37,9 @@ from dmplay.formats.lexer import (
 from dmplay.formats.problem_classes import FileProblem, MarkovModel, make_unique_labels
 
 BYTES_PER_MERGED_ENTRY = 80  # extra bytes while entries are sorted; 74 by tracemalloc
+BYTES_PER_ENTRY = 24  # bytes of a stored entry: its row, column and value
 # of an entry that is added: stored, copied once, and later sorted
-BYTES_PER_NEW_ENTRY = 24 + BYTES_PER_MERGED_ENTRY
+BYTES_PER_NEW_ENTRY = BYTES_PER_ENTRY + BYTES_PER_MERGED_ENTRY
 STATEMENT_COST = ARRAY_CALL_WORK / 100  # work to process one statement, in addition to its numbers
 
 IndexOrArray = TypeVar("IndexOrArray", int, Ints)
@@ -133,7 +134,7 @@ class _ProbabilityArray:
         memory.check_addition(float(BYTES_PER_NEW_ENTRY) * self._size)
         self.empty_row_count = 0  # rows without probabilities that no game uses
         self._entries: list[_SparseEntries] = []
-        self._n_entries, self._n_bytes = 0, 0  # number and bytes of the entries in `_entries`
+        self._n_entries = 0  # number of the entries in `_entries`
         # entries set one at a time, later than those in `_entries`
         self._single_entries = (array("q"), array("q"), array("d"))
         self._row_resets = np.zeros(
@@ -193,7 +194,7 @@ class _ProbabilityArray:
         self._row_offsets[rows] = statement.offset
         if column is None:
             if len(rows) == self._size:
-                self._entries, self._n_entries, self._n_bytes = [], 0, 0
+                self._entries, self._n_entries = [], 0
             self._row_resets[rows] = self._n_entries
         if is_zero:
             return
@@ -220,8 +221,7 @@ class _ProbabilityArray:
         """Append entries; raise BudgetExceeded if they take too much memory."""
         self._entries.append(entries)
         self._n_entries += len(entries.rows)
-        self._n_bytes += _count_bytes(entries)
-        self._memory.record(f"{self._kind} entries", self._n_bytes)
+        self._memory.record(f"{self._kind} entries", BYTES_PER_ENTRY * self._n_entries)
         self._memory.check_addition(BYTES_PER_MERGED_ENTRY * float(self._n_entries))
 
     def _expand_statement(
@@ -300,7 +300,7 @@ class _ProbabilityArray:
             raise self._row_sum_error(text, int(np.argmax(deviation > SUM_TOLERANCE)), sums)
         value = np.where(deviation[row] > EXACT_SUM_TOLERANCE, value / sums[row], value)
         matrix = SparseMatrix(np.searchsorted(row, np.arange(self._size + 1)), column, value)
-        self._memory.record(f"{self._kind} entries", _count_bytes(matrix))
+        self._memory.record(f"{self._kind} entries", sum(part.nbytes for part in matrix))
         return matrix
 
     def _merge_entries(self) -> _SparseEntries:
@@ -330,11 +330,6 @@ class _ProbabilityArray:
         else:
             explanation = f"got probabilities that sum to {sums[row]:.6g}, not 1"
         return source.error_at(offset, f"{location}: {explanation}")
-
-
-def _count_bytes(arrays: _SparseEntries | SparseMatrix) -> int:
-    """Return the bytes of all arrays."""
-    return sum(part.nbytes for part in arrays)
 
 
 class _RewardArray:
