@@ -6,7 +6,7 @@ from graphlib import TopologicalSorter
 from typing import NamedTuple
 
 from dmplay.formats.gambit_nfg import GambitLexer
-from dmplay.formats.lexer import SUM_TOLERANCE, SourceText, decode_text, make_reading_budget
+from dmplay.formats.lexer import SUM_TOLERANCE, make_reading_budget
 
 BYTES_PER_NODE = 2000  # memory of one node while it is read and written
 # Nodes on a path. OpenSpiel reads a tree by recursion, some 600 bytes of stack for each node, and a
@@ -71,20 +71,21 @@ class _TreeReader:
                 f"t, because a path has at most {MAX_PATH_NODES} nodes before it"
             )
         lexer.expect("c", "p", "t")
-        if lexer.token[:1] == '"':
-            lexer.read_string("the name of a node")
+        lexer.read_optional_string("the name of a node")
         if kind == "t":
             self.terminal_count += 1
             payoffs = ", ".join(map(repr, self._read_payoffs(path.payoffs)))
             line = f't "" {self.terminal_count} "" {{ {payoffs} }}'
             return line if path.last_set else f"{self._format_final_player_node()}\n{line}"
-        player = self._read_player() if kind == "p" else 0
+        player = 0
+        if kind == "p":
+            count = len(self.players)
+            player = lexer.read_integer(1, count, f"the number of a player, 1 to {count}")
         number = lexer.read_integer(1, 1e9, "the number of an information set, 1 or more")
         set_ = self.information_sets[player].setdefault(
             number, len(self.information_sets[player]) + 1
         )
-        if lexer.token[:1] == '"':
-            lexer.read_string("the name of an information set")
+        lexer.read_optional_string("the name of an information set")
         actions = self._read_actions(player, number)
         last_set = path.last_set
         if player:
@@ -105,13 +106,6 @@ class _TreeReader:
             -self.terminal_count, len(self.information_sets[1]) + 1
         )
         return f'p "" 1 {set_} "" {{ "{END_ACTION}" }} 0'
-
-    def _read_player(self) -> int:
-        """Return the number of the player who acts at a node, from 1 on."""
-        player_count = len(self.players)
-        return self.lexer.read_integer(
-            1, player_count, f"the number of a player, 1 to {player_count}"
-        )
 
     def _read_actions(self, player: int, set_number: int) -> list[str]:
         """Return the actions of an information set, those of chance with probabilities.
@@ -160,8 +154,7 @@ class _TreeReader:
         lexer = self.lexer
         position = lexer.position
         number = lexer.read_integer(0, 1e9, "the number of an outcome, 0 for none")
-        if lexer.token[:1] == '"':
-            lexer.read_string("the name of an outcome")
+        lexer.read_optional_string("the name of an outcome")
         if lexer.token == "{":
             lexer.expect("{")
             self.outcomes[number] = tuple(lexer.read_number() for _ in self.players)
@@ -174,24 +167,15 @@ class _TreeReader:
         return tuple(total + payoff for total, payoff in zip(payoffs_so_far, payoffs, strict=True))
 
 
-def normalize_efg(path: str, raw: bytes) -> str:
-    """Return the game in an `.efg` file as text, with everything that the file implies."""
-    return read_efg(path, raw).text
-
-
 def read_efg(path: str, raw: bytes) -> ExtensiveForm:
     """Return the game in an `.efg` file, with everything that the file implies.
 
     Information sets are numbered from 1 on, every node lists its actions, and only terminal nodes
     have payoffs: the sums on their paths. If chance alone ends the game, the first player sees how.
     """
-    lexer = GambitLexer(SourceText(path, decode_text(path, raw)))
-    for expected in (("EFG",), ("2",), ("R", "D")):
-        lexer.expect(*expected)
-    title = lexer.read_string("the title of the game, in quotation marks")
-    players = lexer.read_strings("a player")
-    if lexer.token[:1] == '"':
-        lexer.read_string("a comment")
+    lexer = GambitLexer(path, raw)
+    title, players = lexer.read_header("EFG", "2")
+    lexer.read_optional_string("a comment")
     if lexer.token == "t":
         raise lexer.unexpected_token("c or p, because a game needs a node with actions")
     tree = _TreeReader(lexer, players, information_sets=[{} for _ in range(len(players) + 1)])

@@ -28,14 +28,10 @@ EXPECTED_STRATEGIES = "strategies in braces, or their number"
 
 def read_nfg(path: str, raw: bytes) -> NormalFormGame:
     """Return the game in a file of this content."""
-    lexer = GambitLexer(SourceText(path, decode_text(path, raw)))
-    for expected in (("NFG",), ("1",), ("R", "D")):
-        lexer.expect(*expected)
-    description = lexer.read_string("the title of the game, in quotation marks")
-    players = lexer.read_strings("a player")
+    lexer = GambitLexer(path, raw)
+    title, players = lexer.read_header("NFG", "1")
     actions = _read_strategies(lexer, len(players))
-    if lexer.token[:1] == '"':
-        description = "\n\n".join(filter(None, (description, lexer.read_string("a comment"))))
+    description = "\n\n".join(filter(None, (title, lexer.read_optional_string("a comment"))))
     counts = [len(labels) for labels in actions]
     make_reading_budget().check_memory(
         BYTES_PER_PAYOFF * float(len(players)) * prod(map(float, counts))
@@ -54,27 +50,22 @@ def read_nfg(path: str, raw: bytes) -> NormalFormGame:
 class GambitLexer:
     """A reader of the tokens of a file, one after the other."""
 
-    def __init__(self, text: SourceText) -> None:
-        self._text = text
-        self._tokens = [*TOKEN_PATTERN.finditer(text.content)]
-        self._position = 0
-
-    @property
-    def position(self) -> int:
-        """The number of tokens that have been read."""
-        return self._position
+    def __init__(self, path: str, raw: bytes) -> None:
+        self._text = SourceText(path, decode_text(path, raw))
+        self._tokens = [*TOKEN_PATTERN.finditer(self._text.content)]
+        self.position = 0  # number of tokens that have been read
 
     @property
     def token(self) -> str:
         """The next token; '' at the end."""
-        return self._tokens[self._position][0] if self._position < len(self._tokens) else ""
+        return self._tokens[self.position][0] if self.position < len(self._tokens) else ""
 
     def unexpected_token(self, expected: str, position: int | None = None) -> BadFile:
         """Return the error for an unexpected token: the next one, or the one at `position`."""
-        self._position = self._position if position is None else position
-        is_at_end = self._position >= len(self._tokens)
+        self.position = self.position if position is None else position
+        is_at_end = self.position >= len(self._tokens)
         offset = (
-            len(self._text.content.rstrip()) if is_at_end else self._tokens[self._position].start()
+            len(self._text.content.rstrip()) if is_at_end else self._tokens[self.position].start()
         )
         got = "the end of the file" if is_at_end else repr(self.token)
         return self._text.error_at(offset, f"got {got}, expected {expected}")
@@ -83,15 +74,26 @@ class GambitLexer:
         """Read the next token, which must be one of these words."""
         if self.token not in words:
             raise self.unexpected_token(" or ".join(words))
-        self._position += 1
+        self.position += 1
+
+    def read_header(self, name: str, version: str) -> tuple[str, list[str]]:
+        """Read the start of a file in a format; return the title of the game and its players."""
+        for words in ((name,), (version,), ("R", "D")):
+            self.expect(*words)
+        title = self.read_string("the title of the game, in quotation marks")
+        return title, self.read_strings("a player")
 
     def read_string(self, expected: str) -> str:
         """Read and return a text in quotation marks."""
         word = self.token
         if len(word) < 2 or word[0] != '"' or word[-1] != '"':
             raise self.unexpected_token(expected)
-        self._position += 1
+        self.position += 1
         return re.sub(r"\\(.)", r"\1", word[1:-1])
+
+    def read_optional_string(self, expected: str) -> str:
+        """Read and return a text in quotation marks; '' if the next token is not one."""
+        return self.read_string(expected) if self.token.startswith('"') else ""
 
     def read_strings(self, kind: str) -> list[str]:
         """Read and return names in braces."""
@@ -110,7 +112,7 @@ class GambitLexer:
             raise self.unexpected_token(EXPECTED_NUMBER) from None
         if not abs(value) <= MAX_NUMBER:
             raise self.unexpected_token(EXPECTED_NUMBER)
-        self._position += 1
+        self.position += 1
         return value
 
     def read_integer(self, least: int, most: float, expected: str) -> int:
@@ -118,7 +120,7 @@ class GambitLexer:
         value = parse_integer(self.token)
         if value is None or not least <= value <= most:
             raise self.unexpected_token(expected)
-        self._position += 1
+        self.position += 1
         return value
 
 

@@ -58,14 +58,14 @@ FAULTS = [
 
 
 def test_every_node_is_complete_and_earlier_payoffs_are_paid_at_the_end() -> None:
-    assert gambit_efg.normalize_efg("small.efg", GAME_TEXT.encode()) == NORMALIZED_TEXT
-    assert gambit_efg.normalize_efg("small.efg", NORMALIZED_TEXT.encode()) == NORMALIZED_TEXT
+    assert gambit_efg.read_efg("small.efg", GAME_TEXT.encode()).text == NORMALIZED_TEXT
+    assert gambit_efg.read_efg("small.efg", NORMALIZED_TEXT.encode()).text == NORMALIZED_TEXT
 
 
 def test_a_game_that_chance_ends_gets_a_final_node_of_the_first_player() -> None:
     root_text = 'EFG 2 R "draw" { "ann" }\nc "" 1 "" { "lost" 1/2 "won" 1/2 } 0\n'
     node_text = 't "" 1 "" { -7 }\np "" 1 1 "" { "a" } 0\nt "" 2 "" { 7 }\n'
-    assert gambit_efg.normalize_efg("draw.efg", (root_text + node_text).encode()).splitlines()[
+    assert gambit_efg.read_efg("draw.efg", (root_text + node_text).encode()).text.splitlines()[
         3:
     ] == [
         'c "" 1 "" { "lost" 0.5 "won" 0.5 } 0',
@@ -93,7 +93,7 @@ def test_equal_labels_of_a_node_are_numbered(actions: str, expected: str) -> Non
     header = 'EFG 2 R "labels" { "ann" }\n'
     ends = "".join(f't "" {n + 1} "" {{ {n} }}\n' for n in range(len(expected.split('" "'))))
     player_node = f'p "" 1 1 "" {{ {actions} }} 0\n'
-    normalized = gambit_efg.normalize_efg("labels.efg", (header + player_node + ends).encode())
+    normalized = gambit_efg.read_efg("labels.efg", (header + player_node + ends).encode()).text
     assert normalized.splitlines()[3] == f'p "" 1 1 "" {{ {expected} }} 0'
 
 
@@ -105,7 +105,7 @@ t "" 1 "" { 1 }
 p "" 1 2 "" { "a" } 0
 t "" 2 "" { 2 }
 """
-    assert gambit_efg.normalize_efg("coin.efg", game_text.encode()).splitlines()[3] == (
+    assert gambit_efg.read_efg("coin.efg", game_text.encode()).text.splitlines()[3] == (
         'c "" 1 "" { "1/2" 0.5 "1/2 (2)" 0.5 } 0'
     )
 
@@ -120,7 +120,7 @@ p "" 1 1 "" { "miss" "hit" } 0
 t "" 2
 t "" 1
 """
-    rows = gambit_efg.normalize_efg("coin.efg", game_text.encode()).splitlines()
+    rows = gambit_efg.read_efg("coin.efg", game_text.encode()).text.splitlines()
     assert rows[4] == rows[7] == 'p "" 1 1 "" { "call heads" "call tails" } 0'
 
 
@@ -133,10 +133,10 @@ def write_path(node_count: int, kind: str = "p") -> bytes:
 
 @pytest.mark.parametrize("kind", ["p", "c"])
 def test_a_path_that_is_too_long_for_recursion_is_refused_where_it_becomes_so(kind: str) -> None:
-    assert gambit_efg.normalize_efg("path.efg", write_path(500, kind)).count(f'\n{kind} ""') >= 500
+    assert gambit_efg.read_efg("path.efg", write_path(500, kind)).text.count(f'\n{kind} ""') >= 500
     for node_count in (501, 14_000):
         with pytest.raises(BadFile) as error:
-            gambit_efg.normalize_efg("path.efg", write_path(node_count, kind))
+            gambit_efg.read_efg("path.efg", write_path(node_count, kind))
         assert str(error.value) == (
             f"path.efg:502:1: got '{kind}', "
             "expected t, because a path has at most 500 nodes before it"
@@ -146,14 +146,14 @@ def test_a_path_that_is_too_long_for_recursion_is_refused_where_it_becomes_so(ki
 def test_a_missing_name_is_asked_for_with_the_right_article() -> None:
     text = 'EFG 2 R "" { "ann" }\np "" 1 1 "" { 5 } 0\n'
     with pytest.raises(BadFile, match="expected the name of an action in quotation marks"):
-        gambit_efg.normalize_efg("game.efg", text.encode())
+        gambit_efg.read_efg("game.efg", text.encode())
 
 
 def test_faults_are_reported_with_line_and_column() -> None:
     for before, after, message in FAULTS:
         assert GAME_TEXT.count(before) == 1, before
         with pytest.raises(BadFile) as error:
-            gambit_efg.normalize_efg("small.efg", GAME_TEXT.replace(before, after).encode())
+            gambit_efg.read_efg("small.efg", GAME_TEXT.replace(before, after).encode())
         assert str(error.value).startswith("small.efg:")
         assert message in str(error.value), str(error.value)
 
