@@ -193,7 +193,7 @@ PLANTED_FAULTS = [
         "int(text.split()[1])",
         "int(text.split()[1]) + 1",
         "def parse_state",
-        "parse_state: got array(1)",
+        "parse_state: got 1 from",
     ),
     ("walk", "text.split()[1]", "text.split()[2]", "text.split()[2]", "IndexError: list index"),
     (

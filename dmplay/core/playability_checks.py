@@ -5,7 +5,7 @@ import math
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import fields
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -21,6 +21,7 @@ from dmplay.core.violation import (
     CheckResult,
     CheckResults,
     check_real_array,
+    expect,
     has_shape,
     make_violation,
 )
@@ -63,52 +64,38 @@ def _check_member_kinds(problem: Problem) -> CheckResults:
             is_method = inspect.isfunction(getattr(type(problem), name))
             message = f"{name}: got a method, expected a value; put @property above it"
             yield CheckResult(not is_method, name, message, independent=True)
-            continue
-        value = getattr(problem, name)
-        message = f"{name}: got {_describe_array(value)}, expected a method"
-        yield CheckResult(callable(value), name, message, independent=True)
+        elif not callable(value := getattr(problem, name)):
+            message = f"{name}: got {_describe_array(value)}, expected a method"
+            yield CheckResult(False, name, message, independent=True)
 
 
 def _check_agents(problem: Problem) -> CheckResults:
     """Yield a check that the agents have distinct names."""
-    agents = problem.agents
-    message = f"agents: got {agents!r}, expected a tuple of {_expected_names(agents)}"
-    yield CheckResult(_are_distinct_names(agents), "agents", message)
+    yield _check_names("agents", problem.agents)
+
+
+def _check_names(attribute: str, names: object) -> CheckResult:
+    """Return the result of the check that an attribute is a tuple of distinct names."""
+    expected = f"a tuple of {_expected_names(names)}"
+    return expect(_are_distinct_names(names), attribute, names, expected)
 
 
 def _check_actions(problem: Problem) -> CheckResults:
     """Yield checks that there is a valid action set for each agent."""
     agents, actions = problem.agents, problem.actions
-    is_tuple = isinstance(actions, tuple)
-    yield CheckResult(is_tuple, "actions", f"actions: got {actions!r}, expected (Labels(...),)")
-    message = (
-        f"got {format_count(len(actions), 'action set')} for {format_count(len(agents), 'agent')}"
-    )
-    yield CheckResult(
-        len(actions) == len(agents), "actions", f"actions: {message}, expected one for each agent"
-    )
+    yield expect(isinstance(actions, tuple), "actions", actions, "(Labels(...),)")
+    counts = f"{format_count(len(actions), 'action set')} for {format_count(len(agents), 'agent')}"
+    message = f"actions: got {counts}, expected one for each agent"
+    yield CheckResult(len(actions) == len(agents), "actions", message)
     for space in actions:
-        expected = f"expected Labels with {_expected_names(space)}, or an Interval"
-        message = f"actions: got {space!r}, {expected}"
-        yield CheckResult(
-            isinstance(space, Interval) or _are_distinct_labels(space), "actions", message
-        )
-        yield from (
-            _check_interval(space)
-            if isinstance(space, Interval)
-            else check_typable_labels("actions", space)
-        )
-
-
-def _check_interval(interval: Interval) -> CheckResults:
-    """Yield a check that an interval has two finite bounds, the lower first."""
-    low, high = interval.low, interval.high
-    is_valid = math.isfinite(low) and math.isfinite(high) and low < high
-    yield CheckResult(
-        is_valid,
-        "actions",
-        f"actions: got {interval!r}, expected two finite numbers, the lower first",
-    )
+        if isinstance(space, Interval):
+            low, high = space.low, space.high
+            is_valid = math.isfinite(low) and math.isfinite(high) and low < high
+            yield expect(is_valid, "actions", space, "two finite numbers, the lower first")
+            continue
+        expected = f"Labels with {_expected_names(space)}, or an Interval"
+        yield expect(_are_distinct_labels(space), "actions", space, expected)
+        yield from check_typable_labels("actions", space)
 
 
 def check_typable_labels(attribute: str, labels: Labels) -> CheckResults:
@@ -119,14 +106,12 @@ def check_typable_labels(attribute: str, labels: Labels) -> CheckResults:
                 f"{attribute}: got {label!r}, which is a command in a game; expected another name"
             )
             yield CheckResult(False, attribute, message, independent=True)
-        if label != label.strip() or any(
-            character in label for character in FORBIDDEN_LABEL_CHARACTERS
-        ):
-            message = (
-                f"{attribute}: got {label!r}, expected a name without any of "
-                f"'{FORBIDDEN_LABEL_CHARACTERS}' and without spaces at its start or end"
-            )
-            yield CheckResult(False, attribute, message, independent=True)
+        is_typable = label == label.strip() and not {*label} & {*FORBIDDEN_LABEL_CHARACTERS}
+        expected = (
+            f"a name without any of '{FORBIDDEN_LABEL_CHARACTERS}' "
+            "and without spaces at its start or end"
+        )
+        yield expect(is_typable, attribute, label, expected, independent=True)
     counts = Counter(map(normalize_label, labels))
     duplicates = [label for label in labels if counts[normalize_label(label)] > 1]
     message = (
@@ -142,38 +127,25 @@ def _check_observations(problem: Problem) -> CheckResults:
     is_valid = isinstance(spaces, tuple) and all(
         _are_distinct_labels(space) or _is_observation_space(space) for space in spaces
     )
-    message = (
-        f"observations: got {spaces!r}, expected Labels, "
-        "RealVector or TextLine for each agent, or ()"
-    )
-    yield CheckResult(is_valid and len(spaces) in (0, len(agents)), "observations", message)
+    is_valid = is_valid and len(spaces) in (0, len(agents))
+    expected = "Labels, RealVector or TextLine for each agent, or ()"
+    yield expect(is_valid, "observations", spaces, expected)
     kinds = {(type(space), space.shape) for space in spaces}
-    message = f"observations: got {spaces!r}, expected the same kind for all agents"
-    yield CheckResult(len(kinds) <= 1, "observations", message)
+    yield expect(len(kinds) <= 1, "observations", spaces, "the same kind for all agents")
 
 
 def _check_spaces(problem: Problem) -> CheckResults:
     """Yield checks of the state names, the horizon, the states, the discount and the bounds."""
     if isinstance(problem, Tabular):
-        names = problem.state_names
-        message = f"state_names: got {names!r}, expected a tuple of {_expected_names(names)}"
-        yield CheckResult(_are_distinct_names(names), "state_names", message)
+        yield _check_names("state_names", problem.state_names)
     horizon, states, discount = problem.horizon, problem.state_count, problem.discount
-    message = f"horizon: got {horizon!r}, expected a whole number of turns, 1 or more, or None"
-    yield CheckResult(horizon is None or _is_count(horizon), "horizon", message)
+    is_valid = horizon is None or _is_count(horizon)
+    yield expect(is_valid, "horizon", horizon, "a whole number of turns, 1 or more, or None")
     is_valid = isinstance(states, ContinuousStates) or states == math.inf or _is_count(states)
-    message = (
-        f"state_count: got {states!r}, "
-        "expected a number of states, math.inf or ContinuousStates(...)"
-    )
-    yield CheckResult(is_valid, "state_count", message)
+    expected = "a number of states, math.inf or ContinuousStates(...)"
+    yield expect(is_valid, "state_count", states, expected)
     is_valid = type(discount) in (int, float) and 0 <= discount <= 1
-    yield CheckResult(
-        is_valid,
-        "discount",
-        f"discount: got {discount!r}, expected a number from 0 to 1",
-        independent=True,
-    )
+    yield expect(is_valid, "discount", discount, "a number from 0 to 1", independent=True)
     yield from _check_bounds(problem)
     yield from _check_state_grid(problem)
 
@@ -215,8 +187,7 @@ def _check_bounds(problem: Problem) -> CheckResults:
         is_valid = bounds is None or (
             isinstance(bounds, tuple) and len(bounds) == 2 and bool(np.less_equal(*bounds).all())
         )
-        message = f"{name}: got {bounds!r}, expected a pair (lower, upper), or None"
-        yield CheckResult(is_valid, name, message, independent=True)
+        yield expect(is_valid, name, bounds, "a pair (lower, upper), or None", independent=True)
 
 
 def _check_parameters(problem: Problem) -> CheckResults:
@@ -224,10 +195,8 @@ def _check_parameters(problem: Problem) -> CheckResults:
     for parameter in (parameter for parameter in fields(problem) if parameter.repr):
         value = getattr(problem, parameter.name)
         is_valid = isinstance(value, bool | int | float | str | tuple | list)
-        message = (
-            f"{parameter.name}: got {type(value).__name__}, expected a number, a "
-            "text, True or False, or a list"
-        )
+        expected = "expected a number, a text, True or False, or a list"
+        message = f"{parameter.name}: got {type(value).__name__}, {expected}"
         yield CheckResult(is_valid, parameter.name, message, independent=True)
 
 
@@ -236,10 +205,8 @@ def _check_start(problem: Problem) -> CheckResults:
     chances = problem.initial_chance(TRIED_ROWS)
     yield from _check_chances("initial_chance", chances)
     s = problem.initial_states(TRIED_ROWS, _sample_median_events(chances))
-    expectation = f"expected an array with one state for each of {TRIED_ROWS} rows"
-    yield CheckResult(
-        _has_tried_rows(s), "initial_states", lambda: f"initial_states: got {s!r}, {expectation}"
-    )
+    expected = f"an array with one state for each of {TRIED_ROWS} rows"
+    yield expect(_has_tried_rows(s), "initial_states", s, expected)
     is_valid = problem.state_count != 1 or (s.shape == (TRIED_ROWS,) and not np.any(s))
     message = (
         "state_count: got 1, expected the number of states, because initial_states "
@@ -254,17 +221,15 @@ def _check_start(problem: Problem) -> CheckResults:
         )
         yield CheckResult(s.shape == shape and s.dtype.kind == "f", "initial_states", message)
     yield from _check_state_indices(problem, "initial_states", s)
-    yield from _check_state_text(problem, s)
+    yield from check_state_text(problem, s[:1])
 
 
 def _check_state_indices(problem: Problem, attribute: str, s: Array) -> CheckResults:
     """Yield checks that state indices are whole numbers below the number of states."""
     if isinstance(problem.state_count, int) and len(s):
         indices, last = problem.state_indices(s), problem.state_count - 1
-        expectation = "expected whole numbers, because state_count is finite"
-        yield CheckResult(
-            indices.dtype.kind in "iu", attribute, lambda: f"{attribute}: got {s!r}, {expectation}"
-        )
+        expected = "whole numbers, because state_count is finite"
+        yield expect(indices.dtype.kind in "iu", attribute, s, expected)
         out_of_range = [index for index in (indices.min(), indices.max()) if not 0 <= index <= last]
         message = (
             f"{attribute}: got state {[*out_of_range, 0][0]}, "
@@ -281,22 +246,37 @@ def _check_state_indices(problem: Problem, attribute: str, s: Array) -> CheckRes
         )
 
 
-def _check_state_text(problem: Problem, s: Array) -> CheckResults:
+def check_state_text(problem: Problem, states: Array) -> CheckResults:
     """Yield checks that a state is written as one line and parsed again without loss."""
-    text = problem.format_state(s[0])
-    message = (
-        f"format_state: got {text!r}, expected a line of at most {MAX_LINE_CHARACTERS} characters"
-    )
-    yield CheckResult(_is_one_line(text), "format_state", message)
-    parsed = np.asarray(problem.parse_state(text))
-    yield CheckResult(
-        parsed.shape == s[0].shape and bool(np.all(parsed == s[0])),
-        "parse_state",
-        lambda: (
-            f"parse_state: got {parsed!r} from {text!r}, "
-            f"expected {s[0]!r}, for which format_state returns this text"
-        ),
-    )
+    for s in states:
+        text = problem.format_state(s)
+        expected = f"a line of at most {MAX_LINE_CHARACTERS} characters"
+        yield expect(_is_one_line(text), "format_state", text, expected)
+        parsed = np.asarray(problem.parse_state(text))
+        yield CheckResult(
+            parsed.shape == s.shape and bool(np.all(parsed == s)),
+            "parse_state",
+            partial(_describe_other_state, text, parsed, s),
+        )
+
+
+def _describe_other_state(text: str, parsed: Array, s: Array) -> str:
+    """Return the message about a text that is parsed as another state."""
+    expected = f"expected {s.tolist()}, for which format_state returns this text"
+    return f"parse_state: got {parsed.tolist()} from {text!r}, {expected}"
+
+
+def check_legal_actions(problem: Problem, s: Array, legal: Array | None) -> CheckResults:
+    """Yield a check that each agent has a legal action unless the game is over."""
+    if legal is not None:
+        has_action = np.all(np.any(legal, axis=2), axis=1)
+        stuck = ~has_action & ~problem.terminal(s)
+        example = problem.format_state(s[np.flatnonzero(stuck)[0]]) if stuck.any() else ""
+        message = (
+            f"legal_actions_mask: got no legal action in {example!r}, "
+            "expected at least one legal action for each agent, or a terminal state"
+        )
+        yield CheckResult(not stuck.any(), "legal_actions_mask", message)
 
 
 def _check_first_turn(problem: Problem) -> CheckResults:
@@ -306,32 +286,20 @@ def _check_first_turn(problem: Problem) -> CheckResults:
     )
     is_over, legal = problem.terminal(s), problem.legal_actions_mask(s)
     is_valid = _has_tried_rows(is_over) and is_over.dtype == bool and is_over.ndim == 1
-    expectation = f"expected a Boolean array of shape {(TRIED_ROWS,)}"
-    yield CheckResult(is_valid, "terminal", lambda: f"terminal: got {is_over!r}, {expectation}")
+    yield expect(is_valid, "terminal", is_over, f"a Boolean array of shape {(TRIED_ROWS,)}")
     shape = (TRIED_ROWS, len(problem.agents), max(problem.action_counts))
-    is_valid = legal is None or (
-        has_shape(legal, shape) and legal.dtype == bool and _has_legal_actions(legal, is_over)
-    )
-    legal_expectation = (
-        f"expected None, or a Boolean array of shape {shape} with at least "
-        "one legal action for each agent"
-    )
-    yield CheckResult(
-        is_valid,
-        "legal_actions_mask",
-        lambda: f"legal_actions_mask: got {legal!r}, {legal_expectation}",
-    )
+    is_valid = legal is None or (has_shape(legal, shape) and legal.dtype == bool)
+    expected = f"None, or a Boolean array of shape {shape}"
+    yield expect(is_valid, "legal_actions_mask", legal, expected)
+    yield from check_legal_actions(problem, s, legal)
     a = np.tile([space.candidate_actions()[0] for space in problem.actions], (TRIED_ROWS, 1))
     if legal is not None:
         a = legal.argmax(axis=2)
     chances = problem.chance(s, a)
     yield from _check_chances("chance", chances)
     outcome = problem.resolve_events(s, a, _sample_median_events(chances))
-    yield CheckResult(
-        isinstance(outcome, tuple) and len(outcome) == len(Outcome._fields),
-        "resolve_events",
-        lambda: f"resolve_events: got {outcome!r}, expected Outcome(state, rewards, observations)",
-    )
+    is_valid = isinstance(outcome, tuple) and len(outcome) == len(Outcome._fields)
+    yield expect(is_valid, "resolve_events", outcome, "Outcome(state, rewards, observations)")
     yield from check_outcome(problem, s, outcome)
 
 
@@ -339,14 +307,8 @@ def check_outcome(problem: Problem, s: Array, outcome: Outcome) -> CheckResults:
     """Yield checks that an outcome has the shapes and ranges that the problem declares."""
     next_states, rewards, observations = outcome
     is_valid = has_shape(next_states, s.shape) and next_states.dtype.kind == s.dtype.kind
-    states_expectation = (
-        f"expected an array of shape {s.shape} with the number type of initial_states"
-    )
-    yield CheckResult(
-        is_valid,
-        "resolve_events",
-        lambda: f"resolve_events: got the states {next_states!r}, {states_expectation}",
-    )
+    expected = f"an array of shape {s.shape} with the number type of initial_states"
+    yield _outcome_result(is_valid, "states", next_states, expected)
     yield from _check_state_indices(problem, "resolve_events", next_states)
     reward_shape = len(s), len(problem.agents)
     yield from check_real_array("resolve_events: rewards", "resolve_events", rewards, reward_shape)
@@ -364,14 +326,8 @@ def check_outcome(problem: Problem, s: Array, outcome: Outcome) -> CheckResults:
             and observations.dtype == next_states.dtype
             and (observations == next_states).all()
         )
-        observations_expectation = "expected the next states, because no states are hidden"
-        yield CheckResult(
-            bool(is_valid),
-            "resolve_events",
-            lambda: (
-                f"resolve_events: got the observations {observations!r}, {observations_expectation}"
-            ),
-        )
+        expected = "the next states, because no states are hidden"
+        yield _outcome_result(is_valid, "observations", observations, expected)
         return
     yield from _check_observation_array(problem, reward_shape, observations)
 
@@ -382,13 +338,10 @@ def _check_within_bounds(
     """Yield a check that numbers are within the bounds that the problem declares."""
     if bounds is not None:
         low, high = bounds
-        message = (
-            f"resolve_events: got {values.min():g} to "
-            f"{values.max():g}, expected numbers within {name}, {low} to {high}"
-        )
-        yield CheckResult(
-            bool(((values >= low) & (values <= high)).all()), "resolve_events", message
-        )
+        is_within = bool(((values >= low) & (values <= high)).all())
+        got = f"{values.min():g} to {values.max():g}"
+        message = f"resolve_events: got {got}, expected numbers within {name}, {low} to {high}"
+        yield CheckResult(is_within, "resolve_events", message)
 
 
 def _check_observation_array(
@@ -402,15 +355,15 @@ def _check_observation_array(
         RealVector: ("f", "real numbers"),
     }.get(type(kind), ("U", "an array of text"))
     is_valid = has_shape(observations, shape) and observations.dtype.kind in dtype_kinds
-    yield _observation_result(is_valid, observations, f"expected {description} of shape {shape}")
+    yield _outcome_result(is_valid, "observations", observations, f"{description} of shape {shape}")
     if isinstance(kind, RealVector):
-        yield _observation_result(
-            bool(np.isfinite(observations).all()), observations, "expected finite numbers"
+        yield _outcome_result(
+            np.isfinite(observations).all(), "observations", observations, "finite numbers"
         )
     elif isinstance(kind, Labels):
         is_valid = bool(((observations >= 0) & (observations < problem.observation_counts)).all())
-        yield _observation_result(
-            is_valid, observations, "expected indices of the observation labels"
+        yield _outcome_result(
+            is_valid, "observations", observations, "indices of the observation labels"
         )
     else:
         invalid = [str(text) for text in observations.flat if not _is_printable_text(text)]
@@ -421,12 +374,12 @@ def _check_observation_array(
         yield CheckResult(not invalid, "resolve_events", f"{message}, {expectation}")
 
 
-def _observation_result(holds: bool, observations: Array, expected: str) -> CheckResult:
-    """Return the result of a check of observations."""
+def _outcome_result(holds: object, name: str, array: Array, expected: str) -> CheckResult:
+    """Return the result of a check of an array of an outcome."""
     return CheckResult(
-        holds,
+        bool(holds),
         "resolve_events",
-        lambda: f"resolve_events: got the observations {observations!r}, {expected}",
+        lambda: f"resolve_events: got the {name} {array!r}, expected {expected}",
     )
 
 
@@ -513,28 +466,18 @@ def _describe_array(value: object) -> str:
     return f"{value.dtype} of shape {value.shape}"
 
 
-def _has_legal_actions(legal: Array, over: Array) -> bool:
-    """Return whether each agent has a legal action in every row that is not over."""
-    has_action = np.all(np.any(legal, axis=2), axis=1)
-    return bool(np.all(has_action | over))
-
-
 def _check_chances(attribute: str, value: object) -> CheckResults:
     """Yield checks that a value is a tuple of distributions from which can be sampled."""
     types = Categorical | DiscreteUniform | Uniform | Normal
     is_tuple = isinstance(value, tuple) and all(isinstance(chance, types) for chance in value)
-    yield CheckResult(
-        is_tuple,
-        attribute,
-        f"{attribute}: got {value!r}, expected a tuple of distributions, such as "
-        "(DiscreteUniform(...),), or ()",
-    )
+    expected = "a tuple of distributions, such as (DiscreteUniform(...),), or ()"
+    yield expect(is_tuple, attribute, value, expected)
     assert isinstance(value, tuple)
     for chance in value:
         if isinstance(chance, Categorical):
             yield from _check_categorical(attribute, np.asarray(chance.cumulative))
-        message = f"{attribute}: got {chance!r}, expected a distribution that can be sampled"
-        yield CheckResult(_can_be_sampled(chance), attribute, message)
+        expected = "a distribution that can be sampled"
+        yield expect(_can_be_sampled(chance), attribute, chance, expected)
 
 
 def _check_categorical(attribute: str, cumulative: Array) -> CheckResults:

@@ -1,6 +1,7 @@
 """Violations of an invariant by a problem: the source line that is at fault, and a sentence."""
 
 from collections.abc import Callable, Iterator
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -60,6 +61,19 @@ def make_violation(owner: type, attribute: str, message: str | Callable[[], str]
     return Violation(
         user_code_locations.locate_definition(owner, name, argument, Tables._fields), sentence
     )
+
+
+def expect(
+    holds: object, attribute: str, value: object, expected: str, *, independent: bool = False
+) -> CheckResult:
+    """Return the result of a check of a value; the message is made only if the check fails."""
+    message = partial(_describe_value, attribute, value, expected)
+    return CheckResult(bool(holds), attribute, message, independent)
+
+
+def _describe_value(attribute: str, value: object, expected: str) -> str:
+    """Return the message about a value that is not as expected."""
+    return f"{attribute}: got {value!r}, expected {expected}"
 
 
 def has_shape(value: object, shape: tuple[int, ...]) -> bool:

@@ -11,12 +11,24 @@ import numpy as np
 
 from dmplay.core.arrays import Array
 from dmplay.core.chance import sample_all
-from dmplay.core.playability_checks import check_outcome, check_typable_labels
+from dmplay.core.playability_checks import (
+    check_legal_actions,
+    check_outcome,
+    check_state_text,
+    check_typable_labels,
+)
 from dmplay.core.problem import Problem, enumerate_outcomes
 from dmplay.core.spaces import Labels
 from dmplay.core.tabular import tabulate
 from dmplay.core.user_code_locations import describe_error_location
-from dmplay.core.violation import CheckResult, CheckResults, Findings, Violation, make_violation
+from dmplay.core.violation import (
+    CheckResult,
+    CheckResults,
+    Findings,
+    Violation,
+    expect,
+    make_violation,
+)
 from dmplay.errors import BadParameter, BudgetExceeded, UnknownName
 from dmplay.simulation.random_play import (
     MAX_ENUMERATED_STATES,
@@ -106,33 +118,28 @@ def check_row_independence(
 
     `expected` has the whole batch's results for the rows of `subset`.
     """
-    for attribute, first, second in zip(
-        RESPONSIBLE_METHODS, expected, evaluate_batch(problem, subset), strict=True
-    ):
-        message = partial(
-            _describe_difference,
-            attribute,
-            first,
-            second,
-            " for the same row in two batches; expected it to be independent of the other rows",
-        )
-        yield CheckResult(is_bitwise_equal(first, second), attribute, message)
+    expectation = (
+        " for the same row in two batches; expected it to be independent of the other rows"
+    )
+    return _compare_batches(problem, subset, expected, expectation)
 
 
 def check_determinism(
     problem: Problem, turns: SampledTurns, expected: tuple[Array, ...]
 ) -> CheckResults:
     """Yield checks that the same uniforms give the same results again, and no input is modified."""
+    expectation = " from the same random numbers; expected the same result both times"
+    return _compare_batches(problem, turns, expected, expectation)
+
+
+def _compare_batches(
+    problem: Problem, turns: SampledTurns, expected: tuple[Array, ...], expectation: str
+) -> CheckResults:
+    """Yield checks that turns give the same bits as expected."""
     for attribute, first, second in zip(
         RESPONSIBLE_METHODS, expected, evaluate_batch(problem, turns), strict=True
     ):
-        message = partial(
-            _describe_difference,
-            attribute,
-            first,
-            second,
-            " from the same random numbers; expected the same result both times",
-        )
+        message = partial(_describe_difference, attribute, first, second, expectation)
         yield CheckResult(is_bitwise_equal(first, second), attribute, message)
 
 
@@ -188,22 +195,14 @@ def check_shapes(problem: Problem, turns: SampledTurns) -> CheckResults:
     yield from check_outcome(problem, turns.s, problem.step(turns.s, turns.a, turns.u))
 
 
-def check_state_text(problem: Problem, states: Array) -> CheckResults:
-    """Yield checks that a state is written in one line and parsed again without loss."""
+def check_rewritten_state_text(problem: Problem, states: Array) -> CheckResults:
+    """Yield checks that a state is written in one line, parsed again and written as before."""
     for s in states:
+        yield from check_state_text(problem, s[None])
         text = problem.format_state(s)
-        message = (
-            f"format_state: got {text!r}, expected one line without spaces at its start or end"
-        )
-        yield CheckResult(
-            text == text.strip() and len(text.splitlines()) == 1, "format_state", message
-        )
-        parsed = np.asarray(problem.parse_state(text))
-        message = f"parse_state: got {parsed.tolist()} from {text!r}, expected {s.tolist()}"
-        yield CheckResult(
-            parsed.shape == s.shape and np.array_equal(parsed, s), "parse_state", message
-        )
-        rewritten = problem.format_state(parsed)
+        expected = "one line without spaces at its start or end"
+        yield expect(text == text.strip(), "format_state", text, expected)
+        rewritten = problem.format_state(np.asarray(problem.parse_state(text)))
         message = f"format_state: got {rewritten!r} after parse_state, expected {text!r}"
         yield CheckResult(rewritten == text, "format_state", message)
 
@@ -257,32 +256,15 @@ def check_terminal_states(problem: Problem, states: Array) -> CheckResults:
         )
 
 
-def check_legal_actions(problem: Problem, turns: SampledTurns) -> CheckResults:
-    """Yield a check that each agent has a legal action unless the game is over."""
-    legal = problem.legal_actions_mask(turns.s)
-    if legal is not None:
-        has_action = np.all(np.any(legal, axis=2), axis=1)
-        stuck = ~has_action & ~problem.terminal(turns.s)
-        example = problem.format_state(turns.s[np.flatnonzero(stuck)[0]]) if stuck.any() else ""
-        message = (
-            f"legal_actions_mask: got no legal action in {example!r}, "
-            "expected at least one, or a terminal state"
-        )
-        yield CheckResult(not stuck.any(), "legal_actions_mask", message)
-
-
 def check_action_labels(problem: Problem, turns: SampledTurns) -> CheckResults:
     """Yield checks that the action labels of a state are distinct names that can be typed."""
     for s in turns.s[:MAX_LISTED_TURNS]:
         for labels, action_space in zip(
             problem.action_labels(s) or (), problem.actions, strict=False
         ):
-            message = (
-                f"action_labels: got {labels!r}, expected "
-                f"Labels with a name for each of {action_space!r}"
-            )
             is_valid = isinstance(labels, Labels) and len(labels) == len(action_space.labels)
-            yield CheckResult(is_valid, "action_labels", message)
+            expected = f"Labels with a name for each of {action_space!r}"
+            yield expect(is_valid, "action_labels", labels, expected)
             yield from check_typable_labels("action_labels", labels)
 
 
@@ -396,7 +378,9 @@ def check_extreme_uniforms(problem: Problem, turns: SampledTurns) -> CheckResult
 INVARIANTS: tuple[Callable[[Problem, SampledTurns], CheckResults], ...] = (
     check_sampling,
     check_state_index,
-    check_legal_actions,
+    lambda problem, turns: check_legal_actions(
+        problem, turns.s, problem.legal_actions_mask(turns.s)
+    ),
     check_action_labels,
     check_probabilities,
     check_tabulation,
