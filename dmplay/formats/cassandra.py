@@ -137,9 +137,8 @@ class _ProbabilityArray:
         self._n_entries = 0  # number of the entries in `_entries`
         # entries set one at a time, later than those in `_entries`
         self._single_entries = (array("q"), array("q"), array("d"))
-        self._row_resets = np.zeros(
-            self._size, np.int64
-        )  # number of entries at the time each row was last replaced; the earlier ones do not count
+        # number of entries when each row was last replaced; the earlier ones do not count
+        self._row_resets = np.zeros(self._size, np.int64)
         # file offset of the last statement about each row
         self._row_offsets = np.full(self._size, -1)
         memory.record(f"{self._kind} rows", self._row_resets.nbytes + self._row_offsets.nbytes)

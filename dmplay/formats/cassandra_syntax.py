@@ -42,9 +42,8 @@ KEYWORDS = {*DECLARATION_KEYS, *START_LIST_KEYS, *chain.from_iterable(VALUE_KEYW
 UNIFORM_START = ("start", "uniform")  # the only keyword after a declaration key
 VALUE_KINDS = ("reward", "cost", "rewards", "costs")
 STATEMENT_PATTERN = re.compile(r"(?<!\S)([TOR])\s*:")
-LINE_STATEMENT_PATTERN = re.compile(
-    r"^[ \t]*([TOR])[ \t]*:", re.MULTILINE
-)  # for .dpomdp files, in which R can also be a name inside a line
+# for .dpomdp files, in which R can also be a name inside a line
+LINE_STATEMENT_PATTERN = re.compile(r"^[ \t]*([TOR])[ \t]*:", re.MULTILINE)
 FIELD_COUNT = 3  # fields that T: and O: statements name
 SINGLE_ENTRY_TOKENS = 6  # tokens of a statement of one entry
 PAIR_LENGTH = 2  # numbers in a row that looks like a column and its value
@@ -317,9 +316,9 @@ def _keyword_advice(keyword: str) -> str:
 def _parse_agents(span: TokenSpan) -> tuple[str, ...]:
     """Return the agents' names, which are agent1, agent2, ... if only their number is declared."""
     names = Declaration.parse("agent", span).names
-    return (
-        tuple(f"agent{n + 1}" for n in range(len(names))) if parse_integer(names[0]) == 0 else names
-    )
+    if parse_integer(names[0]) == 0:
+        return tuple(f"agent{n + 1}" for n in range(len(names)))
+    return names
 
 
 def _parse_declarations(kind: str, span: TokenSpan, agent_count: int) -> tuple[Declaration, ...]:
@@ -461,15 +460,9 @@ class _StatementGrammar:
             or (self._is_pair and span.slice(SINGLE_ENTRY_TOKENS - PAIR_LENGTH).is_line_start)
         ):
             return []
-        actions, states, columns = self._indices_by_name
-        action, state, column = (
-            actions.get(tokens[0]),
-            states.get(tokens[2]),
-            columns.get(tokens[4]),
-        )
-        if action is None or state is None or column is None:
-            return []
-        return [action, state, column]
+        names = zip(self._indices_by_name, tokens[:5:2], strict=True)
+        indices: list[IndexSelection] = [index_by_name.get(name) for index_by_name, name in names]
+        return [] if None in indices else indices
 
     def _count_name_tokens(self, span: TokenSpan, named_count: int) -> int:
         """Return the number of tokens after the last colon that name a field; 0 if none does."""
