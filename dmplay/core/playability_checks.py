@@ -24,6 +24,7 @@ from dmplay.core.violation import (
     expect,
     has_shape,
     make_violation,
+    require,
 )
 from dmplay.errors import BadParameter
 
@@ -86,7 +87,7 @@ def _check_actions(problem: Problem) -> CheckResults:
     yield expect(isinstance(actions, tuple), "actions", actions, "(Labels(...),)")
     counts = f"{format_count(len(actions), 'action set')} for {format_count(len(agents), 'agent')}"
     message = f"actions: got {counts}, expected one for each agent"
-    yield CheckResult(len(actions) == len(agents), "actions", message)
+    yield require(len(actions) == len(agents), message)
     for space in actions:
         if isinstance(space, Interval):
             low, high = space.low, space.high
@@ -212,14 +213,14 @@ def _check_start(problem: Problem) -> CheckResults:
         "state_count: got 1, expected the number of states, because initial_states "
         f"returns {_describe_array(s)}; use ContinuousStates(n) for real numbers"
     )
-    yield CheckResult(is_valid, "state_count", message)
+    yield require(is_valid, message)
     if isinstance(problem.state_count, ContinuousStates):
         shape = (TRIED_ROWS, problem.state_count.dimensions)
         message = (
             f"initial_states: got {_describe_array(s)}, expected "
             f"real numbers of shape {shape}, to match state_count"
         )
-        yield CheckResult(s.shape == shape and s.dtype.kind == "f", "initial_states", message)
+        yield require(s.shape == shape and s.dtype.kind == "f", message)
     yield from _check_state_indices(problem, "initial_states", s)
     yield from check_state_text(problem, s[:1])
 
@@ -266,17 +267,22 @@ def _describe_other_state(text: str, parsed: Array, s: Array) -> str:
     return f"parse_state: got {parsed.tolist()} from {text!r}, {expected}"
 
 
-def check_legal_actions(problem: Problem, s: Array, legal: Array | None) -> CheckResults:
+def check_legal_actions(problem: Problem, s: Array) -> CheckResults:
     """Yield a check that each agent has a legal action unless the game is over."""
+    legal = problem.legal_actions_mask(s)
     if legal is not None:
         has_action = np.all(np.any(legal, axis=2), axis=1)
         stuck = ~has_action & ~problem.terminal(s)
-        example = problem.format_state(s[np.flatnonzero(stuck)[0]]) if stuck.any() else ""
         message = (
-            f"legal_actions_mask: got no legal action in {example!r}, "
-            "expected at least one legal action for each agent, or a terminal state"
+            f"legal_actions_mask: got no legal action in {format_first_state(problem, s, stuck)!r}"
+            ", expected at least one legal action for each agent, or a terminal state"
         )
-        yield CheckResult(not stuck.any(), "legal_actions_mask", message)
+        yield require(not stuck.any(), message)
+
+
+def format_first_state(problem: Problem, s: Array, selected: Array) -> str:
+    """Return the first selected state as text, '' if none is selected."""
+    return problem.format_state(s[np.flatnonzero(selected)[0]]) if selected.any() else ""
 
 
 def _check_first_turn(problem: Problem) -> CheckResults:
@@ -291,7 +297,7 @@ def _check_first_turn(problem: Problem) -> CheckResults:
     is_valid = legal is None or (has_shape(legal, shape) and legal.dtype == bool)
     expected = f"None, or a Boolean array of shape {shape}"
     yield expect(is_valid, "legal_actions_mask", legal, expected)
-    yield from check_legal_actions(problem, s, legal)
+    yield from check_legal_actions(problem, s)
     a = np.tile([space.candidate_actions()[0] for space in problem.actions], (TRIED_ROWS, 1))
     if legal is not None:
         a = legal.argmax(axis=2)
@@ -317,7 +323,7 @@ def check_outcome(problem: Problem, s: Array, outcome: Outcome) -> CheckResults:
             "resolve_events: got different rewards, "
             "expected the same for all agents, because shared_reward is True"
         )
-        yield CheckResult(bool((rewards == rewards[:, :1]).all()), "resolve_events", message)
+        yield require((rewards == rewards[:, :1]).all(), message)
     yield from _check_within_bounds("reward_bounds", problem.reward_bounds, rewards)
     yield from _check_within_bounds("state_bounds", problem.state_bounds, next_states)
     if not problem.partially_observable:
@@ -341,7 +347,7 @@ def _check_within_bounds(
         is_within = bool(((values >= low) & (values <= high)).all())
         got = f"{values.min():g} to {values.max():g}"
         message = f"resolve_events: got {got}, expected numbers within {name}, {low} to {high}"
-        yield CheckResult(is_within, "resolve_events", message)
+        yield require(is_within, message)
 
 
 def _check_observation_array(

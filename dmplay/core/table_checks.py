@@ -10,7 +10,7 @@ from dmplay.core.problem import Problem
 from dmplay.core.spaces import Labels
 from dmplay.core.sparse_matrix import SparseMatrix
 from dmplay.core.tabular import SparseTables, Tables, Tabular
-from dmplay.core.violation import CheckResult, CheckResults, check_real_array
+from dmplay.core.violation import CheckResult, CheckResults, check_real_array, require
 
 PROBABILITY_TOLERANCE = 1e-6  # tolerance of probabilities and of their sums
 MAX_REPORTED_ROWS = 3  # maximum number of rows reported
@@ -21,12 +21,12 @@ def check_tables(problem: Problem) -> CheckResults:
     if not isinstance(problem, Tabular):
         return
     message = "actions: expected Labels, because the arrays have one row for each action"
-    yield CheckResult(all(problem.action_counts), "actions", message)
+    yield require(all(problem.action_counts), message)
     has_labels = all(isinstance(space, Labels) for space in problem.observations)
     message = "observations: expected Labels, because the array has one column for each observation"
-    yield CheckResult(has_labels, "observations", message)
+    yield require(has_labels, message)
     message = f"tables: got {type(problem.tables).__name__}, expected Tables(...)"
-    yield CheckResult(isinstance(problem.tables, Tables | SparseTables), "tables", message)
+    yield require(isinstance(problem.tables, Tables | SparseTables), message)
 
 
 def check_transition(problem: Problem) -> CheckResults:
@@ -75,7 +75,7 @@ def check_observations(problem: Problem) -> CheckResults:
     array = problem.tables.observation
     if not problem.partially_observable:
         message = "tables.observation: expected None, because the problem declares no observations"
-        yield CheckResult(array is None, "tables.observation", message)
+        yield require(array is None, message)
         return
     labels = [space for space in problem.observations if isinstance(space, Labels)]
     joint_actions = _joint_labels([space.labels for space in problem.actions])
@@ -113,13 +113,10 @@ def _check_distributions(
             and has_no_negative_column
             and table.columns.max() < sizes[-1]
         )
-        yield CheckResult(
-            is_valid, attribute, f"{attribute}: got rows or columns that do not match the names"
-        )
+        yield require(is_valid, f"{attribute}: got rows or columns that do not match the names")
         yield from check_real_array(attribute, attribute, table.values, table.columns.shape)
         sums, lowest = table.row_sums(table.values).reshape(sizes[:-1]), table.values.min()
-        message = f"{attribute}: got {lowest:g}, expected no negative probability"
-        yield CheckResult(bool(lowest >= 0), attribute, message)
+        yield require(lowest >= 0, f"{attribute}: got {lowest:g}, expected no negative probability")
     else:
         yield from check_real_array(attribute, attribute, table, sizes)
         array = np.asarray(table)

@@ -76,6 +76,11 @@ def _describe_value(attribute: str, value: object, expected: str) -> str:
     return f"{attribute}: got {value!r}, expected {expected}"
 
 
+def require(holds: object, message: str) -> CheckResult:
+    """Return the result of a check, whose message begins with the attribute and a colon."""
+    return CheckResult(bool(holds), message.partition(":")[0], message)
+
+
 def has_shape(value: object, shape: tuple[int, ...]) -> bool:
     """Return whether a value is an array of this shape."""
     return isinstance(value, np.ndarray) and value.shape == shape

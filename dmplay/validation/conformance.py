@@ -87,13 +87,13 @@ def check(problem: Problem) -> list[Violation]:
 
 def _iter_stages(problem: Problem) -> Iterator[Stage]:
     """Yield the checks of a problem in stages, each of which relies on those before it."""
-    yield [partial(_import_part, problem, name) for name in PART_BY_NAME]
+    yield [partial(_try_loading, partial(find_export, problem, name)) for name in PART_BY_NAME]
     for stage in (*CHECK_STAGES, (check_legal_action_leak,)):
         yield [partial(check_function, problem) for check_function in stage]
     yield from _iter_dynamics_stages(problem)
     yield [partial(_check_agents, problem, seat) for seat in range(len(problem.agents))]
     yield [partial(_check_view, problem)]
-    yield [partial(_check_export, problem, load_export) for load_export in EXPORT_LOADERS]
+    yield [partial(_try_loading, partial(load, problem)) for load in EXPORT_LOADERS]
 
 
 def _iter_dynamics_stages(problem: Problem) -> Iterator[Stage]:
@@ -137,9 +137,9 @@ def _iter_dynamics_stages(problem: Problem) -> Iterator[Stage]:
     ]
 
 
-def _import_part(problem: Problem, name: str) -> Findings:
-    """Import the file of a problem's folder that defines a name; its errors are violations."""
-    find_export(problem, name)
+def _try_loading(load: Callable[[], object]) -> Findings:
+    """Load a file or an object of the problem's code, whose errors are then violations."""
+    load()
     yield from ()
 
 
@@ -157,15 +157,6 @@ def _check_agents(problem: Problem, seat: int) -> Findings:
             violation = find_agent_violation(problem, seat, policies, AGENT_GAMES)
             if violation:
                 yield violation._replace(what=f"{name}: {violation.what}")
-
-
-def _check_export(problem: Problem, load_export: Callable[[Problem], object]) -> Findings:
-    """Load what a problem's code defines for `solve`, puzzles, lessons or plots.
-
-    The errors of an invalid definition are violations.
-    """
-    load_export(problem)
-    yield from ()
 
 
 def _check_view(problem: Problem) -> Findings:
@@ -195,20 +186,14 @@ def _check_seat_display(style: ViewModule, session: Session, seat: int) -> Check
         board = fit_board(style, view, DrawOptions(width, 24, revealed_state=state))
         message = f"iter_boards: got {type(board).__name__}, expected rich.text.Text"
         yield CheckResult(isinstance(board, Text), "draw_state", message)
-    for method in (
-        (style.describe_turn, style.describe_situation)
-        if view.turns_played
-        else (style.describe_situation,)
-    ):
+    describe_turn = [style.describe_turn] if view.turns_played else []
+    for method in (*describe_turn, style.describe_situation):
         text = method(view)
         message = f"{method.__name__}: got {text!r}, expected a sentence"
         yield CheckResult(isinstance(text, str) and bool(text), "draw_state", message)
     message = "goal_lines: expected a list of texts; panel_rows: expected a list of pairs of texts"
-    yield CheckResult(
-        _is_text_list(style.goal_lines(view)) and _is_pair_list(style.panel_rows(view)),
-        "draw_state",
-        message,
-    )
+    is_valid = _is_text_list(style.goal_lines(view)) and _is_pair_list(style.panel_rows(view))
+    yield CheckResult(is_valid, "draw_state", message)
 
 
 def _is_text_list(value: object) -> bool:

@@ -16,6 +16,7 @@ from dmplay.core.playability_checks import (
     check_outcome,
     check_state_text,
     check_typable_labels,
+    format_first_state,
 )
 from dmplay.core.problem import Problem, enumerate_outcomes
 from dmplay.core.spaces import Labels
@@ -28,6 +29,7 @@ from dmplay.core.violation import (
     Violation,
     expect,
     make_violation,
+    require,
 )
 from dmplay.errors import BadParameter, BudgetExceeded, UnknownName
 from dmplay.simulation.random_play import (
@@ -162,26 +164,17 @@ def check_sampling(problem: Problem, turns: SampledTurns) -> CheckResults:
     states = problem.initial_states(
         rows, sample_all(problem.initial_chance(rows), turns.start_uniforms)
     )
-    message = (
-        "sample_initial_states: got a different state from the same random numbers, "
-        "expected that of initial_states"
-    )
-    yield CheckResult(
-        is_bitwise_equal(states, problem.sample_initial_states(turns.start_uniforms)),
-        "sample_initial_states",
-        message,
-    )
+    sampled = problem.sample_initial_states(turns.start_uniforms)
+    got = "got a different state from the same random numbers, expected that of initial_states"
+    yield require(is_bitwise_equal(states, sampled), f"sample_initial_states: {got}")
     events = sample_all(problem.chance(turns.s, turns.a), turns.u)
     field_pairs = zip(
         problem.resolve_events(turns.s, turns.a, events),
         problem.step(turns.s, turns.a, turns.u),
         strict=True,
     )
-    message = (
-        "step: got a different outcome from the same random numbers, "
-        "expected that of resolve_events"
-    )
-    yield CheckResult(all(is_bitwise_equal(*pair) for pair in field_pairs), "step", message)
+    got = "got a different outcome from the same random numbers, expected that of resolve_events"
+    yield require(all(is_bitwise_equal(*pair) for pair in field_pairs), f"step: {got}")
 
 
 def check_shapes(problem: Problem, turns: SampledTurns) -> CheckResults:
@@ -191,7 +184,7 @@ def check_shapes(problem: Problem, turns: SampledTurns) -> CheckResults:
         f"chance: got distributions that consume {uniforms_per_row} random numbers, expected "
         f"{problem.uniform_counts.step}, as in the first turn"
     )
-    yield CheckResult(uniforms_per_row == problem.uniform_counts.step, "chance", message)
+    yield require(uniforms_per_row == problem.uniform_counts.step, message)
     yield from check_outcome(problem, turns.s, problem.step(turns.s, turns.a, turns.u))
 
 
@@ -204,7 +197,7 @@ def check_rewritten_state_text(problem: Problem, states: Array) -> CheckResults:
         yield expect(text == text.strip(), "format_state", text, expected)
         rewritten = problem.format_state(np.asarray(problem.parse_state(text)))
         message = f"format_state: got {rewritten!r} after parse_state, expected {text!r}"
-        yield CheckResult(rewritten == text, "format_state", message)
+        yield require(rewritten == text, message)
 
 
 def check_state_index(problem: Problem, turns: SampledTurns) -> CheckResults:
@@ -216,14 +209,12 @@ def check_state_index(problem: Problem, turns: SampledTurns) -> CheckResults:
         f"enumerate_states: got {len(states)} states, "
         f"expected {problem.state_count}, to match state_count"
     )
-    yield CheckResult(len(states) == problem.state_count, "enumerate_states", message)
+    yield require(len(states) == problem.state_count, message)
     indices = problem.state_indices(states)
     message = f"state_indices: got {indices.tolist()[:9]}, expected 0 to {len(states) - 1} in order"
-    yield CheckResult(np.array_equal(indices, np.arange(len(states))), "state_indices", message)
+    yield require(np.array_equal(indices, np.arange(len(states))), message)
     message = "enumerate_states: got a different state at the index that state_indices gives"
-    yield CheckResult(
-        np.array_equal(states[problem.state_indices(turns.s)], turns.s), "enumerate_states", message
-    )
+    yield require(np.array_equal(states[problem.state_indices(turns.s)], turns.s), message)
 
 
 def check_terminal_states(problem: Problem, states: Array) -> CheckResults:
@@ -233,27 +224,19 @@ def check_terminal_states(problem: Problem, states: Array) -> CheckResults:
         a = random_joint_actions(problem, None, turn, len(terminal_states))
         next_states, rewards, _ = step_turn(problem, terminal_states, a, turn)
         has_changed = (next_states != terminal_states).reshape(len(terminal_states), -1).any(axis=1)
-        example = (
-            problem.format_state(terminal_states[np.flatnonzero(has_changed)[0]])
-            if has_changed.any()
-            else ""
-        )
+        example = format_first_state(problem, terminal_states, has_changed)
         message = (
             "resolve_events: got a different state after the terminal state "
             f"{example!r}, expected it not to change"
         )
-        yield CheckResult(not has_changed.any(), "resolve_events", message)
+        yield require(not has_changed.any(), message)
         message = (
             f"resolve_events: got rewards {rewards.min():g} to {rewards.max():g} "
             "after a terminal state, expected 0"
         )
-        yield CheckResult(bool((rewards == 0).all()), "resolve_events", message)
-        is_terminal = problem.terminal(next_states)
-        yield CheckResult(
-            bool(is_terminal.all()),
-            "terminal",
-            "terminal: got False after a terminal state, expected True",
-        )
+        yield require((rewards == 0).all(), message)
+        message = "terminal: got False after a terminal state, expected True"
+        yield require(problem.terminal(next_states).all(), message)
 
 
 def check_action_labels(problem: Problem, turns: SampledTurns) -> CheckResults:
@@ -274,15 +257,15 @@ def check_probabilities(problem: Problem, turns: SampledTurns) -> CheckResults:
     if has_finite_outcomes(problem.chance(s, a)):
         p = enumerate_outcomes(problem, s, a).probabilities
         message = f"chance: got a probability of {p.min():g}, expected none below 0"
-        yield CheckResult(bool((p >= MIN_PROBABILITY).all()), "chance", message)
+        yield require((p >= MIN_PROBABILITY).all(), message)
         message = f"chance: got probabilities that sum to {p.sum(axis=1).max():g}, expected 1"
-        yield CheckResult(_is_close(p.sum(axis=1), 1), "chance", message)
+        yield require(_is_close(p.sum(axis=1), 1), message)
     if isinstance(problem.state_count, int) and problem.state_count <= MAX_ENUMERATED_STATES:
         transition, _, observation = tabulate(problem)
         for table in (transition, *([] if observation is None else [observation])):
             is_valid = (table >= MIN_PROBABILITY).all() and _is_close(table.sum(axis=2), 1)
             message = "chance: got table rows that are not probabilities, expected sums of 1"
-            yield CheckResult(bool(is_valid), "chance", message)
+            yield require(is_valid, message)
 
 
 def check_table_rows(problem: Problem, s: Array, a: Array) -> CheckResults:
@@ -300,11 +283,11 @@ def check_table_rows(problem: Problem, s: Array, a: Array) -> CheckResults:
     state_indices = problem.state_indices(s)
     message = "resolve_events: got rewards that differ from the tables, expected the same"
     is_close = _is_close(tables.rewards[state_indices, joint], rewards)
-    yield CheckResult(is_close, "resolve_events", message)
+    yield require(is_close, message)
     for row, transition in enumerate(tables.transition[state_indices, joint]):
         expected = np.bincount(problem.state_indices(outcomes.state[row]), p[row], len(transition))
         message = "resolve_events: got next states that differ from the tables, expected the same"
-        yield CheckResult(_is_close(transition, expected), "resolve_events", message)
+        yield require(_is_close(transition, expected), message)
 
 
 def check_tabulation(problem: Problem, turns: SampledTurns) -> CheckResults:
@@ -334,7 +317,7 @@ def check_belief_update(problem: Problem, turns: SampledTurns) -> CheckResults:
             "joint_belief_update: got a belief that differs from "
             "the enumerated outcomes, expected the same"
         )
-        yield CheckResult(_is_close(updated, expected), "joint_belief_update", message)
+        yield require(_is_close(updated, expected), message)
 
 
 def _iter_partial_knowledge(
@@ -364,23 +347,19 @@ def check_extreme_uniforms(problem: Problem, turns: SampledTurns) -> CheckResult
         if len(s) and has_finite_outcomes(problem.chance(s, a)):
             p, outcomes = enumerate_outcomes(problem, s, a)
             state = problem.step(s, a, u).state[0]
-            possible_states = outcomes.state[0][p[0] > 0]
-            is_possible = bool(
-                (possible_states == state).reshape(len(possible_states), -1).all(axis=1).any()
-            )
+            is_equal = outcomes.state[0][p[0] > 0] == state
+            is_possible = is_equal.reshape(len(is_equal), -1).all(axis=1).any()
             message = (
                 f"chance: got {problem.format_state(state)!r}, which has probability 0, "
                 "expected a possible state"
             )
-            yield CheckResult(is_possible, "chance", message)
+            yield require(is_possible, message)
 
 
 INVARIANTS: tuple[Callable[[Problem, SampledTurns], CheckResults], ...] = (
     check_sampling,
     check_state_index,
-    lambda problem, turns: check_legal_actions(
-        problem, turns.s, problem.legal_actions_mask(turns.s)
-    ),
+    lambda problem, turns: check_legal_actions(problem, turns.s),
     check_action_labels,
     check_probabilities,
     check_tabulation,
