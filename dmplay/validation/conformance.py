@@ -11,11 +11,11 @@ from dmplay.agents.random_agent import Random
 from dmplay.core.arrays import Array
 from dmplay.core.playability_checks import CHECK_STAGES
 from dmplay.core.policy import Policy
-from dmplay.core.problem import Problem, check_problem
+from dmplay.core.problem import Problem, check_problem, find_seat
 from dmplay.core.session import Session
 from dmplay.core.uniforms import SeededUniforms
 from dmplay.core.violation import CheckResult, CheckResults, Findings, Violation
-from dmplay.errors import BadPolicy, BudgetExceeded
+from dmplay.errors import BadParameter, BadPolicy, BudgetExceeded, DmplayError
 from dmplay.evaluation.solutions.solve import find_own_function
 from dmplay.game.key_bindings import resolve_key_maps
 from dmplay.game.key_preferences import DEFAULT_KEY_PREFERENCES
@@ -24,7 +24,9 @@ from dmplay.registry import agents
 from dmplay.registry.problem_module_exports import (
     PART_BY_NAME,
     find_export,
+    load_exported_list,
     load_specific_roster,
+    locate_export,
 )
 from dmplay.simulation import random_play
 from dmplay.simulation.random_play import (
@@ -35,7 +37,7 @@ from dmplay.simulation.random_play import (
     slice_rows,
 )
 from dmplay.solvers.pomdp.legal_action_leak import check_legal_action_leak
-from dmplay.tutor.puzzle_mining import list_setups
+from dmplay.tutor.puzzle_mining import GameSetup, list_setups
 from dmplay.tutor.quantity import load_problem_quantities
 from dmplay.tutor.rules_of_thumb import list_rules
 from dmplay.validation import invariants
@@ -55,14 +57,28 @@ SEPARATE_BATCHES = (
 AGENT_GAMES = 7  # games in which the choices of an agent are checked
 DRAWN_TURNS = 4  # turns after which a view is drawn
 VIEW_WIDTHS = (40, 80, 120)
+Stage = list[Callable[[], Findings]]
+
+
+def _load_puzzle_players(problem: Problem) -> None:
+    """Load the players of PUZZLE_GAMES; raise BadParameter for an unknown seat or player."""
+    for setup in load_exported_list(problem, "PUZZLE_GAMES", GameSetup) or ():
+        for seat_name, player in setup.seats.items():
+            try:
+                agents.load_agent(problem, find_seat(problem, seat_name), player)
+            except DmplayError as error:
+                location = locate_export(problem, "PUZZLE_GAMES")
+                raise BadParameter(f"{location}: {error}") from None
+
+
 EXPORT_LOADERS: tuple[Callable[[Problem], object], ...] = (
     find_own_function,
     list_rules,
     list_setups,
+    _load_puzzle_players,
     load_problem_quantities,
     load_figures,
 )
-Stage = list[Callable[[], Findings]]
 
 
 def check(problem: Problem) -> list[Violation]:

@@ -97,6 +97,18 @@ def list_violations(name: str) -> list[dict[str, str]]:
     return violations
 
 
+def test_an_unknown_player_of_a_puzzle_game_is_a_violation(users_bandit: str) -> None:
+    is_folder = users_bandit.endswith("/")
+    file = Path(users_bandit, "teach.py") if is_folder else Path(users_bandit)
+    text = file.read_text() if file.exists() else ""
+    setup = "GameSetup({'agent': 'ucb2'})"
+    file.write_text(
+        f"{text}\nfrom dmplay.tutor.puzzle_mining import GameSetup\nPUZZLE_GAMES = [{setup}]\n"
+    )
+    (violation,) = list_violations(users_bandit)
+    assert f"{file.name}: PUZZLE_GAMES: unknown agent 'ucb2'" in violation["what"]
+
+
 @pytest.mark.parametrize("export", module_exports.PART_BY_NAME.keys() - {"VIEW", "PUZZLE_DAY"})
 def test_an_invalid_export_is_a_violation_in_a_folder_and_in_a_file(
     export: str, users_bandit: str
