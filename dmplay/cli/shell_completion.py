@@ -9,7 +9,6 @@ from collections.abc import Callable, Sequence
 
 from dmplay.cli.app import root_command
 from dmplay.core.parameter_parsing import parse_whole_number
-from dmplay.game.completion.safe_words import is_safe_word
 
 # The variables of Typer's scripts, which the shells evaluate.
 COMPLETION_VARIABLE, LINE_VARIABLE = "_DMPLAY_COMPLETE", "_TYPER_COMPLETE_ARGS"
@@ -19,6 +18,11 @@ BASH_WORD_BREAKS = ":="  # characters at which bash splits words
 CONTINUED_ENDINGS = {"=": "VALUE", ":": "VALUE", "/": "..."}
 OPTION_VALUE_PATTERN = re.compile(r"(?:^|\s)(--[\w-]+=)\S*$")
 Completion = tuple[str, str]  # a word and its help text
+# Characters of words that every shell takes as plain text, besides letters and digits. None starts
+# an expansion, a quotation or another command.
+SAFE_SIGNS = frozenset("_-./:,=+@ ")
+SAFE_FIRST_SIGNS = frozenset("_-./")  # zsh expands a first `=`, and PowerShell a first `@`
+MAX_WORD_CHARS = 1000  # maximum length of a word that is offered
 
 
 def print_completions() -> int:
@@ -119,3 +123,18 @@ def rejoin_bash_words(words: Sequence[str], cursor_word: int) -> tuple[list[str]
             joined_index, prefix = len(joined_words) - 1, previous + word if is_break else previous
     prefix = prefix.partition("=")[2] if prefix.startswith("--") else prefix
     return joined_words, joined_index, prefix
+
+
+def is_safe_word(word: str, partial_word: str) -> bool:
+    """Return whether a shell can be offered a word, which may come from a stranger's file.
+
+    zsh evaluates what it is offered, and bash puts it into the line unquoted. A word that begins
+    like an option is safe only if the partial word does.
+    """
+    return (
+        0 < len(word) <= MAX_WORD_CHARS
+        and all(c.isalnum() or c in SAFE_SIGNS for c in word)
+        and (word[0].isalnum() or word[0] in SAFE_FIRST_SIGNS)
+        and word[-1] != " "
+        and (word[0] != "-" or partial_word.startswith("-"))
+    )

@@ -6,8 +6,8 @@ from string import ascii_lowercase
 
 import pytest
 
+from dmplay.cli.shell_completion import is_safe_word
 from dmplay.game.completion.agents_seats_and_parameters import complete_seats
-from dmplay.game.completion.safe_words import is_safe_word
 from tests.support.shells import SHELL_COMMANDS, CompletingShell, is_installed
 
 pytestmark = pytest.mark.slow
