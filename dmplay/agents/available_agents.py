@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from dmplay.agents.base import SeatPolicy
-from dmplay.agents.belief_policy_bases import MAX_HORIZON
+from dmplay.agents.horizon import MAX_HORIZON
 
 HINT_PROVIDER_ROLE, PARTNER_ROLE = (
     "@adviser",

@@ -43,6 +43,11 @@ def address_opponent(description: str) -> str:
     return description.replace("the opponent's", "your").replace("the opponent", "you")
 
 
+def _describe_plan_length(turns: int) -> str:
+    """Return the scope of values of a plan that begins again after `turns` turns."""
+    return f"in plans of {format_count(turns, 'turn')}"
+
+
 @dataclass(frozen=True)
 class AdviceQuestion:
     """The game that advice is about: whose seat, how many turns, and which other players.
@@ -241,6 +246,8 @@ class SeatPolicy(Policy):
 
         `turns` is None for a game without a turn limit.
         """
+        if self.planned_turns:
+            return "" if turns == self.planned_turns else _describe_plan_length(self.planned_turns)
         if self.plans_one_round:
             return "" if turns == 1 else ONE_ROUND
         return WITHOUT_END if self.values_without_end and turns is not None else ""

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dmplay.agents.base import SeatPolicy
+from dmplay.agents.base import GreedyPolicy, SeatPolicy
 from dmplay.core import belief
 from dmplay.core.arrays import Array, Bools, Ints, Reals
 from dmplay.core.policy import Memory, Percept
@@ -154,6 +154,11 @@ class BeliefPolicy(SeatPolicy, ABC):
         return node, node, np.full((1, 1), counts[self.seat] / prod(counts))
 
 
+@dataclass(frozen=True)
+class GreedyBeliefPolicy(GreedyPolicy, BeliefPolicy):
+    """A belief policy that takes the first of the actions with the greatest value."""
+
+
 def apply_by_group(b: Reals, groups: Ints, function: Callable[[Reals, int], Array]) -> Array:
     """Return `function(beliefs, group)` of all rows `[B, ...]`, called once for each group.
 
@@ -184,16 +189,3 @@ def _build_transition(parts: list[tuple[Ints, Reals]], size: int) -> SparseTrans
     cells, weights = zip(*parts, strict=True)
     cell, weight = _sum_duplicates(np.concatenate(cells), np.concatenate(weights))
     return SparseTransition(cell // size, cell % size, weight)
-
-
-@dataclass(frozen=True)
-class BeliefAndTurnPolicy(BeliefPolicy, ABC):
-    """A belief policy whose memory also counts the turns played."""
-
-    def initial_memory(self, observation: Array) -> Memory:
-        """Return the beliefs before the first turn, and zero turns."""
-        return (*super().initial_memory(observation), np.zeros(len(observation), np.int64))
-
-    def update_memory(self, memory: Memory, percept: Percept) -> Memory:
-        """Return the beliefs after a turn, and one turn more."""
-        return (*super().update_memory(memory[:1], percept), memory[1] + 1)

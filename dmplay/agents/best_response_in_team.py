@@ -12,10 +12,10 @@ from typing import ClassVar, Self
 import numpy as np
 
 from dmplay.agents.base import EXACT_VALUES, GreedyPolicy, PolicyLookup, SeatPolicy
-from dmplay.agents.belief_policy import BeliefPolicy, apply_by_group
+from dmplay.agents.belief_policy import BeliefPolicy
+from dmplay.agents.horizon import HorizonPolicy
 from dmplay.agents.partner_machine import PartnerMachine, build_partner_machine
 from dmplay.agents.random_agent import Random
-from dmplay.agents.turns_left import TurnsLeftPolicy
 from dmplay.core import belief
 from dmplay.core.arrays import Array, Reals
 from dmplay.core.chance import weighted_sum
@@ -130,7 +130,7 @@ class PartnerBeliefPolicy(BeliefPolicy):
 
 
 @dataclass(frozen=True)
-class BestResponseInTeam(TurnsLeftPolicy, GreedyPolicy, PartnerBeliefPolicy):
+class BestResponseInTeam(HorizonPolicy, GreedyPolicy, PartnerBeliefPolicy):
     """Takes the best action beside a partner whose rule is known, with the turns left.
 
     It values the beliefs that can be reached, by the seat's own actions and observations.
@@ -152,10 +152,6 @@ class BestResponseInTeam(TurnsLeftPolicy, GreedyPolicy, PartnerBeliefPolicy):
         is_free = problem.legal_actions_mask(states) is None and not problem.terminal(states).any()
         if problem.rewards_observable or not (starts_unobserved and is_free):
             raise BadPolicy("best-response: needs a game whose rewards and first states are hidden")
-
-    def can_plan_turns(self, turns: int) -> bool:
-        """Return True, as the first values show whether that many turns can be planned."""
-        return True
 
     @cached_property
     def rewards(self) -> Reals:
@@ -191,16 +187,12 @@ class BestResponseInTeam(TurnsLeftPolicy, GreedyPolicy, PartnerBeliefPolicy):
         has_more = bool((np.delete(b, listed) > 0.0).any())
         return f"belief {', '.join(parts)}{', ...' * has_more}"
 
-    def action_values(self, memory: Memory) -> Reals:
-        """Return Q of each action with the turns left."""
-        if not self.horizon:
+    def values_with_turns_left(self, info_state: Reals, turns_left: int | None) -> Reals:
+        """Return Q `[B, A]` of beliefs `[B, N * S]` with these rewards to come."""
+        if turns_left is None:
             raise BadPolicy("best-response: needs a number of turns")
         budget = Budget("best response", "try fewer turns", MAX_WORK)
-        return apply_by_group(
-            memory[0],
-            self.turns_left(memory),
-            lambda b, turns_left: self._look_up_values(b, turns_left, budget),
-        )
+        return self._look_up_values(info_state, turns_left, budget)
 
     @cached_property
     def _cached_values(self) -> dict[tuple[int, bytes], Reals]:

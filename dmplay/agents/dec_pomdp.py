@@ -9,7 +9,6 @@ import numpy as np
 
 from dmplay.agents.available_agents import Roster
 from dmplay.agents.base import EXACT_VALUES, AdviceQuestion, SeatPolicy
-from dmplay.agents.belief_policy_bases import describe_plan_length
 from dmplay.core.arrays import Array, Bools, Reals
 from dmplay.core.parameters import parameter
 from dmplay.core.policy import Memory, Percept
@@ -114,11 +113,6 @@ class JointPlan(SeatPolicy):
         """Return a policy that plans the whole game, if it is not too long."""
         turns = question.turn_limit
         return self if turns is None or turns > MAX_PLAN_TURNS else replace(self, horizon=turns)
-
-    def describe_scope(self, turns: int | None) -> str:
-        """Return the number of turns that it plans at a time if it is not that of the game."""
-        planned_turns = self.planned_turns
-        return "" if turns == planned_turns else describe_plan_length(planned_turns)
 
 
 @dataclass(frozen=True)

@@ -1,9 +1,8 @@
 """Agents for problems whose state every agent sees."""
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import cached_property
-from typing import Self
 
 import numpy as np
 
@@ -11,19 +10,17 @@ from dmplay.agents.base import (
     ENDS_SOONEST,
     ESTIMATED_VALUES,
     EXACT_VALUES,
-    WITHOUT_END,
-    AdviceQuestion,
     ReactivePolicy,
     SeatPolicy,
 )
-from dmplay.agents.belief_policy_bases import MAX_HORIZON
+from dmplay.agents.horizon import MAX_HORIZON, HorizonPolicy
 from dmplay.agents.single_agent_planning import MdpOptimalPolicy
 from dmplay.core.arrays import Array, Bools, Ints, Reals
 from dmplay.core.best_actions import compute_tolerance, select_greedy_actions
 from dmplay.core.chance import Categorical
 from dmplay.core.memoization import memoize
 from dmplay.core.parameters import parameter
-from dmplay.core.policy import Memory, Percept, requires_fields
+from dmplay.core.policy import Memory
 from dmplay.core.problem import Problem
 from dmplay.errors import BudgetExceeded
 from dmplay.solvers.games import best_response_dynamics
@@ -38,71 +35,33 @@ from dmplay.solvers.mdp.backward_induction import (
 
 
 @dataclass(frozen=True)
-class _StateAndTurnPolicy(SeatPolicy):
-    """A policy whose memory is the state and the number of turns done."""
+class _GameTurnsPolicy(HorizonPolicy, ReactivePolicy):
+    """A policy that plans all turns of a game, by default those of the problem."""
 
     horizon: int = parameter(0, "turns of a game; 0: the problem's horizon, if any", 0, MAX_HORIZON)
 
     plans_whole_game = True
+    max_planned_turns = MAX_HORIZON
 
     @property
-    def _game_turns(self) -> int | None:
+    def game_turns(self) -> int | None:
         """The number of turns of a game; None if it has no end."""
         return self.horizon or self.problem.horizon
 
-    def initial_memory(self, observation: Array) -> Memory:
-        """Return the initial state and zero turns done."""
-        return (observation, np.zeros(len(observation), np.int64))
-
-    @requires_fields("observation")
-    def update_memory(self, memory: Memory, percept: Percept) -> Memory:
-        """Return the new state and one more turn done; without an end, turns are not counted."""
-        turns_done = (memory[1] + 1) % self._game_turns if self._game_turns else memory[1]
-        return (percept.observation, turns_done)
-
-    def adapt_to_game(self, question: AdviceQuestion) -> Self:
-        """Return a policy that plans all turns of the game."""
-        turns = question.turn_limit
-        if turns is None or turns == self.problem.horizon or turns > MAX_HORIZON:
-            return self
-        return replace(self, horizon=turns)
-
-    def memory_at_turn(self, observation: Array, turns_done: int) -> Memory:
-        """Return the memory of a state after `turns_done` turns."""
-        return (observation, np.full(len(observation), turns_done))
-
-    def describe_scope(self, turns: int | None) -> str:
-        """Return "infinite horizon" if a game of `turns` turns is not planned to its end."""
-        return "" if turns in {None, self._game_turns} else WITHOUT_END
+    def can_plan_turns(self, turns: int) -> bool:
+        """Return whether that many turns can be planned, other than those of the problem."""
+        return turns != self.problem.horizon and super().can_plan_turns(turns)
 
     def _are_optimal(self, opponents: Sequence[str]) -> bool:
         """Return whether these are agents `optimal` that plan the same number of turns."""
-        names = {f"optimal:horizon={self._game_turns}"}
-        if self._game_turns == self.problem.horizon:
+        names = {f"optimal:horizon={self.game_turns}"}
+        if self.game_turns == self.problem.horizon:
             names.add("optimal")
         return bool(opponents) and {*opponents} <= names
 
-    def _iter_rows_by_turns_left(self, memory: Memory) -> Iterator[tuple[Ints, Array, int | None]]:
-        """Yield rows with equally many turns after this one, their states, and that number.
-
-        The number is None if the game has no end.
-        """
-        s, turns_done = memory
-        if self._game_turns is None:
-            yield np.arange(len(s)), s, None
-            return
-        turns_left = self._game_turns - 1 - turns_done % self._game_turns
-        for turns in np.unique(turns_left).tolist():
-            rows = np.flatnonzero(turns_left == turns)
-            yield rows, s[rows], turns
-
-    def _unknown_values(self, rows: int) -> Reals:
-        """Return Q `[B, A]` filled with -inf, for unknown values."""
-        return np.full((rows, self.problem.action_counts[self.seat]), -np.inf)
-
 
 @dataclass(frozen=True)
-class BackwardInductionPolicy(_StateAndTurnPolicy):
+class BackwardInductionPolicy(_GameTurnsPolicy):
     """Takes the best action for the turns left, by backward induction.
 
     Other agents that decide in other turns are assumed to take their best actions.
@@ -122,7 +81,7 @@ class BackwardInductionPolicy(_StateAndTurnPolicy):
     @cached_property
     def _solution(self) -> BackwardInductionResult:
         """The backward-induction solution."""
-        return solve_by_backward_induction(self.problem, self._game_turns)
+        return solve_by_backward_induction(self.problem, self.game_turns)
 
     @cached_property
     def _soonest_rows(self) -> Ints:
@@ -137,10 +96,10 @@ class BackwardInductionPolicy(_StateAndTurnPolicy):
         """Return the first of the best actions; for an infinite horizon or without a discount, one
         of them that ends the game soonest.
         """
-        if self._game_turns is not None and self.problem.discount < 1.0:
+        if self.game_turns is not None and self.problem.discount < 1.0:
             return select_greedy_actions(self.action_values(memory), self.problem.reward_scale)
-        if self._game_turns is not None:
-            return self._choose_soonest_ending(memory)
+        if self.game_turns is not None:
+            return self.apply_by_turns_left(self._choose_soonest_ending, memory)
         game_graph = self._solution.graph
         row = self._soonest_rows[game_graph.find_state_indices(self.problem, memory[0])]
         return np.asarray(game_graph.joint_actions[row, self.seat], np.int64)
@@ -148,66 +107,64 @@ class BackwardInductionPolicy(_StateAndTurnPolicy):
     @property
     def tie_rule(self) -> str:
         """The rule that chooses among several best actions."""
-        return ENDS_SOONEST if self._game_turns is None or self.problem.discount == 1.0 else ""
+        return ENDS_SOONEST if self.game_turns is None or self.problem.discount == 1.0 else ""
 
-    def _choose_soonest_ending(self, memory: Memory) -> Array:
+    def _choose_soonest_ending(self, s: Array, turns_left: int | None) -> Array:
         """Return the actions `[B]` that end a game soonest among those best for every agent."""
+        assert turns_left is not None
         game_graph, seat = self._solution.graph, self.seat
-        best = select_greedy_actions(self.action_values(memory), self.problem.reward_scale)
-        lengths = np.full((len(best), self.problem.action_counts[seat]), np.inf)
-        for batch_rows, s, turns_left in self._iter_rows_by_turns_left(memory):
-            assert turns_left is not None
-            action_rows, positions = game_graph.list_legal_actions(
-                game_graph.find_state_indices(self.problem, s)
-            )
-            if not len(action_rows):
-                continue
-            values = self._solution.get_values(turns_left)
-            q = game_graph.compute_action_values(action_rows, self.problem.discount, values)
-            games, actions = batch_rows[positions], game_graph.joint_actions[action_rows, seat]
-            best_q = np.zeros((len(best), q.shape[1]))
-            is_first = actions == best[games]
-            best_q[games[is_first]] = q[is_first]
-            is_best = backward_induction.mark_equal_values(
-                q, best_q[games], compute_tolerance(values, scale=self._solution.scale)
-            )
-            action_lengths = backward_induction.compute_action_lengths(
-                game_graph, action_rows, self._solution.get_lengths(turns_left)
-            )
-            np.minimum.at(lengths, (games[is_best], actions[is_best]), action_lengths[is_best])
+        own_q = self.values_with_turns_left(s, turns_left)
+        best = select_greedy_actions(own_q, self.problem.reward_scale)
+        action_rows, positions = game_graph.list_legal_actions(
+            game_graph.find_state_indices(self.problem, s)
+        )
+        if not len(action_rows):
+            return best
+        values = self._solution.get_values(turns_left - 1)
+        q = game_graph.compute_action_values(action_rows, self.problem.discount, values)
+        actions = game_graph.joint_actions[action_rows, seat]
+        best_q = np.zeros((len(best), q.shape[1]))
+        is_first = actions == best[positions]
+        best_q[positions[is_first]] = q[is_first]
+        is_best = backward_induction.mark_equal_values(
+            q, best_q[positions], compute_tolerance(values, scale=self._solution.scale)
+        )
+        action_lengths = backward_induction.compute_action_lengths(
+            game_graph, action_rows, self._solution.get_lengths(turns_left - 1)
+        )
+        lengths = np.full(own_q.shape, np.inf)
+        np.minimum.at(lengths, (positions[is_best], actions[is_best]), action_lengths[is_best])
         soonest = select_greedy_actions(-lengths)
         return np.where(np.isfinite(lengths).any(axis=1), soonest, best)
 
-    def action_values(self, memory: Memory) -> Reals:
-        """Return Q of each action with the turns left; -inf for illegal actions."""
+    def values_with_turns_left(self, info_state: Array, turns_left: int | None) -> Reals:
+        """Return Q `[B, A]` of states with these rewards to come; -inf for illegal actions."""
         game_graph, seat = self._solution.graph, self.seat
-        q = self._unknown_values(len(memory[0]))
-        for batch_rows, s, turns_left in self._iter_rows_by_turns_left(memory):
-            action_rows, positions = game_graph.list_legal_actions(
-                game_graph.find_state_indices(self.problem, s)
-            )
-            action_values = game_graph.compute_action_values(
-                action_rows, self.problem.discount, self._solution.get_values(turns_left)
-            )[:, seat]
-            np.maximum.at(
-                q,
-                (batch_rows[positions], game_graph.joint_actions[action_rows, seat]),
-                action_values,
-            )
+        action_rows, positions = game_graph.list_legal_actions(
+            game_graph.find_state_indices(self.problem, info_state)
+        )
+        next_values = self._solution.get_values(None if turns_left is None else turns_left - 1)
+        action_values = game_graph.compute_action_values(
+            action_rows, self.problem.discount, next_values
+        )
+        q = np.full((len(info_state), self.problem.action_counts[seat]), -np.inf)
+        actions = game_graph.joint_actions[action_rows, seat]
+        np.maximum.at(q, (positions, actions), action_values[:, seat])
         return q
 
     def state_values(self, memory: Memory, legal: Bools | None) -> Reals:
         """Return the value `[B]` of playing on, also where another agent acts next."""
-        values = np.zeros(len(memory[0]))
-        for rows, s, turns_left in self._iter_rows_by_turns_left(memory):
-            state_values = self._solution.get_values(None if turns_left is None else turns_left + 1)
+
+        def look_up_values(s: Array, turns_left: int | None) -> Reals:
+            """Return the values `[B]` of states with these rewards to come."""
             states = self._solution.graph.find_state_indices(self.problem, s)
-            values[rows] = state_values[states, self.seat]
-        return values
+            return np.asarray(self._solution.get_values(turns_left)[states, self.seat])
+
+        return self.apply_by_turns_left(look_up_values, memory)
 
 
 @dataclass(frozen=True)
-class MaximinPolicy(_StateAndTurnPolicy):
+class MaximinPolicy(_GameTurnsPolicy):
     """Plays the mixed strategy with the highest guaranteed return against any opponent (maximin).
 
     The mixed strategies come from Shapley's iteration; the values are against the opponent's part.
@@ -230,49 +187,39 @@ class MaximinPolicy(_StateAndTurnPolicy):
 
     def predict_actions(self, memory: Memory, seat: int) -> Reals:
         """Return the probability `[B, A]` of each action in the opponent's maximin strategy."""
-        probabilities = np.zeros((len(memory[0]), self.problem.action_counts[seat]))
-        for rows, _, strategies in self._iter_matrix_games(memory):
-            probabilities[rows] = strategies[1 + seat]
-        return probabilities
+        return self.apply_by_turns_left(
+            lambda s, turns_left: self._solve_matrix_games(s, turns_left)[1][1 + seat], memory
+        )
 
     @cached_property
     def _solution(self) -> ShapleyResult:
         """The solution of the zero-sum game."""
-        return solve_zero_sum(self.problem, self._game_turns)
+        return solve_zero_sum(self.problem, self.game_turns)
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
         """Return actions drawn from the mixed strategy of each row."""
-        strategy = np.zeros((len(u), self.problem.action_counts[self.seat]))
-        for rows, _, strategies in self._iter_matrix_games(memory):
-            strategy[rows] = strategies[1 + self.seat]
-        return Categorical.from_probabilities(strategy).sample_events(u)
+        return Categorical.from_probabilities(self.choice_probabilities(memory)).sample_events(u)
 
-    def action_values(self, memory: Memory) -> Reals:
-        """Return Q of each action against the opponent's mixed strategy."""
-        q = self._unknown_values(len(memory[0]))
-        for rows, games, strategies in self._iter_matrix_games(memory):
-            if self.seat == 0:
-                q[rows] = (games * strategies.column_strategies[:, None]).sum(axis=2)
-            else:
-                q[rows] = -self._solution.loss_ratio * (
-                    games * strategies.row_strategies[:, :, None]
-                ).sum(axis=1)
-        return q
+    def values_with_turns_left(self, info_state: Array, turns_left: int | None) -> Reals:
+        """Return Q `[B, A]` of states against the opponent's mixed strategy."""
+        games, strategies = self._solve_matrix_games(info_state, turns_left)
+        if self.seat == 0:
+            return np.asarray((games * strategies.column_strategies[:, None]).sum(axis=2))
+        own_values = (games * strategies.row_strategies[:, :, None]).sum(axis=1)
+        return np.asarray(-self._solution.loss_ratio * own_values)
 
-    def _iter_matrix_games(
-        self, memory: Memory
-    ) -> Iterator[tuple[Ints, Reals, MatrixGameSolutions]]:
-        """Yield rows with equally many turns left, their matrix games, and both agents'
-        strategies.
-        """
-        for rows, s, turns_left in self._iter_rows_by_turns_left(memory):
-            state_indices, inverse = np.unique(
-                self._solution.graph.find_state_indices(self.problem, s), return_inverse=True
-            )
-            games, strategies = self._solution.solve_rounded_games(
-                state_indices, self.problem.discount, turns_left
-            )
-            yield rows, games[inverse], MatrixGameSolutions(*(part[inverse] for part in strategies))
+    def _solve_matrix_games(
+        self, s: Array, turns_left: int | None
+    ) -> tuple[Reals, MatrixGameSolutions]:
+        """Return the matrix game of each state, and both agents' strategies in it."""
+        state_indices, inverse = np.unique(
+            self._solution.graph.find_state_indices(self.problem, s), return_inverse=True
+        )
+        later_turns = None if turns_left is None else turns_left - 1
+        games, strategies = self._solution.solve_rounded_games(
+            state_indices, self.problem.discount, later_turns
+        )
+        return games[inverse], MatrixGameSolutions(*(part[inverse] for part in strategies))
 
 
 @dataclass(frozen=True)

@@ -1,19 +1,18 @@
 """Agents for any partially observable problem of one agent, whatever its number of states."""
 
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from math import ceil, floor, log10
-from typing import NamedTuple, Self
+from typing import NamedTuple
 
 import numpy as np
 
-from dmplay.agents.base import EXACT_VALUES, LOWER_BOUNDS, WITHOUT_END, AdviceQuestion, GreedyPolicy
-from dmplay.agents.belief_policy import BeliefAndTurnPolicy
-from dmplay.agents.belief_policy_bases import MAX_HORIZON, NEGLIGIBLE_WEIGHT, describe_plan_length
+from dmplay.agents.base import EXACT_VALUES, LOWER_BOUNDS
+from dmplay.agents.belief_policy import GreedyBeliefPolicy
+from dmplay.agents.horizon import MAX_HORIZON, NEGLIGIBLE_WEIGHT, HorizonPolicy
 from dmplay.core.arrays import Bools, Reals
 from dmplay.core.parameters import parameter
-from dmplay.core.policy import Memory
 from dmplay.core.problem import Problem
 from dmplay.core.tabular import tabulate
 from dmplay.core.text import format_number
@@ -48,7 +47,7 @@ class BoundsRequest(NamedTuple):
 
 
 @dataclass(frozen=True)
-class PointBasedPolicy(GreedyPolicy, BeliefAndTurnPolicy):
+class PointBasedPolicy(HorizonPolicy, GreedyBeliefPolicy):
     """Takes the action with the highest lower bound on its value, by point-based value iteration.
 
     The lower and the upper bound are at most `gap` apart, as a share of the value, or as close as
@@ -62,9 +61,10 @@ class PointBasedPolicy(GreedyPolicy, BeliefAndTurnPolicy):
     )
 
     plans_whole_game = True
+    repeats_plan = True
 
     @property
-    def planned_turns(self) -> int | None:
+    def game_turns(self) -> int | None:
         """The number of turns planned; None if there is no end or the end's weight is
         negligible.
         """
@@ -101,19 +101,10 @@ class PointBasedPolicy(GreedyPolicy, BeliefAndTurnPolicy):
         suggestion = suggest_more_work(self.bounds, self.work, f"{base_name}:work=")
         return f"{name}: {format_bounds(self.bounds)}{horizon_note}{suggestion}"
 
-    def action_values(self, memory: Memory) -> Reals:
-        """Return lower bounds of Q `[B, A]` with the turns left; after the last one it starts
-        again.
-        """
-        b, turns_done = memory
-        plans = self.bounds.plans_by_turns_left
-        if self.planned_turns is None:
-            return self._credit_first_legal_action(b, self._evaluate_plans(plans[0], b))
-        turns_left = self.planned_turns - turns_done % self.planned_turns
-        q = np.zeros((len(b), len(plans[0])))
-        for turns in np.unique(turns_left):
-            q[turns_left == turns] = self._evaluate_plans(plans[turns], b[turns_left == turns])
-        return self._credit_first_legal_action(b, q)
+    def values_with_turns_left(self, info_state: Reals, turns_left: int | None) -> Reals:
+        """Return lower bounds of Q `[B, A]` of beliefs `[B, S]` with these rewards to come."""
+        plans = self.bounds.plans_by_turns_left[turns_left or 0]
+        return self._credit_first_legal_action(info_state, self._evaluate_plans(plans, info_state))
 
     def _evaluate_plans(self, plans: VectorsByAction, b: Reals) -> Reals:
         """Return the value `[B, A]` of the best plan of each first action at beliefs `[B, S]`."""
@@ -144,20 +135,11 @@ class PointBasedPolicy(GreedyPolicy, BeliefAndTurnPolicy):
         q[rows, first_legal] = np.maximum(q[rows, first_legal], best_illegal)
         return q
 
-    def adapt_to_game(self, question: AdviceQuestion) -> Self:
-        """Return a policy that plans the whole game, if that is possible in time."""
-        turns = question.turn_limit
-        if turns in (None, self.planned_turns) or not self._should_plan_to_end(turns or 0):
-            return self
-        return replace(self, horizon=turns)
-
     def describe_scope(self, turns: int | None) -> str:
         """Return the horizon planned, as text, if a game of `turns` turns is not planned."""
-        if turns in {None, self.planned_turns}:
-            return ""
-        return describe_plan_length(self.planned_turns) if self.planned_turns else WITHOUT_END
+        return "" if turns is None else super().describe_scope(turns)
 
-    def _should_plan_to_end(self, turns: int) -> bool:
+    def can_plan_turns(self, turns: int) -> bool:
         """Return whether the end of a game of `turns` turns matters and can be planned to."""
         has_few_states = (
             isinstance(self.problem.state_count, int)

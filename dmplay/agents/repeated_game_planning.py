@@ -16,7 +16,6 @@ from dmplay.agents.base import (
     PolicyLookup,
     SeatPolicy,
 )
-from dmplay.agents.belief_policy_bases import describe_plan_length
 from dmplay.agents.random_agent import Random
 from dmplay.core.arrays import Array, Ints, Reals
 from dmplay.core.parameters import parameter
@@ -89,10 +88,6 @@ class RepeatedGamePlan(GreedyPolicy, SeatPolicy):
         except DmplayError:
             return policy
         return exact_policy
-
-    def describe_scope(self, turns: int | None) -> str:
-        """Return the number of rounds planned at a time, if the game has more."""
-        return "" if turns == self.horizon else describe_plan_length(self.horizon)
 
     def describe_assumed_players(self, opponents: Sequence[str]) -> str:
         """Return the number of rules that the opponent may play; '' if its rule is known.

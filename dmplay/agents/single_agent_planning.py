@@ -14,16 +14,17 @@ from dmplay.agents.base import (
     UPPER_BOUNDS,
     StationaryPolicy,
 )
-from dmplay.agents.belief_policy import apply_by_group
-from dmplay.agents.belief_policy_bases import FiniteHorizonPolicy, GreedyBeliefPolicy
-from dmplay.agents.turns_left import TurnsLeftPolicy
+from dmplay.agents.belief_policy import GreedyBeliefPolicy
+from dmplay.agents.horizon import MAX_HORIZON, HorizonPolicy
 from dmplay.core.arrays import Array, Bools, Reals
 from dmplay.core.best_actions import mark_best_actions, select_greedy_actions
 from dmplay.core.chance import weighted_sum
 from dmplay.core.memoization import memoize
-from dmplay.core.policy import Memory, Percept, requires_fields
+from dmplay.core.parameters import parameter
+from dmplay.core.policy import Memory
 from dmplay.core.problem import Problem
 from dmplay.core.tabular import tabulate
+from dmplay.core.text import format_count
 from dmplay.errors import BadPolicy
 from dmplay.solvers.mdp import mdp_values
 from dmplay.solvers.pomdp import exact_pomdp, fast_informed_bound
@@ -38,7 +39,7 @@ MAX_ALPHA_VECTOR_TURNS = 100  # turns of alpha vectors that can be computed in t
 
 
 @dataclass(frozen=True)
-class MdpOptimalPolicy(TurnsLeftPolicy, StationaryPolicy):
+class MdpOptimalPolicy(HorizonPolicy, StationaryPolicy):
     """Takes the best action (policy iteration, section 7.4; value iteration in large problems).
 
     Values of actions that a state does not allow are those of its first legal action, or -inf. In a
@@ -56,11 +57,6 @@ class MdpOptimalPolicy(TurnsLeftPolicy, StationaryPolicy):
         """Return whether the problem has few enough states for that many turns."""
         states = self.problem.state_count
         return isinstance(states, int) and states * turns <= MAX_PLANNED_STATES
-
-    @requires_fields("observation")
-    def update_memory(self, memory: Memory, percept: Percept) -> Memory:
-        """Return the new state and, if there is a horizon, one more turn done."""
-        return super().update_memory(memory, percept)
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
         """Return the best action in each state."""
@@ -89,22 +85,19 @@ class MdpOptimalPolicy(TurnsLeftPolicy, StationaryPolicy):
         """Q with a discount just below 1, by which an exit now is worth more than one later."""
         return solve_action_values(self.problem, TIE_BREAK_DISCOUNT)
 
-    def action_values(self, memory: Memory) -> Reals:
-        """Return Q* of each action; with the turns left if there is a horizon."""
-        s = self.problem.state_indices(memory[0])
-        if not self.horizon:
+    def values_with_turns_left(self, info_state: Array, turns_left: int | None) -> Reals:
+        """Return Q* `[B, A]` of states, for an infinite horizon or with these rewards to come."""
+        s = self.problem.state_indices(info_state)
+        if turns_left is None:
             return np.asarray(self._q[s])
-        solution, turns_left = _solve_by_turns(self.problem, self.horizon), self.turns_left(memory)
+        solution = _solve_by_turns(self.problem, self.horizon)
         q = np.full((len(s), self.problem.action_counts[0]), -np.inf)
-        for turns in np.unique(turns_left).tolist():
-            rows = np.flatnonzero(turns_left == turns)
-            action_rows, positions = solution.graph.list_legal_actions(s[rows])
-            next_values = solution.get_values(turns - 1)
-            q[rows[positions], solution.graph.joint_actions[action_rows, 0]] = (
-                solution.graph.compute_action_values(
-                    action_rows, self.problem.discount, next_values
-                )[:, 0]
-            )
+        action_rows, positions = solution.graph.list_legal_actions(s)
+        q[positions, solution.graph.joint_actions[action_rows, 0]] = (
+            solution.graph.compute_action_values(
+                action_rows, self.problem.discount, solution.get_values(turns_left - 1)
+            )[:, 0]
+        )
         return np.where(np.isfinite(q).any(axis=1, keepdims=True), q, 0.0)
 
 
@@ -135,31 +128,13 @@ def solve_action_values(problem: Problem, discount: float) -> Reals:
 
 
 @dataclass(frozen=True)
-class _AlphaVectorPolicy(GreedyBeliefPolicy):
-    """The best action for its belief, by alpha vectors."""
-
-    def action_values(self, memory: Memory) -> Reals:
-        """Return Q of the belief, over as many turns as the alpha vectors cover."""
-        return exact_pomdp.compute_action_values(self._alpha_vectors, memory[0])
-
-    @property
-    @abstractmethod
-    def _alpha_vectors(self) -> AlphaVectorStage:
-        """The alpha vectors of the turns to come."""
-
-
-@dataclass(frozen=True)
-class PomdpOptimalPolicy(TurnsLeftPolicy, _AlphaVectorPolicy):
+class PomdpOptimalPolicy(HorizonPolicy, GreedyBeliefPolicy):
     """Takes the best action for its belief, from the values of all plans (section 20.3).
 
     It plans for an infinite horizon or for `horizon` turns.
     """
 
     values_name = EXACT_VALUES
-
-    @cached_property
-    def _alpha_vectors(self) -> AlphaVectorStage:
-        return _solve_infinite_horizon(self.problem)
 
     def can_plan_turns(self, turns: int) -> bool:
         """Return whether the alpha vectors of that many turns can be computed in time.
@@ -168,64 +143,106 @@ class PomdpOptimalPolicy(TurnsLeftPolicy, _AlphaVectorPolicy):
         """
         return turns <= MAX_ALPHA_VECTOR_TURNS or self.problem.discount >= 1.0
 
-    def action_values(self, memory: Memory) -> Reals:
-        """Return Q of the belief, with the turns left if there is a horizon."""
-        if not self.horizon:
-            return super().action_values(memory)
-        return apply_by_group(memory[0], self.turns_left(memory), self._finite_horizon_values)
+    def values_with_turns_left(self, info_state: Reals, turns_left: int | None) -> Reals:
+        """Return Q `[B, A]` of beliefs `[B, S]` with these rewards to come."""
+        return exact_pomdp.compute_action_values(self._find_stage(turns_left), info_state)
 
-    def _finite_horizon_values(self, b: Reals, turns_left: int) -> Reals:
-        """Return Q `[B, A]` of beliefs `[B, S]` with `turns_left` rewards to come."""
-        stages = _solve_stages(self.problem, self.horizon)
-        return exact_pomdp.compute_action_values(stages[turns_left - 1], b)
+    def _find_stage(self, turns_left: int | None) -> AlphaVectorStage:
+        """Return the alpha vectors with these rewards to come."""
+        if turns_left is None:
+            return _solve_infinite_horizon(self.problem)
+        return exact_pomdp.solve_stages(self.problem, self.horizon)[turns_left - 1]
 
 
 @dataclass(frozen=True)
-class RecedingHorizonPolicy(_AlphaVectorPolicy, FiniteHorizonPolicy):
+class RecedingHorizonPolicy(PomdpOptimalPolicy):
     """Plans `horizon` turns ahead in every turn (receding horizon)."""
 
-    values_name = EXACT_VALUES
+    horizon: int = parameter(10, "number of turns planned", 1, MAX_HORIZON)
 
-    @cached_property
-    def _alpha_vectors(self) -> AlphaVectorStage:
-        return _solve_finite_horizon(self.problem, self.horizon)
+    @property
+    def game_turns(self) -> None:
+        """None, as it does not count turns."""
+
+    def can_plan_turns(self, turns: int) -> bool:
+        """Return whether it would plan beyond the end of a game of `turns` turns."""
+        return turns <= self.horizon
+
+    def _find_stage(self, turns_left: int | None) -> AlphaVectorStage:
+        """Return the alpha vectors of `horizon` turns."""
+        return exact_pomdp.solve_stages(self.problem, self.horizon)[-1]
+
+    def describe_scope(self, turns: int | None) -> str:
+        """Return the number of turns it plans ahead in every turn, of which fewer may be left."""
+        return "" if turns == 1 else f"{format_count(self.horizon, 'turn')} ahead"
 
 
 @dataclass(frozen=True)
-class Qmdp(GreedyBeliefPolicy):
-    """Assumes that it will see the state from the next turn on (QMDP, section 21.1)."""
+class BeliefBoundPolicy(GreedyBeliefPolicy):
+    """A policy that values an action by an upper bound in each state, averaged over the belief.
+
+    It has an infinite horizon. After `HorizonPolicy` in the bases of a class, it plans the turns
+    left.
+    """
 
     values_name = UPPER_BOUNDS
 
+    @abstractmethod
+    def compute_bounds(self, turns: int | None) -> list[Reals]:
+        """Return the bounds `[S, A]` with 1, 2, ... `turns` rewards to come.
+
+        For an infinite horizon (None), return the only one.
+        """
+
     @cached_property
-    def _q(self) -> Reals:
-        return mdp_values.compute_optimal_q(
-            tabulate(self.problem), require_discount_below_one(self.problem)
-        )
+    def _bound_cache(self) -> dict[int | None, Reals]:
+        """The bounds computed so far, by the turns left."""
+        return {}
 
     def action_values(self, memory: Memory) -> Reals:
-        """Return the mean of Q* over the belief."""
-        return weighted_sum(memory[0], self._q)
+        """Return the mean of the bound over the belief."""
+        return self.values_with_turns_left(memory[0], None)
+
+    def values_with_turns_left(self, info_state: Reals, turns_left: int | None) -> Reals:
+        """Return the mean of the bound over beliefs `[B, S]` with these rewards to come."""
+        if turns_left not in self._bound_cache:
+            bounds = self.compute_bounds(turns_left)
+            keys = range(1, turns_left + 1) if turns_left else (None,)
+            self._bound_cache.update(zip(keys, bounds, strict=True))
+        return weighted_sum(info_state, self._bound_cache[turns_left])
 
 
 @dataclass(frozen=True)
-class FastInformedBound(GreedyBeliefPolicy):
+class Qmdp(BeliefBoundPolicy):
+    """Assumes that it will see the state from the next turn on (QMDP, section 21.1)."""
+
+    def compute_bounds(self, turns: int | None) -> list[Reals]:
+        """Return Q of the visible states."""
+        tables, discount = tabulate(self.problem), self.problem.discount
+        if turns is None:
+            return [mdp_values.compute_optimal_q(tables, require_discount_below_one(self.problem))]
+        return [
+            mdp_values.compute_action_values(
+                tables, discount, mdp_values.compute_finite_horizon_values(tables, discount, turn)
+            )
+            for turn in range(turns)
+        ]
+
+
+@dataclass(frozen=True)
+class FastInformedBound(BeliefBoundPolicy):
     """Assumes that it will see this turn's state before its next action (FIB, section 21.2).
 
     It will not see the next turn's state, unlike QMDP. An observation can therefore be worth
     something to it, and its values are closer to the optimal ones.
     """
 
-    values_name = UPPER_BOUNDS
-
-    @cached_property
-    def _bound(self) -> Reals:
+    def compute_bounds(self, turns: int | None) -> list[Reals]:
+        """Return the fast informed bounds."""
+        if turns is not None:
+            return fast_informed_bound.compute_finite_horizon_bounds(self.problem, turns)
         require_discount_below_one(self.problem)
-        return fast_informed_bound.compute_fast_informed_bound(self.problem)
-
-    def action_values(self, memory: Memory) -> Reals:
-        """Return the mean of the bound over the belief."""
-        return weighted_sum(memory[0], self._bound)
+        return [fast_informed_bound.compute_fast_informed_bound(self.problem)]
 
 
 @memoize
@@ -234,17 +251,6 @@ def _solve_infinite_horizon(problem: Problem) -> AlphaVectorStage:
     return exact_pomdp.solve_infinite_horizon(
         tabulate(problem), require_discount_below_one(problem)
     )
-
-
-def _solve_finite_horizon(problem: Problem, horizon: int) -> AlphaVectorStage:
-    """Return the alpha vectors of `horizon` turns of a problem."""
-    return _solve_stages(problem, horizon)[-1]
-
-
-@memoize
-def _solve_stages(problem: Problem, horizon: int) -> list[AlphaVectorStage]:
-    """Return the alpha vectors for 1 to `horizon` turns left."""
-    return exact_pomdp.solve_finite_horizon(tabulate(problem), problem.discount, horizon)
 
 
 def require_discount_below_one(problem: Problem) -> float:

@@ -105,10 +105,9 @@ def compute_informed_bound(problem: Problem, horizon: int | None) -> Reals:
 
 def solve_stage(problem: Problem, horizon: int | None) -> AlphaVectorStage:
     """Return the exact alpha vectors for a number of turns left; None: an infinite horizon."""
-    tables = tabulate(problem)
     if horizon is None:
-        return exact_pomdp.solve_infinite_horizon(tables, problem.discount)
-    return exact_pomdp.solve_finite_horizon(tables, problem.discount, horizon)[-1]
+        return exact_pomdp.solve_infinite_horizon(tabulate(problem), problem.discount)
+    return exact_pomdp.solve_stages(problem, horizon)[-1]
 
 
 def name_first_actions(problem: Problem, stage: AlphaVectorStage) -> AlphaVectors:

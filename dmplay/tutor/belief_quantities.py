@@ -12,7 +12,7 @@ from dmplay.errors import BadParameter
 from dmplay.solvers.pomdp.exact_pomdp import (
     AlphaVectorStage,
     compute_action_values,
-    solve_finite_horizon,
+    solve_stages,
 )
 from dmplay.tutor.beliefs import compute_belief, parse_history
 from dmplay.tutor.positions import PositionInGame
@@ -170,7 +170,7 @@ def fewest_turns(position: PositionInGame, action: str, belief: str) -> Truth:
     """Return the fewest turns left with which an action is best in a belief."""
     beliefs, index = _parse_belief(position, belief), _action_index(position, action)
     problem = position.problem
-    stages = solve_finite_horizon(tabulate(problem), problem.discount, MAX_COMPARED_TURNS)
+    stages = solve_stages(problem, MAX_COMPARED_TURNS)
     q = [compute_action_values(stage, beliefs)[0] for stage in stages]
     is_best = mark_best_actions(np.array(q), problem.reward_scale)[:, index]  # [turns]
     turns = int(np.argmax(is_best)) + 1 if is_best.any() else 0
@@ -248,7 +248,7 @@ def _solve(position: PositionInGame, turns_left: int) -> AlphaVectorStage:
     problem = position.problem
     if turns_left < 1:
         raise BadParameter(f"turns_left: got {turns_left}, expected 1 or more")
-    return solve_finite_horizon(tabulate(problem), problem.discount, turns_left)[-1]
+    return solve_stages(problem, turns_left)[-1]
 
 
 def _make_beliefs(position: PositionInGame, index: int, probabilities: Reals) -> Reals:

@@ -140,7 +140,7 @@ def test_rows_with_different_turns_left_are_valued_like_single_rows() -> None:
     chosen = policy.choose(memory, None, np.zeros((5, 0)))
     assert [CATCH.format_action(0, a) for a in chosen] == ["50", "50", "40", "60", "50"]
     expected = [
-        policy.finite_horizon_values(b[[row]], turns_left)[0]
+        policy.values_with_turns_left(b[[row]], turns_left)[0]
         for row, turns_left in ((0, 3), (1, 2), (0, 1), (1, 1), (0, 3))
     ]
     np.testing.assert_array_equal(policy.action_values(memory), expected)

@@ -101,8 +101,8 @@ def test_the_optimum_counts_its_turns_down_and_starts_again() -> None:
     policy = Optimal(MACHINE, 0)
     memory = policy.initial_memory(np.array([-1]))
     for turns_done in range(25):
-        assert memory[1].tolist() == [turns_done]
-        expected = policy.finite_horizon_values(memory[0], 20 - turns_done % 20)
+        assert memory[1].tolist() == [turns_done % 20]
+        expected = policy.values_with_turns_left(memory[0], 20 - turns_done % 20)
         np.testing.assert_array_equal(policy.action_values(memory), expected)
         percept = Percept(np.array([MANUFACTURE]), np.array([NONDEFECTIVE]), None, None)
         memory = policy.update_memory(memory, percept)
@@ -120,7 +120,7 @@ def test_rows_with_different_turns_left_are_valued_separately() -> None:
     b, turns_done = np.array([[0.5, 0.3, 0.2]] * 3), np.array([0, 7, 0])
     q = policy.action_values((b, turns_done))
     np.testing.assert_array_equal(q[0], q[2])
-    np.testing.assert_array_equal(q[1], policy.finite_horizon_values(b[:1], 13)[0])
+    np.testing.assert_array_equal(q[1], policy.values_with_turns_left(b[:1], 13)[0])
 
 
 def test_figure_f12_has_a_second_region_of_manufacture() -> None:
@@ -133,7 +133,7 @@ def test_figure_f12_has_a_second_region_of_manufacture() -> None:
 
 def test_qmdp_values_are_those_of_the_mdp_if_the_state_is_certain() -> None:
     policy = Qmdp(MACHINE, 0)
-    q = policy.finite_horizon_values(np.eye(3), 20)
+    q = policy.values_with_turns_left(np.eye(3), 20)
     np.testing.assert_allclose(
         q.max(axis=1), mdp_values.compute_finite_horizon_values(MACHINE.tables, 1.0, 20)
     )

@@ -51,7 +51,7 @@ def belief_chain(case: Case) -> None:
 def optimal(case: Case) -> None:
     problem, turns = make_bandit(case), case.inputs["turns"]
     agent = Optimal(problem, 0, horizon=turns)
-    (q,) = agent.finite_horizon_values(np.array([case.inputs["b"]]), turns)
+    (q,) = agent.values_with_turns_left(np.array([case.inputs["b"]]), turns)
     case.close("q", q)
     case.close("value", q.max())
     assert [problem.actions[0].labels[a] for a in np.flatnonzero(mark_best_actions(q))] == (
@@ -62,7 +62,7 @@ def optimal(case: Case) -> None:
 def regret(case: Case) -> None:
     problem, turns = make_bandit(case), case.inputs["turns"]
     b = belief.initial_belief(problem)
-    value = Optimal(problem, 0, horizon=turns).finite_horizon_values(b[None], turns).max()
+    value = Optimal(problem, 0, horizon=turns).values_with_turns_left(b[None], turns).max()
     informed_value = turns * float(b @ problem.win_probabilities.max(axis=1))
     case.close("optimal", value)
     case.close("known_bandit", informed_value)

@@ -3,7 +3,7 @@
 from contextlib import suppress
 
 from dmplay.agents.base import AdviceQuestion
-from dmplay.agents.belief_policy_bases import NEGLIGIBLE_WEIGHT
+from dmplay.agents.horizon import NEGLIGIBLE_WEIGHT
 from dmplay.core import belief
 from dmplay.core.problem import Problem
 from dmplay.core.tabular import tabulate
@@ -48,9 +48,7 @@ def _list_alpha_vectors(problem: Problem) -> Solution:
         stage: AlphaVectorStage = exact_pomdp.solve_infinite_horizon(tables, problem.discount)
         method = "alpha vectors, infinite horizon"
     else:
-        stage = exact_pomdp.solve_finite_horizon(tables, problem.discount, turns or DEFAULT_TURNS)[
-            -1
-        ]
+        stage = exact_pomdp.solve_stages(problem, turns or DEFAULT_TURNS)[-1]
         method = f"alpha vectors, {format_count(turns or DEFAULT_TURNS, 'turn')}"
     states = [problem.format_state(s) for s in problem.enumerate_states()]
     rows: list[Row] = [

@@ -6,13 +6,14 @@ from typing import cast
 import numpy as np
 
 from dmplay.agents.base import EXACT_VALUES, AdviceQuestion, SeatPolicy
-from dmplay.agents.belief_policy_bases import MAX_HORIZON, NEGLIGIBLE_WEIGHT, FiniteHorizonPolicy
+from dmplay.agents.horizon import MAX_HORIZON, NEGLIGIBLE_WEIGHT
 from dmplay.agents.point_based import (
     PointBasedOptimalPolicy,
     PointBasedPolicy,
     format_bounds,
     suggest_more_work,
 )
+from dmplay.agents.single_agent_planning import RecedingHorizonPolicy
 from dmplay.core import belief
 from dmplay.core.arrays import Bools, Ints
 from dmplay.core.best_actions import mark_best_actions
@@ -40,7 +41,7 @@ def solve_first_actions(problem: Problem) -> Solution:
     if hint_agent and not is_bounded and hint_agent.values_name == EXACT_VALUES:
         name, agent = hint_agent.name, hint_agent.policy
     try:
-        if isinstance(agent, FiniteHorizonPolicy) and turns and agent.horizon < turns:
+        if turns and (_count_planned_turns(agent) or turns) < turns:
             # The agent plans fewer turns at a time than the game has.
             agent = PointBasedOptimalPolicy(problem, 0)
         if isinstance(agent, PointBasedPolicy):
@@ -66,14 +67,16 @@ def solve_first_actions(problem: Problem) -> Solution:
             strict=True,
         )
     ]
-    horizon_text = (
-        f", {format_count(agent.horizon, 'turn')} left"
-        if isinstance(agent, FiniteHorizonPolicy)
-        else ""
-    )
+    horizon = _count_planned_turns(agent)
+    horizon_text = f", {format_count(horizon, 'turn')} left" if horizon else ""
     value = format_value(float(q[0, legal].max()), problem.reward_scale)
     summary = f"value {value} at the start{horizon_text}"
     return Solution(f"agent {name}", summary, rows)
+
+
+def _count_planned_turns(agent: SeatPolicy) -> int | None:
+    """Return the number of turns of a plan, or that an agent plans ahead; None of other agents."""
+    return agent.horizon if isinstance(agent, RecedingHorizonPolicy) else agent.planned_turns
 
 
 def _find_legal_first_actions(problem: Problem) -> Ints:

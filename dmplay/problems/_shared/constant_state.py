@@ -8,12 +8,13 @@ from itertools import count
 import numpy as np
 
 from dmplay.agents.base import EXACT_VALUES
-from dmplay.agents.belief_policy import BeliefPolicy
-from dmplay.agents.belief_policy_bases import GreedyBeliefPolicy, RemainingHorizonPolicy
+from dmplay.agents.belief_policy import BeliefPolicy, GreedyBeliefPolicy
+from dmplay.agents.horizon import MAX_HORIZON, HorizonPolicy
 from dmplay.core.arrays import Array, Bools, Ints, Reals
 from dmplay.core.best_actions import select_greedy_actions
 from dmplay.core.chance import Categorical, weighted_sum
 from dmplay.core.memoization import memoize
+from dmplay.core.parameters import parameter
 from dmplay.core.policy import Memory
 from dmplay.core.problem import Problem
 from dmplay.core.tabular import tabulate
@@ -52,33 +53,42 @@ class ThompsonSampling(BeliefPolicy):
 
 
 @dataclass(frozen=True)
-class Optimal(RemainingHorizonPolicy):
+class Optimal(HorizonPolicy, GreedyBeliefPolicy):
     """Takes the best action for its belief and the turns left, by exact search."""
 
-    values_name = EXACT_VALUES
+    horizon: int = parameter(10, "number of turns planned", 1, MAX_HORIZON)
 
-    MAX_PLANNED_TURNS = 20
+    values_name = EXACT_VALUES
+    plans_whole_game = True
+    repeats_plan = True
+    max_planned_turns = 20
 
     @cached_property
     def _q_cache(self) -> dict[int, dict[bytes, Reals]]:
         """Q-values computed so far, by the turns left, then by the belief."""
         return {}
 
-    def finite_horizon_values(self, b: Reals, turns_left: int) -> Reals:
-        """Return Q `[B, A]` of beliefs `[B, S]` with `turns_left` rewards to come."""
-        q, inverse = self._look_up_values(b, turns_left)
+    def values_with_turns_left(self, info_state: Reals, turns_left: int | None) -> Reals:
+        """Return Q `[B, A]` of beliefs `[B, S]` with these rewards to come."""
+        q, inverse = self._look_up_values(info_state, turns_left)
         return q.take(inverse, axis=0)
 
-    def best_actions(self, b: Reals, turns_left: int) -> Array:
+    def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
         """Return the first of the best actions, computed once for each distinct belief."""
-        q, inverse = self._look_up_values(b, turns_left)
-        return select_greedy_actions(q).take(inverse)
 
-    def _look_up_values(self, b: Reals, turns_left: int) -> tuple[Reals, Ints]:
+        def choose_best(b: Reals, turns_left: int | None) -> Array:
+            """Return the actions `[B]` with these turns left."""
+            q, inverse = self._look_up_values(b, turns_left)
+            return select_greedy_actions(q).take(inverse)
+
+        return self.apply_by_turns_left(choose_best, memory)
+
+    def _look_up_values(self, b: Reals, turns_left: int | None) -> tuple[Reals, Ints]:
         """Return Q `[K, A]` of the K distinct beliefs, and the index `[B]` of each row's belief.
 
         A belief that was looked up before is not searched again.
         """
+        assert turns_left is not None
         cache = self._q_cache.setdefault(turns_left, {})
         keys = np.ascontiguousarray(b).view(f"V{b.shape[1] * b.itemsize}")[:, 0].tolist()
         indices = defaultdict[bytes, int](count().__next__)

@@ -6,7 +6,7 @@ import numpy as np
 
 from dmplay.agents.available_agents import Roster
 from dmplay.agents.base import SeatPolicy
-from dmplay.agents.belief_policy_bases import MAX_HORIZON
+from dmplay.agents.horizon import MAX_HORIZON
 from dmplay.core.arrays import Array, Bools, Reals
 from dmplay.core.best_actions import select_greedy_actions
 from dmplay.core.parameters import parameter

@@ -12,7 +12,7 @@ from dmplay.agents.base import (
     ConstantPolicy,
     ReactivePolicy,
 )
-from dmplay.agents.turns_left import TurnsLeftPolicy
+from dmplay.agents.horizon import HorizonPolicy
 from dmplay.core.arrays import Array, Bools, Reals
 from dmplay.core.memoization import memoize
 from dmplay.core.parameters import parameter
@@ -47,7 +47,7 @@ class Balance(ReactivePolicy):
 
 
 @dataclass(frozen=True)
-class LinearQuadraticPolicy(TurnsLeftPolicy, ReactivePolicy):
+class LinearQuadraticPolicy(HorizonPolicy, ReactivePolicy):
     """Pushes left or right by the sign of a weighted sum of position, speed, angle and swing.
 
     It is the linear quadratic regulator of this cart and pole: the weights follow from the
@@ -72,10 +72,6 @@ class LinearQuadraticPolicy(TurnsLeftPolicy, ReactivePolicy):
         (x, v, theta, omega), k = memory[0].T, self.regulator.gain
         return np.where(k[0] * x + k[1] * v + k[2] * theta + k[3] * omega < 0, RIGHT, LEFT)
 
-    def can_plan_turns(self, turns: int) -> bool:
-        """Return whether the turns of a game can be counted."""
-        return True
-
     def describe_scope(self, turns: int | None) -> str:
         """Return the number of turns it looks ahead, '' if it always looks to the last turn."""
         note = "" if self.problem.discount == 1.0 or turns == 1 else "discount ignored"
@@ -86,19 +82,16 @@ class LinearQuadraticPolicy(TurnsLeftPolicy, ReactivePolicy):
             ahead = f"at most {ahead}" if turns > LOOKAHEAD_TURNS else ""
         return ", ".join(filter(None, (ahead, note)))
 
-    def action_values(self, memory: Memory) -> Reals:
+    def values_with_turns_left(self, info_state: Array, turns_left: int | None) -> Reals:
         """Return the number of turns that the pole stands after each push, then regulated.
 
         At most 50 turns are simulated, and none after the last turn of the game.
         """
-        s, row_count = memory[0].repeat(2, axis=0), len(memory[0])
+        s, row_count = info_state.repeat(2, axis=0), len(info_state)
         a, turns_standing = np.tile([LEFT, RIGHT], row_count), np.zeros(2 * row_count)
-        turns_left = np.full(row_count, LOOKAHEAD_TURNS)
-        if self.horizon:
-            turns_left = np.minimum(turns_left, self.turns_left(memory))
-        for turn in range(int(turns_left.max(initial=0))):
+        for _ in range(min(turns_left or LOOKAHEAD_TURNS, LOOKAHEAD_TURNS)):
             outcome = self.problem.resolve_events(s, a[:, None], ())
-            turns_standing += outcome.rewards[:, 0] * (turn < turns_left).repeat(2)
+            turns_standing += outcome.rewards[:, 0]
             s = outcome.state
             a = self.choose((s,), None, s)
         return turns_standing.reshape(row_count, 2)

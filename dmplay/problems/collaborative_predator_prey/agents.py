@@ -14,11 +14,10 @@ from dmplay.agents.base import (
     ReactivePolicy,
     SeatPolicy,
 )
-from dmplay.agents.belief_policy import BeliefPolicy, apply_by_group
-from dmplay.agents.belief_policy_bases import GreedyBeliefPolicy
+from dmplay.agents.belief_policy import BeliefPolicy, GreedyBeliefPolicy
 from dmplay.agents.best_response_in_team import PartnerBeliefPolicy
 from dmplay.agents.dec_pomdp import JointPlan
-from dmplay.agents.turns_left import TurnsLeftPolicy
+from dmplay.agents.horizon import HorizonPolicy
 from dmplay.core import belief
 from dmplay.core.arrays import Array, Bools, Ints, Reals
 from dmplay.core.best_actions import select_greedy_actions
@@ -120,7 +119,7 @@ class ChaseBelief(_FactoredBeliefPolicy):
 
 
 @dataclass(frozen=True)
-class Qmdp(TurnsLeftPolicy, _FactoredBeliefPolicy, GreedyBeliefPolicy):
+class Qmdp(HorizonPolicy, _FactoredBeliefPolicy, GreedyBeliefPolicy):
     """Takes the action that would be best if it saw all positions from the next turn on (QMDP).
 
     Partners are assumed to see all positions now. It plans for an infinite horizon, or for
@@ -197,15 +196,12 @@ class Qmdp(TurnsLeftPolicy, _FactoredBeliefPolicy, GreedyBeliefPolicy):
             q = solve_fully_observed(self.problem)[None]
         return np.asarray(q.reshape(*q.shape[:2], *shape))
 
-    def action_values(self, memory: Memory) -> Reals:
-        """Return the mean of Q over the belief: an upper bound for teams that do not see all."""
-        if not self.horizon:
-            return weighted_sum(memory[0], self._q_by_turns[0])
-        return apply_by_group(
-            memory[0],
-            self.turns_left(memory),
-            lambda b, turns: weighted_sum(b, self._q_by_turns[turns - 1]),
-        )
+    def values_with_turns_left(self, info_state: Reals, turns_left: int | None) -> Reals:
+        """Return the mean of Q over beliefs `[B, S]`, an upper bound for teams that do not see all.
+
+        Without an end there is one table of Q.
+        """
+        return weighted_sum(info_state, self._q_by_turns[(turns_left or 1) - 1])
 
 
 @dataclass(frozen=True)

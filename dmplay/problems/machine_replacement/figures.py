@@ -24,7 +24,7 @@ def _draw_machine_policies(subject: PlottedProblem) -> Plot:
     """Return figure F.12: the best first action with one to twenty turns left."""
     problem = subject.problem
     last = subject.turns or PLOTTED_TURNS[-1]
-    stages = exact_pomdp.solve_finite_horizon(tabulate(problem), problem.discount, last)
+    stages = exact_pomdp.solve_stages(problem, last)
     panels = [
         belief_values.build_triangle_panel(
             problem, belief_values.name_first_actions(problem, stage), describe_horizon(turns)

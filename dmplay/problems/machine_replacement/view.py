@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Iterator
-from functools import lru_cache
 
 import numpy as np
 from rich.text import Text
@@ -10,12 +9,10 @@ from rich.text import Text
 from dmplay.core.arrays import Reals
 from dmplay.core.best_actions import mark_best_actions
 from dmplay.core.session import View
-from dmplay.core.tabular import tabulate
 from dmplay.problems.crying_baby import view as crying_baby
 from dmplay.solvers.pomdp.exact_pomdp import (
-    AlphaVectorStage,
     compute_action_values,
-    solve_finite_horizon,
+    solve_stages,
 )
 from dmplay.views.generic import format_last_observation
 from dmplay.views.protocol import DrawOptions, Lesson
@@ -242,18 +239,12 @@ def _draw_policy_regions(
         if view.turn_limit is None
         else min(view.turn_limit - view.turns_played, MAX_PLANNED_TURNS)
     )
-    stage = _plan_stages(view.problem, remaining_turns)[-1]
+    stage = solve_stages(view.problem, remaining_turns)[-1]
     for (row, offset), action in zip(
         points, mark_best_actions(compute_action_values(stage, beliefs)), strict=True
     ):
         best_action = int(np.argmax(action))
         canvas.write_text(x + size + offset, row + 1, keys[best_action], REGION_STYLES[best_action])
-
-
-@lru_cache(maxsize=MAX_PLANNED_TURNS)
-def _plan_stages(problem: MachineReplacement, turns: int) -> list[AlphaVectorStage]:
-    """Return the optimal plans for 1, 2, ... `turns` turns; cached."""
-    return solve_finite_horizon(tabulate(problem), problem.discount, turns)
 
 
 def _draw_observation_and_belief(

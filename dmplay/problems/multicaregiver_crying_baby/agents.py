@@ -8,12 +8,10 @@ import numpy as np
 
 from dmplay.agents.available_agents import Roster
 from dmplay.agents.base import AdviceQuestion, ConstantPolicy, SeatPolicy
-from dmplay.agents.belief_policy import apply_by_group
 from dmplay.agents.best_response_in_team import BestResponseInTeam
 from dmplay.agents.single_agent_planning import MAX_ALPHA_VECTOR_TURNS
 from dmplay.core.arrays import Reals
 from dmplay.core.parameters import parameter
-from dmplay.core.policy import Memory
 from dmplay.core.problem import Problem
 from dmplay.core.tabular import Tables
 from dmplay.errors import BadPolicy, DmplayError
@@ -87,17 +85,10 @@ class BestResponse(BestResponseInTeam):
             self.pomdp_tables, self.problem.discount, self.horizon
         )
 
-    def action_values(self, memory: Memory) -> Reals:
-        """Return Q of each action against that partner, with the turns left if there is a
-        horizon.
-        """
-        if not self.horizon:
-            return exact_pomdp.compute_action_values(self._alpha_vectors, memory[0])
-        return apply_by_group(memory[0], self.turns_left(memory), self._finite_horizon_values)
-
-    def _finite_horizon_values(self, b: Reals, turns_left: int) -> Reals:
-        """Return Q `[B, A]` of beliefs `[B, S]` with `turns_left` rewards to come."""
-        return exact_pomdp.compute_action_values(self._stages[turns_left - 1], b)
+    def values_with_turns_left(self, info_state: Reals, turns_left: int | None) -> Reals:
+        """Return Q `[B, A]` of beliefs against that partner with these rewards to come."""
+        stage = self._alpha_vectors if turns_left is None else self._stages[turns_left - 1]
+        return exact_pomdp.compute_action_values(stage, info_state)
 
     def can_plan_turns(self, turns: int) -> bool:
         """Return whether the alpha vectors of that many turns can be computed in time."""

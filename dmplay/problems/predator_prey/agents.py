@@ -10,14 +10,14 @@ import numpy as np
 
 from dmplay.agents.available_agents import Roster
 from dmplay.agents.base import EXACT_VALUES, AdviceQuestion, ReactivePolicy, StationaryPolicy
-from dmplay.agents.turns_left import TurnsLeftPolicy
+from dmplay.agents.horizon import HorizonPolicy
 from dmplay.core.arrays import Array, Bools, Ints, Reals
 from dmplay.core.best_actions import select_greedy_actions
 from dmplay.core.chance import Categorical
 from dmplay.core.hexgrid import DIRECTIONS
 from dmplay.core.memoization import memoize
 from dmplay.core.parameters import parameter
-from dmplay.core.policy import Memory, Percept, requires_fields
+from dmplay.core.policy import Memory
 from dmplay.errors import BadPolicy
 from dmplay.solvers.games import induced_mdp, markov_game_policy_iteration
 from dmplay.solvers.mdp import sparse_mdp
@@ -75,7 +75,7 @@ OPPONENT_MODELS = ("natural", *DISTANCE_POLICIES, "random")
 
 
 @dataclass(frozen=True)
-class BestResponse(TurnsLeftPolicy, StationaryPolicy):
+class BestResponse(HorizonPolicy, StationaryPolicy):
     """Takes the action with the highest value if the other agents play as it assumes.
 
     They are assumed to play `to`; natural means that predators chase and prey flee. It plans for an
@@ -112,11 +112,6 @@ class BestResponse(TurnsLeftPolicy, StationaryPolicy):
         """Return the probability `[B, 6]` of each move of another seat."""
         return np.asarray(self.action_probabilities(seat)[self.problem.state_indices(memory[0])])
 
-    @requires_fields("observation")
-    def update_memory(self, memory: Memory, percept: Percept) -> Memory:
-        """Return the new state and, if there is a horizon, one more turn done."""
-        return super().update_memory(memory, percept)
-
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
         """Return the first of the best moves in each state."""
         if self.horizon:
@@ -127,12 +122,12 @@ class BestResponse(TurnsLeftPolicy, StationaryPolicy):
         """Return the first of the best moves in each state."""
         return select_greedy_actions(self.action_values((s,)), self.problem.reward_scale)
 
-    def action_values(self, memory: Memory) -> Reals:
-        """Return Q of each move against these others, with the turns left if they are limited."""
-        s = self.problem.state_indices(memory[0])
-        if not self.horizon:
+    def values_with_turns_left(self, info_state: Array, turns_left: int | None) -> Reals:
+        """Return Q `[B, 6]` of states against these others, with these rewards to come."""
+        s = self.problem.state_indices(info_state)
+        if turns_left is None:
             return np.asarray(_solve_best_response(self)[s])
-        return np.asarray(_solve_finite_best_response(self)[self.turns_left(memory) - 1, s])
+        return np.asarray(_solve_finite_best_response(self)[turns_left - 1, s])
 
     def adapt_to_game(self, question: AdviceQuestion) -> Self:
         """Return the best response to the opponents' common policy, else this policy.

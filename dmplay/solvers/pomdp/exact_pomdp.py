@@ -11,7 +11,9 @@ import numpy as np
 from dmplay.core.arrays import Bools, Ints, Reals
 from dmplay.core.best_actions import compute_reward_scale, compute_tolerance
 from dmplay.core.chance import weighted_sum_columns
-from dmplay.core.tabular import Tables
+from dmplay.core.memoization import memoize
+from dmplay.core.problem import Problem
+from dmplay.core.tabular import Tables, tabulate
 from dmplay.core.work_budget import ARRAY_CALL_WORK, Budget
 from dmplay.solvers.double_description import BORDER_TOLERANCE
 from dmplay.solvers.pomdp.upper_envelope import compute_upper_envelope
@@ -71,6 +73,23 @@ def solve_finite_horizon(tables: Tables, discount: float, horizon: int) -> list[
         result.append(backup_vectors(tables, discount, next_vectors, budget))
         next_vectors = result[-1].alpha_vectors
     return [stage.multiply_values(scale) for stage in result]
+
+
+@memoize
+def _get_stage_cache(problem: Problem) -> list[AlphaVectorStage]:
+    """Return the stages of a problem that were computed so far."""
+    return []
+
+
+def solve_stages(problem: Problem, horizon: int) -> list[AlphaVectorStage]:
+    """Return the stages of a problem with 1, 2, ... `horizon` rewards to come, cached.
+
+    Raises BudgetExceeded if there are too many plans.
+    """
+    stages = _get_stage_cache(problem)
+    if len(stages) < horizon:
+        stages[:] = solve_finite_horizon(tabulate(problem), problem.discount, horizon)
+    return stages[:horizon]
 
 
 def solve_infinite_horizon(tables: Tables, discount: float) -> AlphaVectorStage:
