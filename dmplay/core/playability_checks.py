@@ -222,7 +222,10 @@ def _check_start(problem: Problem) -> CheckResults:
         )
         yield require(s.shape == shape and s.dtype.kind == "f", message)
     yield from _check_state_indices(problem, "initial_states", s)
-    yield from check_state_text(problem, s[:1])
+    text = problem.format_state(s[0])
+    expected = f"a line of at most {MAX_LINE_CHARACTERS} characters"
+    yield expect(_is_one_line(text), "format_state", text, expected)
+    yield from check_parsed_state(problem, s[0], text)
 
 
 def _check_state_indices(problem: Problem, attribute: str, s: Array) -> CheckResults:
@@ -247,18 +250,14 @@ def _check_state_indices(problem: Problem, attribute: str, s: Array) -> CheckRes
         )
 
 
-def check_state_text(problem: Problem, states: Array) -> CheckResults:
-    """Yield checks that a state is written as one line and parsed again without loss."""
-    for s in states:
-        text = problem.format_state(s)
-        expected = f"a line of at most {MAX_LINE_CHARACTERS} characters"
-        yield expect(_is_one_line(text), "format_state", text, expected)
-        parsed = np.asarray(problem.parse_state(text))
-        yield CheckResult(
-            parsed.shape == s.shape and bool(np.all(parsed == s)),
-            "parse_state",
-            partial(_describe_other_state, text, parsed, s),
-        )
+def check_parsed_state(problem: Problem, s: Array, text: str) -> CheckResults:
+    """Yield a check that the text of a state is parsed without loss."""
+    parsed = np.asarray(problem.parse_state(text))
+    yield CheckResult(
+        parsed.shape == s.shape and bool(np.all(parsed == s)),
+        "parse_state",
+        partial(_describe_other_state, text, parsed, s),
+    )
 
 
 def _describe_other_state(text: str, parsed: Array, s: Array) -> str:

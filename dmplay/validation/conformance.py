@@ -146,7 +146,7 @@ def _iter_dynamics_stages(problem: Problem) -> Iterator[Stage]:
             partial(lambda invariant: invariant(problem, sampled_turns()), invariant)
             for invariant in invariants.INVARIANTS
         ),
-        lambda: invariants.check_rewritten_state_text(
+        lambda: invariants.check_state_text(
             problem, final_states()[:: SAMPLED_TURNS // ROUND_TRIP_STATES]
         ),
         lambda: invariants.check_terminal_states(problem, final_states()),
