@@ -22,6 +22,7 @@ from dmplay.registry.problem_name_kinds import rebase_name
 from dmplay.views.protocol import load_view_module
 from tests.support.problem_cases import every_problem
 from tests.support.programs import run_dmplay
+from tests.support.user_problems import write_package_metadata
 
 PARTS = ("rules", "agents", "view")
 
@@ -136,6 +137,16 @@ def test_a_folder_is_named_by_its_last_part(tmp_path: Path) -> None:
     problem = dmplay.load_problem(copy_folder(bandit, tmp_path / "three_arms"))
     assert find_folder_name(problem) == "three-arms"
     assert rebase_name("a/bandit/:equal", Path(), Path("b")) == "../a/bandit/:equal"
+
+
+def test_an_installed_package_may_be_a_folder_of_this_shape(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    copy_folder(bandit, tmp_path / "installed_arms")
+    write_package_metadata(tmp_path, "arms", "arms = installed_arms\none = installed_arms:Bandit\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    for name in ("arms", "one", "arms:equal", "installed_arms:Bandit"):
+        assert "ucb1" in agents.load_roster(dmplay.load_problem(name)).agents
 
 
 def test_an_agent_of_a_folder_is_named_by_its_file(tmp_path: Path) -> None:
