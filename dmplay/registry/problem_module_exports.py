@@ -57,19 +57,25 @@ PART_BY_NAME = {  # the file of a folder that defines each name
     "QUANTITIES": "teach",
     "FIGURES": "figures",
 }
+INHERITED_NAMES = ("QUANTITIES", "FIGURES")
 
 
 def find_export(problem: Problem, name: str) -> Any:
-    """Return the object that a problem's code defines as a name of `PART_BY_NAME`; else None."""
-    module = _find_part(problem, name)
-    if name == "VIEW" and module and _is_part(module, "view"):
-        return module
-    return getattr(module, name, None)
+    """Return the object that a problem's code defines as a name of `PART_BY_NAME`; else None.
+
+    Quantities and figures are computed from the problem itself, so a subclass inherits them.
+    """
+    kinds = type(problem).__mro__ if name in INHERITED_NAMES else (type(problem),)
+    modules = [_find_part(kind, name) for kind in kinds]
+    if name == "VIEW" and modules[0] and _is_part(modules[0], "view"):
+        return modules[0]
+    defined = (getattr(module, name, None) for module in modules)
+    return next((item for item in defined if item is not None), None)
 
 
-def _find_part(problem: Problem, name: str) -> ModuleType | None:
-    """Return the module that defines a name, or would define it; None for one without a module."""
-    rules = sys.modules.get(type(problem).__module__)
+def _find_part(kind: type, name: str) -> ModuleType | None:
+    """Return the module that defines a name for a class, or would define it; None without one."""
+    rules = sys.modules.get(kind.__module__)
     return _load_part(rules, PART_BY_NAME[name]) or rules if rules else None
 
 
@@ -161,7 +167,7 @@ def load_specific_roster(problem: Problem, seat: int) -> "Roster | None":
         expected = "expected a mapping of names to classes, a Roster, or a function"
         raise BadParameter(f"{locate_export(problem, 'AGENTS')}: got {exported!r}, {expected}")
     for name, agent_class in agents.items():
-        _check_agent(_find_part(problem, "AGENTS"), name, agent_class)
+        _check_agent(_find_part(type(problem), "AGENTS"), name, agent_class)
     return roster
 
 
@@ -271,7 +277,7 @@ def find_folder_name(problem: Problem) -> str:
 
 def locate_export(problem: Problem, name: str) -> str:
     """Return a name of `PART_BY_NAME` after the file that defines it, for an error message."""
-    return f"{_format_module_file(_find_part(problem, name))}: {name}"
+    return f"{_format_module_file(_find_part(type(problem), name))}: {name}"
 
 
 def _format_module_file(module: ModuleType | None) -> str:
