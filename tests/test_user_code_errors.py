@@ -473,7 +473,7 @@ PLANTED_FAULTS = [
         '{"patient": Patient}',
         '{"patient": Walk}',
         "class Walk",
-        "AGENTS: patient: got the class Walk, expected one that inherits from dmplay.agents.base.S",
+        "AGENTS: patient: got the class Walk, expected one that inherits from dmplay.S",
     ),
     (
         "walk",

@@ -161,7 +161,10 @@ def _width_option(help_text: str) -> Any:
 
 
 ProblemName = Annotated[
-    str, argument("PROBLEM", "problem: NAME, NAME:VARIANT or FILE", name_lists.complete_problems)
+    str,
+    argument(
+        "PROBLEM", "problem: NAME, NAME:VARIANT, FILE or FOLDER/", name_lists.complete_problems
+    ),
 ]
 VariantName = Annotated[
     str, _option("NAME", "variant of the problem", _complete_variants, "--variant", "-V")
@@ -227,7 +230,7 @@ OptionalProblemName = Annotated[
     str,
     argument(
         "PROBLEM",
-        "problem: NAME, NAME:VARIANT or FILE; leave it out with --assignment",
+        "problem: NAME, NAME:VARIANT, FILE or FOLDER/; leave it out with --assignment",
         name_lists.complete_problems,
     ),
 ]

@@ -29,7 +29,7 @@ def watch(
         str,
         options.argument(
             "PROBLEM",
-            "problem: NAME, NAME:VARIANT or FILE; or a transcript file",
+            "problem: NAME, NAME:VARIANT, FILE or FOLDER/; or a transcript file",
             name_lists.complete_problems,
         ),
     ] = "",

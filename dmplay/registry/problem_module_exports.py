@@ -195,7 +195,7 @@ def _check_agent(module: ModuleType | None, name: object, agent_class: object) -
         )
     from dmplay.agents.base import SeatPolicy
 
-    base = "dmplay.agents.base.SeatPolicy"
+    base = "dmplay.SeatPolicy"
     if not isinstance(agent_class, type):
         expected = f"expected a class that inherits from {base}"
         raise BadParameter(f"{location}: {name}: got {agent_class!r}, {expected}")

@@ -11,7 +11,7 @@ import dmplay
 from dmplay.agents.base import AdviceQuestion
 from dmplay.core import belief
 from dmplay.core.arrays import Reals
-from dmplay.core.problem import Problem
+from dmplay.core.problem import Problem, make_initial_observation
 from dmplay.core.tabular import tabulate
 from dmplay.core.work_budget import Budget
 from dmplay.problems.collaborative_predator_prey.model import PredatorPreyDecPomdp
@@ -57,11 +57,13 @@ def find_reference_return(name: str, problem: Problem, seat: int) -> ReferenceRe
     hint_agent = find_hint_provider(problem, AdviceQuestion(seat, problem.horizon))
     if len(problem.agents) > 1 or hint_agent is None or not hint_agent.has_exact_regrets:
         return None
-    observations = problem.initial_observations(problem.enumerate_states())[:, seat]
+    start = belief.initial_belief(problem)
+    states = problem.enumerate_states()[start > 0.0]
+    observations = make_initial_observation(problem, states, seat)
     values = hint_agent.policy.action_values(hint_agent.policy.initial_memory(observations))
     if values is None:
         return None
-    mean = float(belief.initial_belief(problem) @ values.max(axis=1))
+    mean = float(start[start > 0.0] @ values.max(axis=1))
     return ReferenceReturn(mean, "optimum", hint_agent.name.partition(":")[0])
 
 

@@ -2,6 +2,7 @@
 
 import json
 import pickle
+import re
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -20,7 +21,6 @@ from dmplay.game.key_preferences import DEFAULT_KEY_PREFERENCES
 from dmplay.game.narration import render_transcript_frame
 from dmplay.output import problem_and_agent_reports as reports
 from dmplay.output import problem_table
-from dmplay.output.check_report import report_violations
 from dmplay.registry import agents, problems
 from dmplay.transcript.format import collect_turn_facts
 from dmplay.ui.shell.commands import run_line
@@ -202,8 +202,9 @@ def test_a_module_solves_its_problem_or_leaves_it_to_a_general_method(tmp_path: 
 def test_an_invalid_solution_of_a_module_is_named_in_one_line(source: str, message: str) -> None:
     Path("broken.py").write_text(f"from dmplay import Solution\n{WALK_SOURCE}\n{source}\n")
     if message.startswith("got"):
-        with pytest.raises(BadParameter, match=message):
-            report_violations("./broken.py", {}, json=False)
+        checked = run_dmplay(Path.cwd(), "check", "./broken.py")
+        assert checked.returncode == 1
+        assert re.search(message, checked.stdout)
     with pytest.raises(BadParameter, match=rf"^\./broken\.py: SOLUTION: {message}"):
         dmplay.solve(dmplay.load_problem("./broken.py"))
 

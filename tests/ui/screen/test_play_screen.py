@@ -14,7 +14,7 @@ from rich.cells import cell_len
 import dmplay
 from dmplay.core.arrays import Reals
 from dmplay.core.session import Session
-from dmplay.core.text import describe_end_reason
+from dmplay.core.text import describe_end_reason, format_count
 from dmplay.core.uniforms import SeededUniforms
 from dmplay.game.game import Game
 from dmplay.game.game_series import GameController
@@ -739,7 +739,7 @@ def test_every_problem_is_played_to_its_end_by_keys_and_its_transcript_verifies(
     assert current_game.session.end_reason in ("terminal", "horizon", "turn limit")
     end = (
         f"over: {describe_end_reason(current_game.session.end_reason)} "
-        f"after {len(current_game.session.turns)} turns. "
+        f"after {format_count(len(current_game.session.turns), 'turn')}. "
     )
     assert end in result.last
     # the end reveals the hidden state
