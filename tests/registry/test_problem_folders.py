@@ -110,7 +110,9 @@ def test_an_unknown_player_of_a_puzzle_game_is_a_violation(users_bandit: str) ->
     assert f"{file.name}: PUZZLE_GAMES: unknown agent 'ucb2'" in violation["what"]
 
 
-@pytest.mark.parametrize("export", module_exports.PART_BY_NAME.keys() - {"VIEW", "PUZZLE_DAY"})
+@pytest.mark.parametrize(
+    "export", sorted(module_exports.PART_BY_NAME.keys() - {"VIEW", "PUZZLE_DAY"})
+)
 def test_an_invalid_export_is_a_violation_in_a_folder_and_in_a_file(
     export: str, users_bandit: str
 ) -> None:
