@@ -30,12 +30,7 @@ from dmplay.core.uniforms import SeededUniforms, new_seed
 from dmplay.errors import BadParameter, EpisodeOver, IllegalAction, UnknownName
 from dmplay.registry import agents, problems
 from dmplay.registry.builtin_names import problem_names
-from dmplay.simulation.seat_spaces import (
-    IllegalActionRule,
-    Info,
-    SeatSpaces,
-    read_actions,
-)
+from dmplay.simulation.seat_spaces import IllegalActionRule, Info, SeatSpaces, read_actions
 from dmplay.simulation.uniform_sources import (
     EpisodeSequence,
     FastUniforms,
@@ -98,10 +93,7 @@ class Env(gymnasium.Env[Any, Any]):
     def step(self, action: Any) -> tuple[Any, float, bool, bool, Info]:
         """Play a turn and return the observation, reward, terminated, truncated and info."""
         game, seat = check_started(self.session, "step"), self.seat.seat
-        chosen_action, legal = (
-            self.seat.decode_action(action),
-            game.legal_actions_mask(seat),
-        )
+        chosen_action, legal = (self.seat.decode_action(action), game.legal_actions_mask(seat))
         if self._over and not game.over:
             raise EpisodeOver("step: the episode is over; call reset")
         self._step_count += 1

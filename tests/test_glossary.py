@@ -23,7 +23,7 @@ BANNED_NAMES = frozenset(
     """.split()  # noqa: SIM905 - a list literal would need a line a word
 )
 DATA_NAMES = {  # names that a file format, a protocol or another library fixes
-    ("tests/truth_cases/catch.py", "opening"),  # kind of a case in tests/truth/catch.json
+    ("tests/truth_cases/catch.py", "opening")  # kind of a case in tests/truth/catch.json
 }
 QUESTION_WORD = re.compile(
     r"(Returns? )?(what|who|whose|how|where|that|whatever|whoever)\b|whether\b", re.IGNORECASE

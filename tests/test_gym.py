@@ -523,9 +523,7 @@ def test_registered_environments_pass_the_check_with_rendering() -> None:
         check_env(gymnasium.make(name, turns=SHORT_GAME_TURNS).unwrapped)
 
 
-def test_problems_from_files_pass_the_check_and_equal_rollouts(
-    tmp_path: Path,
-) -> None:
+def test_problems_from_files_pass_the_check_and_equal_rollouts(tmp_path: Path) -> None:
     for name, text in {
         "tiger.pomdp": TIGER_TEXT,
         "team.dpomdp": TEAM_TEXT,

@@ -6,10 +6,8 @@ from dataclasses import dataclass
 from dmplay.agents.base import SeatPolicy
 from dmplay.agents.horizon import MAX_HORIZON
 
-HINT_PROVIDER_ROLE, PARTNER_ROLE = (
-    "@adviser",
-    "@partner",
-)  # names of roles in a roster, used in place of an agent's name
+# names of roles in a roster, used in place of an agent's name
+HINT_PROVIDER_ROLE, PARTNER_ROLE = "@adviser", "@partner"
 
 
 @dataclass(frozen=True)

@@ -28,10 +28,7 @@ VALUES_NAMES = (
     RATINGS,
 )  # fmt: skip
 # the rules for ties
-ENDS_SOONEST, PAYS_SOONEST = (
-    "tie broken by earliest end",
-    "tie broken by earliest reward",
-)
+ENDS_SOONEST, PAYS_SOONEST = ("tie broken by earliest end", "tie broken by earliest reward")
 MIN_LEAD_ERRORS = 2.0  # standard errors by which an estimate must lead to be the best
 # n samples hardly ever miss all outcomes whose probability is more than this / n together.
 MAX_UNSEEN_SAMPLES = 3.0
@@ -265,9 +262,8 @@ class SeatPolicy(Policy):
         return self
 
 
-PolicyLookup = Callable[
-    [int, str], SeatPolicy | None
-]  # (seat, name) -> policy of that seat; None for random play
+# (seat, name) -> policy of that seat; None for random play
+PolicyLookup = Callable[[int, str], SeatPolicy | None]
 
 
 class GreedyPolicy(ABC):

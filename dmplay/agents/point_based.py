@@ -25,10 +25,8 @@ MAX_EXACT_STATES = 4  # maximum number of states for which exact alpha vectors a
 EXACT_WORK_LIMIT = 7e8  # operations that the exact solution may take
 # decimals of a value at a scale of 1; further ones depend on which beliefs are evaluated together
 VALUE_DECIMALS = 9
-ALWAYS_PLANNED_TURNS, MAX_PLANNED_TURNS = (
-    10,
-    100,
-)  # turns up to which a game is always planned to its end, or only if its end matters
+# turns up to which a game is always planned to its end, or only if its end matters
+ALWAYS_PLANNED_TURNS, MAX_PLANNED_TURNS = 10, 100
 MIN_WORK_FACTOR, MAX_WORK_FACTOR = 0.01, 100.0  # bounds of the factor on the default work
 WORK_INCREASE_FACTOR = 10.0  # factor by which more work is suggested
 MAX_IGNORED_END_WEIGHT = (

@@ -266,9 +266,7 @@ class RepeatedGamePlan(GreedyPolicy, SeatPolicy):
             is_equal = all((array == array[:1]).all() for array in next_memories)
             best_values = [
                 self._values_against(
-                    index,
-                    tuple(array[row : row + 1] for array in next_memories),
-                    rounds_left - 1,
+                    index, tuple(array[row : row + 1] for array in next_memories), rounds_left - 1
                 ).max()
                 for row in ([0] if is_equal else own_actions)
             ]

@@ -140,11 +140,7 @@ class TreeSearch(BeliefPolicy):
         """The configuration of the search."""
         limits = self.simulations, self.depth, self.exploration
         return SearchConfig(
-            self.problem,
-            self.seat,
-            *limits,
-            self._opponent_model.seat_policies,
-            self._leaf_value,
+            self.problem, self.seat, *limits, self._opponent_model.seat_policies, self._leaf_value
         )
 
     @cached_property

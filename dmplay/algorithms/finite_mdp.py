@@ -8,12 +8,7 @@ import numpy as np
 
 from dmplay.algorithms.formula_text import format_weighted_sum
 from dmplay.core.arrays import Array, Bools, Ints, Reals
-from dmplay.core.problem import (
-    ContinuousStates,
-    Problem,
-    checked_state_indices,
-    enumerate_outcomes,
-)
+from dmplay.core.problem import ContinuousStates, Problem, checked_state_indices, enumerate_outcomes
 from dmplay.core.session import Session
 from dmplay.core.state_grid import GridAxis, StateGrid
 from dmplay.core.tabular import joint_actions, replace_illegal_actions

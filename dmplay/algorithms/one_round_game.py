@@ -12,11 +12,7 @@ import numpy as np
 from dmplay.algorithms.formula_text import format_weighted_sum
 from dmplay.algorithms.step import StrategyMixes
 from dmplay.core.arrays import Ints, Reals
-from dmplay.core.best_actions import (
-    compute_reward_scale,
-    mark_best_actions,
-    select_greedy_actions,
-)
+from dmplay.core.best_actions import compute_reward_scale, mark_best_actions, select_greedy_actions
 from dmplay.core.chance import FINITE_CHANCE_TYPES
 from dmplay.core.problem import Problem, enumerate_outcomes
 from dmplay.core.tabular import joint_actions

@@ -212,8 +212,7 @@ SeatAgents = Annotated[
 ]
 CheckedAgent = Annotated[str, _agent_option("agent to check")]
 CheckedSeat = Annotated[
-    str,
-    _option("NAME", "seat of the agent to check (default: the first)", _complete_seat_names),
+    str, _option("NAME", "seat of the agent to check (default: the first)", _complete_seat_names)
 ]
 TranscriptPath = Annotated[
     Path, argument("FILE", "transcript file", name_lists.complete_transcripts)

@@ -12,9 +12,8 @@ from dmplay.core.arrays import Array, Bools, Ints, Reals
 MIN_GUIDE_ROWS = 256  # rows from which a guide table is faster than a binary search for each row
 MAX_COMPARED_EDGES = 10  # most edges to compare with each row; fewest terms to add by one reduction
 GUIDE_PARTS = 1024  # equal parts of [0, 1) in the guide table
-MAX_BUFFERED_TERMS = (
-    2**15
-)  # numbers of terms buffered together, few enough for the processor's cache
+# numbers of terms buffered together, few enough for the processor's cache
+MAX_BUFFERED_TERMS = 2**15
 MAX_ROUNDING_ERROR = 1e-12  # of a sum of probabilities, in thousands of additions
 MAX_INT8_EDGES = 127  # most edges whose count an int8 holds
 

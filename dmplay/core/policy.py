@@ -9,10 +9,8 @@ from dmplay.core.arrays import Array, Bools, Reals
 from dmplay.core.user_code_locations import describe_user_exit
 from dmplay.errors import BadPolicy
 
-READONLY_ERROR_WORDS = (
-    "read-only",
-    "WRITEABLE",
-)  # in NumPy's errors for writing to an array, and for making it writable
+# in NumPy's errors for writing to an array, and for making it writable
+READONLY_ERROR_WORDS = ("read-only", "WRITEABLE")
 T = TypeVar("T")
 Memory = tuple[Array, ...]
 UpdateMethod = TypeVar("UpdateMethod", bound=Callable[..., Memory])

@@ -15,10 +15,8 @@ from dmplay.errors import BadParameter, DiskFull, DmplayError
 # files that the caller has opened, for example a shell for <(...)
 OPEN_FILES_FOLDER = Path("/dev/fd")
 INPUT_DEVICES, OUTPUT_DEVICES = ("/dev/stdin", "/dev/null"), ("/dev/stdout", "/dev/null")
-PRIVATE_FILE_MODE, SHARED_FILE_MODE = (
-    0o600,
-    0o666,
-)  # permissions for the owner only, and for everyone; the umask may remove some
+# permissions for the owner only, and for everyone; the umask may remove some
+PRIVATE_FILE_MODE, SHARED_FILE_MODE = 0o600, 0o666
 DISK_FULL_ERRNOS = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)  # error numbers of a full disk
 # the absolute paths of the files that the running command has read; no set if none is running
 _SOURCES: list[set[str]] = []

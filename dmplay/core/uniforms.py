@@ -147,13 +147,7 @@ class SeededUniforms:
     def generate_uniforms(self, stream: int, turn: int, reroll: int, count: int) -> Reals:
         """Return the uniforms `[1, count]` of a stream in one turn, for a reroll number."""
         return generate_uniforms(
-            self.seed,
-            stream,
-            turn,
-            reroll=reroll,
-            first_episode=self.episode,
-            rows=1,
-            count=count,
+            self.seed, stream, turn, reroll=reroll, first_episode=self.episode, rows=1, count=count
         )
 
 

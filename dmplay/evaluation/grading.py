@@ -205,10 +205,7 @@ def _grade_file(
                 earlier_turns=header.turns_before_these_players,
             )
             grade = _add_regret(
-                grade,
-                session,
-                question,
-                can_review=uniforms_key[:2] not in unreviewable_problems,
+                grade, session, question, can_review=uniforms_key[:2] not in unreviewable_problems
             )
             is_unreviewable = grade.regret is None and NO_REGRET_REMARK not in grade.remarks
             if grade.occupant == HUMAN and grade.is_finished and is_unreviewable:

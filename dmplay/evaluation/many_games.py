@@ -28,10 +28,8 @@ from dmplay.simulation.rollouts import Rollout, RolloutSpec
 from dmplay.simulation.worker_pool import WorkerCount
 
 DEFAULT_EPISODES = 10_000  # if the caller sets no limit
-INITIAL_EPISODES, GROWTH_FACTOR = (
-    100,
-    2,
-)  # games before the errors are checked first, and their growth until the next check
+# games before the errors are checked first, and their growth until the next check
+INITIAL_EPISODES, GROWTH_FACTOR = 100, 2
 MAX_EPISODES = 10_000_000
 RECORDED_FIELDS = ("returns", "total_rewards", "turn_counts", "terminated")
 

@@ -36,10 +36,8 @@ from dmplay.solvers.games.extreme_equilibria import find_extreme_equilibria, has
 from dmplay.solvers.games.lemke_howson import find_first_equilibrium
 
 ReturnsBySeating = MutableMapping[tuple[int, ...], Reals]  # returns [E, n] by seating
-SEATING_ORDERS = (
-    "all",
-    "given",
-)  # every order of entrants in the seats, or only the order in which they are named
+# every order of entrants in the seats, or only the order in which they are named
+SEATING_ORDERS = ("all", "given")
 ROUNDING_TOLERANCE = 1e-12  # relative to the greatest payoff
 BOOTSTRAP_RESAMPLES = 100
 MAX_RESAMPLED_EQUILIBRIUM_ENTRANTS = 8  # more would take seconds for all resamples

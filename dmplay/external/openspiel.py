@@ -38,10 +38,8 @@ MAX_FULL_HISTORY_TURNS = (
     30  # longest game in which players observe all they know; in longer ones, only the last turn
 )
 INITIAL_CHANCE_UNIFORMS = 16  # uniforms that are computed for a turn at first
-LABEL_TRIAL_GAMES, MAX_LABEL_QUERIES = (
-    6,
-    4000,
-)  # games that are played, and action names that are queried, to collect labels
+# games that are played, and action names that are queried, to collect labels
+LABEL_TRIAL_GAMES, MAX_LABEL_QUERIES = 6, 4000
 MAX_TRIAL_TURNS = 1000  # turns of such a game
 HASH_DIGITS = 16  # hexadecimal digits of the hash that identifies a file
 EXTENSIVE_FORM_GAME = "efg_game("  # in the name of a game in extensive form, or of one made of it

@@ -28,12 +28,7 @@ from dmplay.formats.cassandra_syntax import (
     parse_preamble,
     to_index_array,
 )
-from dmplay.formats.lexer import (
-    EXACT_SUM_TOLERANCE,
-    SUM_TOLERANCE,
-    SourceText,
-    make_reading_budget,
-)
+from dmplay.formats.lexer import EXACT_SUM_TOLERANCE, SUM_TOLERANCE, SourceText, make_reading_budget
 from dmplay.formats.problem_classes import FileProblem, MarkovModel, make_unique_labels
 
 BYTES_PER_MERGED_ENTRY = 80  # extra bytes while entries are sorted; 74 by tracemalloc

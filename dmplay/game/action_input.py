@@ -13,10 +13,8 @@ from dmplay.game.key_preferences import DIGIT_KEYS, KeyPreferences
 from dmplay.views.protocol import load_view_module
 
 PLAYERS_SHARING_KEYBOARD = 2
-STEPS_PER_INTERVAL, LARGE_STEP_FACTOR = (
-    40,
-    5,
-)  # parts into which a small step divides an interval; small steps in a large one
+# parts into which a small step divides an interval; small steps in a large one
+STEPS_PER_INTERVAL, LARGE_STEP_FACTOR = 40, 5
 NUMBER_START_PATTERN = re.compile(r"\s*[-+]?\.?\d")
 
 

@@ -148,6 +148,5 @@ CliResult = (
     | Printout
     | str
 )
-CliInterpreter = Callable[
-    [Sequence[str]], PlayCommand | str
-]  # parses and runs the words of a command line
+# parses and runs the words of a command line
+CliInterpreter = Callable[[Sequence[str]], PlayCommand | str]

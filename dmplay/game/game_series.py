@@ -57,10 +57,7 @@ class GameController:
         self._path_by_game_key: dict[
             GameKey, Path | None
         ] = {}  # all games, with the latest transcript
-        self._pending_confirmation = (
-            "",
-            0,
-        )  # the line that would end the game, and its turn count
+        self._pending_confirmation = ("", 0)  # the line that would end the game, and its turn count
         self._seat_at_terminal = 0  # seat of the person at the terminal
         if game:
             self.set_game(game)

@@ -60,11 +60,8 @@ from dmplay.transcript.recorder import Recorder
 from dmplay.transcript.replay import check_seats, check_unattended_turns, replay
 
 MAX_SEED = 2**63 - 1
-UNRESUMABLE_PLAYERS = {
-    "script": "a script",
-    "replay": "a replay",
-    MODEL_PLAYER: "a language model",
-}  # players that cannot be resumed, and their descriptions
+# players that cannot be resumed, and their descriptions
+UNRESUMABLE_PLAYERS = {"script": "a script", "replay": "a replay", MODEL_PLAYER: "a language model"}
 
 
 def start_game(request: AnyGameRequest, disclosed_games: Collection[GameKey] = ()) -> Game:

@@ -177,8 +177,5 @@ def request_from_header(
     ]
     options = vars(header) | {"seats": seat_settings}
     return GameRequest(
-        **options,
-        record_path=record_path,
-        key_preferences=key_preferences,
-        is_seed_visible=False,
+        **options, record_path=record_path, key_preferences=key_preferences, is_seed_visible=False
     )

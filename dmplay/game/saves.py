@@ -22,12 +22,7 @@ from dmplay.core.text import format_count
 from dmplay.errors import BadParameter, DmplayError, clip_message
 from dmplay.transcript.external_players import MODEL_PLAYER
 from dmplay.transcript.format import NATURAL_END_REASONS, compute_checksum, format_end_block
-from dmplay.transcript.reader import (
-    Transcript,
-    TranscriptOutline,
-    read_outline,
-    read_transcript,
-)
+from dmplay.transcript.reader import Transcript, TranscriptOutline, read_outline, read_transcript
 from dmplay.transcript.recorder import Recorder
 
 BYTES_PER_MEGABYTE = 1_000_000

@@ -27,11 +27,7 @@ from dmplay.transcript.header import HEADER_LINES, Header
 from dmplay.transcript.replay import replay
 
 HUMAN = HUMAN_PLAYER
-UNVERIFIABLE_PLAYERS = (
-    *EXTERNAL_PLAYERS,
-    "script",
-    "replay",
-)  # their actions cannot be recomputed
+UNVERIFIABLE_PLAYERS = (*EXTERNAL_PLAYERS, "script", "replay")  # their actions cannot be recomputed
 
 
 def list_human_seats(player_names: Sequence[str]) -> list[int]:

@@ -10,14 +10,8 @@ from dmplay.transcript.format import collect_turn_facts
 
 MAX_NAMED_STATES = 4  # states whose names label a belief
 DEBRIEF_COLUMNS = ("turn", "actions", "state", "observations", "rewards", "belief")
-PUBLIC_FACT_KEYS = (
-    "turn",
-    "actions",
-    "state",
-    "observations",
-    "rewards",
-    "belief",
-)  # keys that a player may see
+# keys that a player may see
+PUBLIC_FACT_KEYS = ("turn", "actions", "state", "observations", "rewards", "belief")
 
 
 def visible_turn_facts(session: Session, snapshot: SeatSnapshot) -> dict[str, object]:

@@ -251,9 +251,7 @@ def _omit_after(seconds: float | None) -> Iterator[None]:
 
 
 def assess_choices(
-    session: Session,
-    questions: Sequence[AdviceQuestion],
-    moves: Sequence[ReviewedAction],
+    session: Session, questions: Sequence[AdviceQuestion], moves: Sequence[ReviewedAction]
 ) -> tuple[SeatChoices, ...]:
     """Return the choices of each person whose actions were reviewed."""
     return tuple(

@@ -40,13 +40,7 @@ from dmplay.output.selected_episode_recording import (
     TranscriptSelection,
     record_episodes,
 )
-from dmplay.output.tables import (
-    MISSING_CELL,
-    format_cell,
-    format_csv,
-    format_mean,
-    format_table,
-)
+from dmplay.output.tables import MISSING_CELL, format_cell, format_csv, format_mean, format_table
 from dmplay.simulation.rollouts import RolloutBlocksLost, RolloutInterrupted
 from dmplay.views.toolkit.canvas import ASCII_TRANSLATION
 
@@ -312,11 +306,7 @@ class DecisionOptions(NamedTuple):
 
 
 def report_comparison(
-    request: EvaluationRequest,
-    entrants: Sequence[str],
-    decision: DecisionOptions,
-    *,
-    episodes: int,
+    request: EvaluationRequest, entrants: Sequence[str], decision: DecisionOptions, *, episodes: int
 ) -> Printout:
     """Compare agents in the first seat on common random numbers, and report their differences.
 

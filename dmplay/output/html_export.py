@@ -28,10 +28,8 @@ from dmplay.views.protocol import DrawOptions
 PLOT_LEFT, PLOT_WIDTH, PLOT_HEIGHT, PLOT_MARGIN = 4, 640, 120, 10
 PLOT_VIEW_HEIGHT = PLOT_HEIGHT + 2 * PLOT_MARGIN
 LINE_COLORS = ("blue", "yellow", "green", "magenta", "red", "cyan")
-MAX_MEMORY_CHARACTERS, READ_CHARACTERS = (
-    2**20,
-    2**13,
-)  # characters of a long file to hold in memory, and to read at once
+# characters of a long file to hold in memory, and to read at once
+MAX_MEMORY_CHARACTERS, READ_CHARACTERS = 2**20, 2**13
 MAX_PLOTTED_STATES = 6  # maximum states whose beliefs are plotted
 
 

@@ -15,14 +15,7 @@ from dmplay.core.problem import Problem
 from dmplay.core.tabular import tabulate
 from dmplay.core.text import format_count, format_score, format_upper_bound
 from dmplay.errors import BadParameter, UnknownName
-from dmplay.plots.plot_data import (
-    LinePanel,
-    Plot,
-    Region,
-    Series,
-    TrianglePanel,
-    make_value_axis,
-)
+from dmplay.plots.plot_data import LinePanel, Plot, Region, Series, TrianglePanel, make_value_axis
 from dmplay.plots.plotted_problem import VALUE_LABEL, PlottedProblem, format_actions
 from dmplay.solvers.mdp import mdp_values
 from dmplay.solvers.pomdp import exact_pomdp, fast_informed_bound

@@ -23,9 +23,8 @@ from dmplay.external.bots.protocol import (
 )
 
 MAX_QUOTED_CHARACTERS = 60  # maximum characters of a bad line in an error message
-SeatFactory = Callable[
-    [JsonObject], tuple[Problem, int, Policy]
-]  # from the facts of a hello message
+# from the facts of a hello message
+SeatFactory = Callable[[JsonObject], tuple[Problem, int, Policy]]
 
 
 class BotServer:

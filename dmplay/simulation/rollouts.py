@@ -41,21 +41,12 @@ from dmplay.core.work_budget import (
     scale_progress,
     scale_progress_part,
 )
-from dmplay.errors import (
-    BadParameter,
-    Forfeit,
-    LostGames,
-    UnknownName,
-    record_seat,
-)
+from dmplay.errors import BadParameter, Forfeit, LostGames, UnknownName, record_seat
 from dmplay.simulation.worker_pool import MAX_BLOCK_EPISODES, WorkerCount, run_blocks
 
 T = TypeVar("T")
-MIN_BLOCK_EPISODES, PROBE_EPISODES, PROBE_TURNS = (
-    8,
-    32,
-    2,
-)  # minimum episodes of a block; episodes and turns of a timing probe
+# minimum episodes of a block; episodes and turns of a timing probe
+MIN_BLOCK_EPISODES, PROBE_EPISODES, PROBE_TURNS = 8, 32, 2
 DISPATCH_SECONDS = 0.006  # seconds that an executor takes to dispatch a block to a worker
 MEMORY_COPIES = 8  # copies of a memory that a policy makes while it updates it
 # bytes that are freed at once, so that the allocator keeps them for the next arrays
@@ -79,13 +70,8 @@ class Rollout(NamedTuple):
 
 # the luck [B, n] in the rewards of a turn
 ControlVariateFunction = Callable[[Array, Array, Outcome], Reals]
-DEFAULT_ARRAYS = (
-    "returns",
-    "total_rewards",
-    "turn_counts",
-    "terminated",
-    "final_states",
-)  # the arrays kept by default
+# the arrays kept by default
+DEFAULT_ARRAYS = ("returns", "total_rewards", "turn_counts", "terminated", "final_states")
 
 
 class RolloutSpec(NamedTuple):

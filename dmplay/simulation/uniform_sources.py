@@ -9,10 +9,8 @@ import numpy as np
 from dmplay.core.arrays import Ints, Reals
 from dmplay.core.uniforms import generate_uniforms, make_generator
 
-EPISODES_PER_BLOCK, MAX_CACHED_BLOCKS = (
-    1024,
-    512,
-)  # episodes generated together, and the number of cached blocks
+# episodes generated together, and the number of cached blocks
+EPISODES_PER_BLOCK, MAX_CACHED_BLOCKS = 1024, 512
 BLOCK_NUMBER_BITS = 40  # bits of a block's number in a key
 
 

@@ -9,9 +9,8 @@ from rich.text import Text
 
 Fragments = list[tuple[str, str]]
 StyledRow = tuple[tuple[str, str], ...]  # the pieces of a row, each with its SGR codes
-ScreenLine = (
-    str | StyledRow | Text
-)  # a line of the screen: plain text, pieces with style names, or rich Text
+# a line of the screen: plain text, pieces with style names, or rich Text
+ScreenLine = str | StyledRow | Text
 
 # levels of each primary colour in the colour cube of the palette
 CUBE_LEVELS = (0, 95, 135, 175, 215, 255)
@@ -31,9 +30,8 @@ SGR_CODES = {name: str(30 + number) for number, name in enumerate(COLOR_NAMES)}
 SGR_CODES |= {f"bright_{name}": str(90 + number) for number, name in enumerate(COLOR_NAMES)}
 PROMPT_TOOLKIT_STYLES = {name: f"ansi{name.replace('_', '')}" for name in SGR_CODES}
 PROMPT_TOOLKIT_STYLES |= {"white": "ansigray", "bright_white": "ansiwhite"}
-NUMBERED_COLORS = {
-    f"color({number})": name for number, name in enumerate(SGR_CODES)
-}  # palette numbers of the named colours, as other programs write them
+# palette numbers of the named colours, as other programs write them
+NUMBERED_COLORS = {f"color({number})": name for number, name in enumerate(SGR_CODES)}
 SGR_CODES |= {number: SGR_CODES[name] for number, name in NUMBERED_COLORS.items()}
 PROMPT_TOOLKIT_STYLES |= {
     number: PROMPT_TOOLKIT_STYLES[name] for number, name in NUMBERED_COLORS.items()

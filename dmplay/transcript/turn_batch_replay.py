@@ -19,10 +19,7 @@ from dmplay.transcript.draws_and_actions import (
 from dmplay.transcript.format import MAX_CACHED_LINES
 from dmplay.transcript.reader import Block, Transcript
 
-MIN_BATCH_TURNS, MAX_BATCH_TURNS = (
-    4,
-    256,
-)  # minimum and maximum turns that are computed at once
+MIN_BATCH_TURNS, MAX_BATCH_TURNS = (4, 256)  # minimum and maximum turns that are computed at once
 MAX_BATCH_NUMBERS = 2**21  # maximum numbers in the arrays that a batch may need
 
 

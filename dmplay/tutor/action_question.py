@@ -26,11 +26,7 @@ from dmplay.tutor.answers import AnswerCheck
 from dmplay.tutor.game_quantities import opponent_payoffs, own_payoffs
 from dmplay.tutor.positions import PositionInGame
 from dmplay.tutor.truth import format_number
-from dmplay.tutor.valued_position import (
-    ActionOutcome,
-    ValuedPosition,
-    is_repeated_game,
-)
+from dmplay.tutor.valued_position import ActionOutcome, ValuedPosition, is_repeated_game
 from dmplay.views.protocol import Lesson, load_view_module
 from dmplay.views.toolkit.hexgrid import describe_map
 
@@ -51,11 +47,7 @@ class ActionQuestion:
     """
 
     def __init__(
-        self,
-        position: PositionInGame,
-        hint_agent: HintAgent,
-        *,
-        obvious_action: int | None = None,
+        self, position: PositionInGame, hint_agent: HintAgent, *, obvious_action: int | None = None
     ) -> None:
         self.valued_position = ValuedPosition(position, hint_agent)
         self.position, self.problem, self.seat = position, position.problem, position.seat

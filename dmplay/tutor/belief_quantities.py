@@ -9,11 +9,7 @@ from dmplay.core.best_actions import mark_best_actions
 from dmplay.core.tabular import tabulate
 from dmplay.core.text import format_count
 from dmplay.errors import BadParameter
-from dmplay.solvers.pomdp.exact_pomdp import (
-    AlphaVectorStage,
-    compute_action_values,
-    solve_stages,
-)
+from dmplay.solvers.pomdp.exact_pomdp import AlphaVectorStage, compute_action_values, solve_stages
 from dmplay.tutor.beliefs import compute_belief, parse_history
 from dmplay.tutor.positions import PositionInGame
 from dmplay.tutor.state_quantities import find_action

@@ -75,9 +75,7 @@ def _make_exercise(
     session.append_turns(game.session.turns[: choice.turn - 1])
     position = PositionInGame(game.problem_name, session, hint_agent.question, choice.turn - 1)
     question = ActionQuestion(
-        position,
-        hint_agent,
-        obvious_action=session.action_labels(seat).index(choice.chosen),
+        position, hint_agent, obvious_action=session.action_labels(seat).index(choice.chosen)
     )
     lost = format_number(choice.discounted_regret, choice.scale)
     discounted = f" ({lost} discounted)" if choice.discount_factor < 1.0 else ""

@@ -18,11 +18,7 @@ from dmplay.tutor.action_question import describe_history
 from dmplay.tutor.lesson import Position
 from dmplay.tutor.positions import PositionInGame, open_position
 from dmplay.tutor.rules_of_thumb import RuleOfThumb, list_rules
-from dmplay.tutor.valued_position import (
-    ValuedPosition,
-    find_exact_agent,
-    is_repeated_game,
-)
+from dmplay.tutor.valued_position import ValuedPosition, find_exact_agent, is_repeated_game
 
 MAX_PUZZLES = 24  # of one problem
 MAX_SIMILAR = 4  # puzzles against the same players with the same rule's action and best action

@@ -111,11 +111,7 @@ def make_exercise(puzzle: Puzzle) -> Exercise:
     hint_agent = find_exact_agent(position.session, position.question)
     assert hint_agent is not None  # a puzzle has exact values
     labels = position.session.action_labels(position.seat)
-    question = ActionQuestion(
-        position,
-        hint_agent,
-        obvious_action=labels.index(puzzle.rule_action),
-    )
+    question = ActionQuestion(position, hint_agent, obvious_action=labels.index(puzzle.rule_action))
     loss, rule = format_number(puzzle.loss, position.problem.reward_scale), puzzle.rule
     learned = [f"Rule of thumb: {rule.text}. Here it says {puzzle.rule_action} and loses {loss}."]
     if rule.find_belief is not None:

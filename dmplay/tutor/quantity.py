@@ -13,12 +13,7 @@ from dmplay.errors import BadParameter, DmplayError, UnknownName
 from dmplay.registry.builtin_names import problem_names
 from dmplay.registry.problem_module_exports import find_export, locate_export
 from dmplay.registry.problems import load_problem
-from dmplay.tutor import (
-    algorithm_quantities,
-    belief_quantities,
-    game_quantities,
-    state_quantities,
-)
+from dmplay.tutor import algorithm_quantities, belief_quantities, game_quantities, state_quantities
 from dmplay.tutor.lesson import QuantityCall
 from dmplay.tutor.positions import PositionInGame
 from dmplay.tutor.truth import Truth

@@ -3,12 +3,7 @@
 from datetime import date, timedelta
 from typing import Any
 
-from dmplay.tutor.progress import (
-    PROGRESS_FILE,
-    QUESTIONS,
-    QuestionProgress,
-    parse_question_entry,
-)
+from dmplay.tutor.progress import PROGRESS_FILE, QUESTIONS, QuestionProgress, parse_question_entry
 
 INTERVALS = (1, 3, 7)  # days until a question returns: after a miss, and after each right answer
 

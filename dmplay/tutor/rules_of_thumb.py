@@ -159,8 +159,7 @@ def find_single_best(values: Reals, tolerance: float = VALUE_TOLERANCE) -> int |
 
 
 TAKE_BEST_REWARD = RuleOfThumb(
-    "take the greatest expected reward of this turn, and leave later turns aside",
-    _take_best_reward,
+    "take the greatest expected reward of this turn, and leave later turns aside", _take_best_reward
 )
 TRUST_LIKELIEST = RuleOfThumb("act as if the likeliest hidden state were certain", _trust_likeliest)
 TRUST_LAST_OBSERVATION = RuleOfThumb(

@@ -9,12 +9,7 @@ from dmplay import __version__
 from dmplay.core.text import escape_unprintable
 from dmplay.errors import BadParameter, DmplayError
 from dmplay.game import saves
-from dmplay.game.command_line_results import (
-    LearnCommand,
-    PlayCommand,
-    ShellCommand,
-    WatchCommand,
-)
+from dmplay.game.command_line_results import LearnCommand, PlayCommand, ShellCommand, WatchCommand
 from dmplay.game.game_series import GameController
 from dmplay.game.game_setup import format_resume_command, start_game
 from dmplay.game.saves import SaveRemoval

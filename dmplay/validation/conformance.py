@@ -48,12 +48,8 @@ SAMPLED_TURNS = 200  # sampled turns that each invariant is checked on
 # games of random play, and turns of each, that look for terminal states
 RANDOM_GAMES, RANDOM_GAME_TURNS = 30, 60
 ROUND_TRIP_STATES = 40  # states of random play that are formatted and parsed again
-SEPARATE_BATCHES = (
-    slice(0, 1),
-    slice(7, 8),
-    slice(1, 4),
-    slice(90, 190),
-)  # rows that are also computed in a batch without the others
+# rows that are also computed in a batch without the others
+SEPARATE_BATCHES = (slice(0, 1), slice(7, 8), slice(1, 4), slice(90, 190))
 AGENT_GAMES = 7  # games in which the choices of an agent are checked
 DRAWN_TURNS = 4  # turns after which a view is drawn
 VIEW_WIDTHS = (40, 80, 120)

@@ -14,10 +14,8 @@ from dmplay.views.toolkit.canvas import measure_text, to_ascii
 
 NO_KEY_LABELS: Mapping[str, str] = {}
 MIN_PANEL_COLUMNS = 17  # minimum columns of the side panel
-BEST_LABEL, EQUALLY_GOOD_LABEL = (
-    "best",
-    "equal",
-)  # labels of the suggested action, and of others without regret
+# labels of the suggested action, and of others without regret
+BEST_LABEL, EQUALLY_GOOD_LABEL = "best", "equal"
 
 
 class Overlay(NamedTuple):

@@ -37,8 +37,7 @@ def load_game(name: str) -> Problem:
 
 
 every_game = pytest.mark.parametrize(
-    "name",
-    ["prisoners-dilemma", "rock-paper-scissors", "travelers-dilemma", "three.nfg", "large"],
+    "name", ["prisoners-dilemma", "rock-paper-scissors", "travelers-dilemma", "three.nfg", "large"]
 )
 
 

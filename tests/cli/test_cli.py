@@ -111,9 +111,7 @@ def test_the_end_of_input_quits_the_game(tmp_path: Path) -> None:
     assert "over: quit after 0 turns." in result.stdout
 
 
-def test_an_invalid_action_in_a_pipe_exits_with_2_and_keeps_the_turns(
-    tmp_path: Path,
-) -> None:
+def test_an_invalid_action_in_a_pipe_exits_with_2_and_keeps_the_turns(tmp_path: Path) -> None:
     result = run_dmplay(
         tmp_path, "hexworld", "--seed", "7", "-o", "g.dmt", stdin="e\n# a note\nnee\ne\n"
     )
@@ -465,10 +463,7 @@ def test_a_dash_is_the_standard_input_or_output(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (
-            ["hexworld", "-o", "-"],
-            "-o -: expected --quiet too, because the game also prints there",
-        ),
+        (["hexworld", "-o", "-"], "-o -: expected --quiet too, because the game also prints there"),
         (["verify", "--update", "-"], "--update: standard input cannot be rewritten"),
     ],
 )

@@ -492,9 +492,7 @@ def test_real_time_without_the_screen_is_refused_unless_only_a_file_sets_it(
     )
 
 
-def test_file_settings_for_people_are_not_used_when_agents_play_alone(
-    project_folder: Path,
-) -> None:
+def test_file_settings_for_people_are_not_used_when_agents_play_alone(project_folder: Path) -> None:
     write_user_file(project_folder, "[play]\nrate = 20.0\nframes = true\nplayer = 'ann'\n")
     seeded = ["hexworld", "--seed", "7", "--turns", "1"]
     watched = run(project_folder, *seeded, "--agent", "random")

@@ -34,8 +34,7 @@ def folder(tmp_path: Path) -> Path:
 
 
 @pytest.mark.parametrize(
-    ("value", "expected"),
-    [("/mine", "/mine"), ("mine", "/home/.local"), ("", "/home/.local")],
+    ("value", "expected"), [("/mine", "/mine"), ("mine", "/home/.local"), ("", "/home/.local")]
 )
 def test_the_user_folder_is_an_absolute_path_or_the_default(
     value: str, expected: str, monkeypatch: pytest.MonkeyPatch

@@ -315,11 +315,7 @@ def test_arrays_passed_to_a_policy_are_readonly_copies(name: str, *, batched: bo
 
 @pytest.mark.parametrize(
     ("memory", "got"),
-    [
-        (None, "None"),
-        ((0,), "(())"),
-        ((np.zeros(1), np.zeros((2, 1))), "((1,), (2, 1))"),
-    ],
+    [(None, "None"), ((0,), "(())"), ((np.zeros(1), np.zeros((2, 1))), "((1,), (2, 1))")],
 )
 def test_the_memory_of_a_policy_has_a_row_for_each_game(memory: object, got: str) -> None:
     problem = dmplay.load_problem("hexworld")

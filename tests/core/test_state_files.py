@@ -80,10 +80,7 @@ def test_contents_that_cannot_be_read_are_kept_aside_with_one_line(
 @pytest.mark.parametrize(("file", "content"), CASES)
 @pytest.mark.parametrize("version", ["2", "1.5", "1e400", "99999999999999999999"])
 def test_a_file_of_a_later_version_is_neither_read_nor_written(
-    file: StateFile,
-    content: dict[str, object],
-    version: str,
-    capsys: pytest.CaptureFixture[str],
+    file: StateFile, content: dict[str, object], version: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     text = json.dumps(content).replace('"dmplay": 1', f'"dmplay": {version}')
     file.path.write_text(text)

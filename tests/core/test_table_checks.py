@@ -24,9 +24,7 @@ def test_the_tables_match_the_outcomes_of_legal_actions(problem: Problem) -> Non
 
 
 @pytest.mark.parametrize("problem", [Key(), Heap()])
-def test_an_illegal_action_equals_the_first_legal_one_in_the_tables(
-    problem: Problem,
-) -> None:
+def test_an_illegal_action_equals_the_first_legal_one_in_the_tables(problem: Problem) -> None:
     transition, rewards, _ = tabulate(problem)
     closed = np.argwhere(~list_legal_masks(problem)[:, 0])
     assert len(closed)

@@ -3,11 +3,7 @@
 import numpy as np
 import pytest
 
-from dmplay.core.uniforms import (
-    SeededUniforms,
-    generate_uniforms,
-    generate_uniforms_of_turns,
-)
+from dmplay.core.uniforms import SeededUniforms, generate_uniforms, generate_uniforms_of_turns
 
 LATE_TURN = 2**31
 

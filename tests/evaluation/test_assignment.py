@@ -197,8 +197,7 @@ def test_a_binary_file_is_not_an_assignment() -> None:
 
 
 @pytest.mark.parametrize(
-    ("before", "after"),
-    [('"hexworld"', '"./evil.py:Walk"'), ('"human"', '"./evil.py:Agent"')],
+    ("before", "after"), [('"hexworld"', '"./evil.py:Walk"'), ('"human"', '"./evil.py:Agent"')]
 )
 def test_an_assignment_never_runs_code_that_it_names(before: str, after: str) -> None:
     Path("evil.py").write_text("raise SystemExit('it ran')")

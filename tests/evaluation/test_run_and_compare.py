@@ -418,9 +418,7 @@ def test_zero_episodes_are_refused() -> None:
         dmplay.run_tournament(dilemma, {"one": grim, "other": grim}, episodes=0)
 
 
-def test_an_endless_game_is_played_until_its_discount_is_negligible(
-    tmp_path: Path,
-) -> None:
+def test_an_endless_game_is_played_until_its_discount_is_negligible(tmp_path: Path) -> None:
     tiger = tmp_path / "tiger.pomdp"
     tiger.write_text(extract_file(read_topic("files"), "tiger.pomdp").replace("0.95", "0.2"))
     output = run_command("run", str(tiger), "--agent", "optimal", "--episodes", "2")

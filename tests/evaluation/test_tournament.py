@@ -26,9 +26,7 @@ from dmplay.errors import BadParameter, BadPolicy, IllegalAction, UnknownName
 from dmplay.evaluation.return_bounds import compute_return_bounds
 from dmplay.evaluation.statistics import Estimate
 from dmplay.evaluation.tournament import ReturnsBySeating, TournamentResult, run_tournament
-from dmplay.output.tournament_checkpoint import (
-    TournamentCheckpoint,
-)
+from dmplay.output.tournament_checkpoint import TournamentCheckpoint
 from dmplay.output.tournament_report import _standing_rows, _standing_table_row
 from tests.support.programs import run_dmplay
 from tests.support.terminals import clean_environment

@@ -184,9 +184,7 @@ def test_a_game_that_cannot_be_played_is_an_error_of_one_line(
     assert capfd.readouterr().err == ""
 
 
-def test_action_names_can_depend_on_the_state(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_action_names_can_depend_on_the_state(monkeypatch: pytest.MonkeyPatch) -> None:
     """White moves first and is OpenSpiel's second player in chess."""
     chess = dmplay.load_problem("openspiel:chess")
     game = Session(chess, dmplay.SeededUniforms(1))

@@ -15,9 +15,7 @@ CORPUS_FOLDER = os.environ.get("DMPLAY_CORPUS", "")
 @pytest.mark.skipif(
     not CORPUS_FOLDER, reason="DMPLAY_CORPUS names no folder of other people's files"
 )
-def test_corpus_files_are_read_or_refused_in_one_line(
-    capsys: pytest.CaptureFixture[str],
-) -> None:
+def test_corpus_files_are_read_or_refused_in_one_line(capsys: pytest.CaptureFixture[str]) -> None:
     files = [
         path
         for path in sorted(Path(CORPUS_FOLDER).rglob("*"))

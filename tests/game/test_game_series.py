@@ -104,10 +104,7 @@ def test_another_agent_or_parameter_has_the_same_seed(tmp_path: Path) -> None:
         assert (
             controller.game.seed,
             controller.game.narrator.describe_situation(controller.game.snapshot()),
-        ) == (
-            7,
-            start,
-        )
+        ) == (7, start)
     run_line(controller, "new")
     new_seed = controller.game.seed
     run_line(controller, "agent random")
@@ -173,9 +170,7 @@ def test_a_replay_cannot_be_restarted(tmp_path: Path) -> None:
             run_line(GameController(Playback(tmp_path / "game.dmt")), command)
 
 
-def test_undo_in_a_replay_goes_back_by_turns_and_rerolls_to_the_start(
-    tmp_path: Path,
-) -> None:
+def test_undo_in_a_replay_goes_back_by_turns_and_rerolls_to_the_start(tmp_path: Path) -> None:
     controller = create_controller(tmp_path)
     run_line(controller, "e")
     run_line(controller, "reroll")

@@ -123,10 +123,7 @@ AGENT_NAMES: Any = ["grim", "random"]  # names where policies are expected
             "seed: got 'hexworld', expected a whole num",
         ),
         (lambda: dmplay.play("hexworld").last_percept(), "no turn has been played yet"),
-        (
-            lambda: dmplay.play("hexworld").session.advance([0, 1]),
-            "got 2 actions, expected one",
-        ),
+        (lambda: dmplay.play("hexworld").session.advance([0, 1]), "got 2 actions, expected one"),
         (lambda: dmplay.compare(HEXWORLD, [[WALKER]] * 2, seat=1), "seat: got 1, expected 0 to 0"),
         (lambda: dmplay.compare(HEXWORLD, []), "got 0 agents, expected at least 2"),
         (
@@ -146,10 +143,7 @@ AGENT_NAMES: Any = ["grim", "random"]  # names where policies are expected
             lambda: dmplay.check(WRONG_TYPE),
             "got <class 'object'>, expected a problem, such as dmplay.load_problem(NAME)",
         ),
-        (
-            lambda: dmplay.check(HEXWORLD_CLASS),
-            "expected a problem, such as HexWorld()",
-        ),
+        (lambda: dmplay.check(HEXWORLD_CLASS), "expected a problem, such as HexWorld()"),
         (
             lambda: dmplay.run_tournament(DILEMMA, AGENT_NAMES),
             "entrants: got ['grim', 'random'], expected a dict from each name to a policy per seat",

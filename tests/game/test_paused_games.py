@@ -209,9 +209,7 @@ def test_a_paused_game_that_was_looked_into_is_not_played_on(assignment: Path) -
 
 
 @pytest.mark.parametrize("strict", [False, True, "hints"])
-def test_a_paused_game_is_resumed_in_the_same_sitting_without_a_mark(
-    strict: bool | str,
-) -> None:
+def test_a_paused_game_is_resumed_in_the_same_sitting_without_a_mark(strict: bool | str) -> None:
     controller = start_assigned_game(strict=strict)
     controller.set_game(start_new_game(GameRequest("hexworld", seed=1)))
     game = resume(controller)

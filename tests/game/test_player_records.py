@@ -260,9 +260,7 @@ def test_a_replay_is_not_recorded_as_a_game() -> None:
     assert load_records() == before
 
 
-def test_records_are_private_and_concurrent_games_lose_nothing(
-    records_path: Path,
-) -> None:
+def test_records_are_private_and_concurrent_games_lose_nothing(records_path: Path) -> None:
     paths = [
         play_lines(replace(DILEMMA_REQUEST, turns=n, record_path=Path(f"{n}.dmt")), *["c"] * n)
         for n in (1, 2)

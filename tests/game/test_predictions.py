@@ -188,13 +188,7 @@ def test_an_invalid_prediction_is_one_line_and_asked_again(
     assert str(error.value).startswith(message)
     assert game.open_question
     result = run_dmplay(
-        tmp_path,
-        problem,
-        "--seed",
-        "7",
-        "--predict",
-        prediction,
-        stdin=f"{action}\n{answer}\n",
+        tmp_path, problem, "--seed", "7", "--predict", prediction, stdin=f"{action}\n{answer}\n"
     )
     assert result.returncode == 2
     assert message in result.stderr

@@ -15,12 +15,7 @@ from dmplay.output import guide_pages
 from dmplay.output.pager import print_paged
 from dmplay.registry.builtin_names import problem_names
 from dmplay.terminal.capabilities import Terminal
-from tests.support.document_examples import (
-    PROJECT_ROOT,
-    TIGER_SOURCE,
-    DocumentRunner,
-    parse_blocks,
-)
+from tests.support.document_examples import PROJECT_ROOT, TIGER_SOURCE, DocumentRunner, parse_blocks
 from tests.support.terminals import Terminal as Tty
 
 SCREEN_TERMINAL = Terminal(True, "", True, False, False)
@@ -135,9 +130,7 @@ def test_raw_output_requires_a_topic() -> None:
 
 
 @each_topic
-def test_text_fits_40_columns_and_code_80_and_the_ascii_form_is_ascii(
-    name: str,
-) -> None:
+def test_text_fits_40_columns_and_code_80_and_the_ascii_form_is_ascii(name: str) -> None:
     rows = (row for block in parse_blocks(read_topic(name)) for row in block.code.split("\n"))
     code_rows = {f"    {row}".rstrip().replace("±", "+-") for row in rows}
     terminal = PIPE_TERMINAL._replace(ascii=True, width=40)

@@ -34,8 +34,7 @@ def best_response_value(game: Any, seat: int, others: Any) -> float:
 
 
 @pytest.mark.parametrize(
-    ("turns", "value"),
-    [(3, -10.81), pytest.param(5, -13.46956291, marks=pytest.mark.slow)],
+    ("turns", "value"), [(3, -10.81), pytest.param(5, -13.46956291, marks=pytest.mark.slow)]
 )
 def test_a_best_response_to_chance_equals_the_finite_horizon_plan(turns: int, value: float) -> None:
     problem = CryingBaby()
@@ -67,9 +66,7 @@ def test_cfr_plus_converges_to_the_value_of_three_rounds_of_the_prisoners_dilemm
         pytest.param("travelers-dilemma", marks=pytest.mark.slow),
     ],
 )
-def test_our_equilibria_have_no_regret_and_best_responses_have_equal_values(
-    name: str,
-) -> None:
+def test_our_equilibria_have_no_regret_and_best_responses_have_equal_values(name: str) -> None:
     problem = dmplay.load_problem(name)
     assert isinstance(problem, MatrixGame)
     game = GameTree(problem, 1).game()

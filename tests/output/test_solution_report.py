@@ -320,9 +320,7 @@ def test_a_team_is_solved_without_end_and_takes_no_number_of_turns(
         interpret_command(["solve", "collaborative-predator-prey:triangle", "--turns", "2"])
 
 
-def test_a_pomdp_with_a_turn_limit_is_solved_for_that_limit(
-    tmp_path: Path,
-) -> None:
+def test_a_pomdp_with_a_turn_limit_is_solved_for_that_limit(tmp_path: Path) -> None:
     problem_path = tmp_path / "six.pomdp"
     problem_path.write_text(
         "discount: 0.8\nvalues: reward\nstates: 6\nactions: 2\nobservations: 2\n"

@@ -92,11 +92,7 @@ def test_a_page_is_html(transcript_path: Path) -> None:
 
 def test_a_screen_recording_is_an_asciicast_with_a_frame_per_turn(transcript_path: Path) -> None:
     head, *frames = map(json.loads, run_export(transcript_path, "--cast").splitlines())
-    assert head == {
-        "version": 3,
-        "term": {"cols": 80, "rows": 24},
-        "title": "dmplay hexworld",
-    }
+    assert head == {"version": 3, "term": {"cols": 80, "rows": 24}, "title": "dmplay hexworld"}
     assert [frame[0] for frame in frames] == [0.0, 1.0, 1.0, 1.0, 1.0]  # after the frame before
     assert all(frame[1] == "o" and "hexworld" in frame[2] for frame in frames)
 

@@ -222,10 +222,7 @@ def test_figure_f10_has_the_ten_turn_and_the_infinite_horizon_function() -> None
         sorted(tuple(np.round(item.y, 2).tolist()) for item in panel.series if item.is_thin)
         for panel in (ten, infinite)
     ]
-    assert ends == [
-        [(-13.06, -23.06), (-9.69, -31.63)],
-        [(-19.67, -29.67), (-16.31, -38.25)],
-    ]
+    assert ends == [[(-13.06, -23.06), (-9.69, -31.63)], [(-19.67, -29.67), (-16.31, -38.25)]]
     assert (ten.title, infinite.title) == ("10 turns left", "infinite horizon")
 
 

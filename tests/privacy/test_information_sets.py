@@ -20,11 +20,7 @@ from dmplay.core.problem import (
 )
 from dmplay.core.session import Session, list_active_seats
 from dmplay.external.openspiel import OpenSpielEnvironment
-from tests.privacy.indistinguishable_pairs import (
-    SECRET_PROBLEM_PARAMS,
-    SHARED_TURNS,
-    find_pair,
-)
+from tests.privacy.indistinguishable_pairs import SECRET_PROBLEM_PARAMS, SHARED_TURNS, find_pair
 from tests.privacy.information_sets import (
     Node,
     assert_equal_in_equal_moments,

@@ -170,9 +170,7 @@ def test_a_search_without_likely_tiles_evaluates_the_board_itself(
     assert (shallow_values == deep_values).all()
 
 
-def test_slides_to_much_worse_boards_are_pruned(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_slides_to_much_worse_boards_are_pruned(monkeypatch: pytest.MonkeyPatch) -> None:
     boards = np.concatenate(
         [parse_board(text) for text in (LATE_BOARD, TIGHT_BOARD, ORDERED_ROW_BOARD)]
     )
@@ -195,10 +193,7 @@ def test_two_of_the_largest_tiles_of_a_search_still_merge() -> None:
 
 @pytest.mark.parametrize(
     ("text", "slide"),
-    [
-        (ORDERED_ROW_BOARD, "left"),
-        ("2 . . ./32 . . ./64 4 . ./128 256 512 1024", "right"),
-    ],
+    [(ORDERED_ROW_BOARD, "left"), ("2 . . ./32 . . ./64 4 . ./128 256 512 1024", "right")],
 )
 def test_a_row_of_large_tiles_stays_at_its_edge(text: str, slide: str) -> None:
     agent = dmplay.load_agent(GAME, 0, "expectimax")

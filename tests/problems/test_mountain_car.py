@@ -101,9 +101,7 @@ def test_a_strong_discount_does_not_change_the_optimal_path() -> None:
 
 @pytest.mark.usefixtures("coarse")
 @pytest.mark.parametrize("game", [PROBLEM, GYM_PROBLEM])
-def test_the_optimal_agent_reaches_the_goal_no_later_than_pump(
-    game: dmplay.Problem,
-) -> None:
+def test_the_optimal_agent_reaches_the_goal_no_later_than_pump(game: dmplay.Problem) -> None:
     optimal_result, pump_result = (
         dmplay.rollout(game, [agent], episodes=40)
         for agent in (make_optimal_agent(game), dmplay.load_agent(game, 0, "pump"))

@@ -23,11 +23,7 @@ def step_problem(
 ) -> tuple[int, list[float], list[int]]:
     """Return the next state, the rewards and the observations of one turn."""
     outcome = PROBLEM.step(np.array([state]), np.array([[first, second]]), np.array([[u]]))
-    return (
-        int(outcome.state[0]),
-        outcome.rewards[0].tolist(),
-        outcome.observations[0].tolist(),
-    )
+    return (int(outcome.state[0]), outcome.rewards[0].tolist(), outcome.observations[0].tolist())
 
 
 def test_either_caregiver_sates_the_hungry_baby() -> None:

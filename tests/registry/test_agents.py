@@ -89,12 +89,7 @@ def test_a_hint_provider_is_the_agent_of_its_name(name: str) -> None:
         ("predator-prey", 5, ("human", "chase"), "best-response:horizon=5,to=chase"),
         ("predator-prey", None, ("human", "human"), "best-response"),
         ("predator-prey", None, ("human", "random:x=1"), "best-response"),
-        (
-            "multicaregiver-crying-baby",
-            5,
-            ("human", "feed-when-crying"),
-            "best-response:horizon=5",
-        ),
+        ("multicaregiver-crying-baby", 5, ("human", "feed-when-crying"), "best-response:horizon=5"),
         ("multicaregiver-crying-baby", 5, ("human", "random"), "best-response:to=random,horizon=5"),
         ("multicaregiver-crying-baby", 5, ("human", "search"), "best-response:to=random,horizon=5"),
         (

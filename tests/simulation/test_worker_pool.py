@@ -323,10 +323,7 @@ def test_each_turn_reuses_the_memory_of_the_previous_turn() -> None:
         name: value for name, value in os.environ.items() if not name.startswith("MALLOC_")
     }
     process = subprocess.run(
-        [sys.executable, "-c", PAGE_FAULT_PROGRAM],
-        capture_output=True,
-        check=True,
-        env=environment,
+        [sys.executable, "-c", PAGE_FAULT_PROGRAM], capture_output=True, check=True, env=environment
     )
     assert int(process.stdout) < 1000  # pages of 4 kB; each turn uses about 500 of them at a time
 

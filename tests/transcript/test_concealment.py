@@ -191,9 +191,7 @@ def test_an_unreplayable_game_that_can_continue_is_not_disclosed(tmp_path: Path)
         run_command_line(GameController(cli_interpreter=interpret_command), "export", path, "--csv")
 
 
-def test_verify_neither_prints_values_of_an_unfinished_game_nor_rewrites_it(
-    tmp_path: Path,
-) -> None:
+def test_verify_neither_prints_values_of_an_unfinished_game_nor_rewrites_it(tmp_path: Path) -> None:
     path = write_killed_game(tmp_path)
     state = read_values(path, "state")[0]
     line = replace_in_file(path, state, '"sated"' if state == '"hungry"' else '"hungry"')
@@ -225,9 +223,7 @@ def test_resuming_is_marked_after_the_debrief_but_not_after_a_kill(
     assert verify(tmp_path / "g.dmt").peeked is is_marked
 
 
-def test_a_finished_game_without_an_end_line_can_be_disclosed(
-    tmp_path: Path,
-) -> None:
+def test_a_finished_game_without_an_end_line_can_be_disclosed(tmp_path: Path) -> None:
     path = write_killed_game(tmp_path, turns=1, strict=True)
     run_command_line(GameController(cli_interpreter=interpret_command), "export", path, "--csv")
     resume_game(ResumeRequest(path)).finish()

@@ -124,10 +124,10 @@ def test_a_user_defined_agent_is_checked_only_with_trust(tmp_path: Path) -> None
     path, bot = tmp_path / "game.dmt", f"{tmp_path}/bots.py:Bot"
     (tmp_path / "bots.py").write_text("from dmplay.agents.random_agent import Random as Bot\n")
     record_game(path, "hexworld", bot, turns=1)
-    assert (
-        verify(path).unchecked_players,
-        verify(path, trusted=True).unchecked_players,
-    ) == (["bots.py:Bot"], [])
+    assert (verify(path).unchecked_players, verify(path, trusted=True).unchecked_players) == (
+        ["bots.py:Bot"],
+        [],
+    )
 
 
 def test_a_changed_uniform_violates_the_seed_but_not_the_rules(transcript_path: Path) -> None:
@@ -269,9 +269,7 @@ def test_a_quit_game_can_be_resumed(tmp_path: Path) -> None:
     assert path.read_bytes() == (tmp_path / "other.dmt").read_bytes()
 
 
-def test_strict_and_reveal_are_recorded_and_apply_after_a_resume(
-    tmp_path: Path,
-) -> None:
+def test_strict_and_reveal_are_recorded_and_apply_after_a_resume(tmp_path: Path) -> None:
     path = tmp_path / "game.dmt"
     game = start_new_game(
         GameRequest("crying-baby", seed=7, record_path=path, strict=True, reveal=True)
@@ -706,9 +704,7 @@ def test_an_agent_that_a_file_names_is_not_imported_without_trust(
         branch_game(BranchRequest(path, turn=1, record_path=tmp_path / "other.dmt"))
 
 
-def test_a_checked_agent_that_modifies_its_observations_is_a_finding(
-    tmp_path: Path,
-) -> None:
+def test_a_checked_agent_that_modifies_its_observations_is_a_finding(tmp_path: Path) -> None:
     record_game(tmp_path / "g.dmt", "cart-pole", "random", turns=3)
     problem = dmplay.load_problem("cart-pole")
     report = verify_transcript(

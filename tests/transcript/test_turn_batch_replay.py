@@ -275,8 +275,7 @@ def test_real_states_that_differ_in_batches_are_replayed_one_by_one(
     DriftingCar.moves.clear()
     with pytest.raises(BadTranscript, match="unknown action 'lift'"):
         replay(
-            parse_transcript((parts[0].replace("lift", "left") + "".join(parts[1:])).encode()),
-            car,
+            parse_transcript((parts[0].replace("lift", "left") + "".join(parts[1:])).encode()), car
         )
     assert DriftingCar.moves.total() < 150
 

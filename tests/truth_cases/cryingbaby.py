@@ -73,8 +73,7 @@ def belief_chain(case: Case) -> None:
 def always_one_action(case: Case) -> None:
     always = np.tile(np.eye(3)[ACTIONS.index(case.inputs["action"])], (2, 1))
     case.close(
-        "values",
-        name_values(mdp_values.evaluate_policy(load_tables(), PROBLEM.discount, always)),
+        "values", name_values(mdp_values.evaluate_policy(load_tables(), PROBLEM.discount, always))
     )
 
 

@@ -803,10 +803,7 @@ def test_a_game_with_other_draws_or_undone_first_turns_is_not_the_game_of_the_st
 
 @pytest.mark.parametrize(
     ("step", "throw", "fragment"),
-    [
-        (1, "50", "0.119, 0.339, 0.661 and 0.881"),
-        (2, "100", "0.005, 0.018, 0.065, 0.209"),
-    ],
+    [(1, "50", "0.119, 0.339, 0.661 and 0.881"), (2, "100", "0.005, 0.018, 0.065, 0.209")],
 )
 def test_the_chances_in_the_text_are_those_of_catch(step: int, throw: str, fragment: str) -> None:
     text = LESSONS["how-good-is-the-catcher"].steps[step - 1].text
@@ -992,11 +989,7 @@ def test_a_meal_at_one_half_pays_from_three_turns_on() -> None:
                 position,
                 QuantityCall(
                     "belief-value",
-                    {
-                        "action": action,
-                        "belief": "hungry 0.5 sated 0.5",
-                        "turns_left": turns_left,
-                    },
+                    {"action": action, "belief": "hungry 0.5 sated 0.5", "turns_left": turns_left},
                 ),
             ).value
             for action in ("feed", "ignore")

@@ -7,18 +7,8 @@ import pytest
 
 from dmplay.core.state_files import warn_once
 from dmplay.tutor import progress
-from dmplay.tutor.lesson_list import (
-    list_builtin_outlines,
-    load_builtin_lessons,
-    load_lessons,
-)
-from dmplay.tutor.progress import (
-    PASSED,
-    PROGRESS_FILE,
-    REVEALED,
-    LessonProgress,
-    StepRecord,
-)
+from dmplay.tutor.lesson_list import list_builtin_outlines, load_builtin_lessons, load_lessons
+from dmplay.tutor.progress import PASSED, PROGRESS_FILE, REVEALED, LessonProgress, StepRecord
 
 
 @pytest.fixture(autouse=True)

@@ -332,12 +332,7 @@ def test_the_probability_of_a_collision_by_recursion_over_the_gusts(
 ) -> None:
     encounter = open_problem("collision-avoidance", parameters={"repaired": True})
     computed = number(
-        encounter,
-        "collision-probability",
-        action=action,
-        height=height,
-        rate=rate,
-        seconds=seconds,
+        encounter, "collision-probability", action=action, height=height, rate=rate, seconds=seconds
     )
     assert computed == pytest.approx(collide(height, rate, advised, seconds))
 

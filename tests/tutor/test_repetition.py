@@ -7,11 +7,7 @@ from pathlib import Path
 import pytest
 
 from dmplay.tutor.progress import PROGRESS_FILE, QuestionProgress
-from dmplay.tutor.repetition import (
-    load_question_progress,
-    save_answer,
-    schedule,
-)
+from dmplay.tutor.repetition import load_question_progress, save_answer, schedule
 
 TODAY = date(2026, 11, 28)
 

@@ -317,9 +317,7 @@ def test_rewards_are_hidden_until_the_game_is_over(name: str) -> None:
 
 
 @pytest.mark.parametrize("width", [1, 3])
-def test_a_board_without_space_for_hints_stays_within_its_width(
-    width: int,
-) -> None:
+def test_a_board_without_space_for_hints_stays_within_its_width(width: int) -> None:
     view = make_view_after("crying-baby")
     board = fit_board(
         load_view_module(view.problem),

@@ -134,10 +134,7 @@ def test_the_fan_of_paths_has_a_legend(size: tuple[int, int], legend: str) -> No
     ("name", "keys"),
     [
         ("travelers-dilemma", "2 to 100; type a number, then Enter; the arrow keys change it"),
-        (
-            "catch",
-            "10 to 100 in steps of 10; type a number, then Enter; the arrow keys change it",
-        ),
+        ("catch", "10 to 100 in steps of 10; type a number, then Enter; the arrow keys change it"),
     ],
 )
 def test_numbers_are_described_in_words(name: str, keys: str) -> None:

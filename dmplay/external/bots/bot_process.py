@@ -23,10 +23,8 @@ GRACE_SECONDS = 0.5
 READ_BYTES = 65_536  # maximum bytes of one read
 MAX_LOG_BYTES = 65_536  # maximum bytes of stderr output in the log; the last ones are stored
 MAX_QUOTED_CHARACTERS = 100  # maximum characters of the log in an error message
-HIDDEN_ENVIRONMENT_PREFIXES = (
-    "DMPLAY_",
-    "OPENBLAS_DEFAULT_",
-)  # variables that the program does not get, as they may reveal the seed
+# variables that the program does not get, as they may reveal the seed
+HIDDEN_ENVIRONMENT_PREFIXES = ("DMPLAY_", "OPENBLAS_DEFAULT_")
 
 
 class BotProcess:

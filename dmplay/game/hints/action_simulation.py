@@ -51,11 +51,7 @@ def simulate_returns(
     for turn in range(1, turns + 1):
         budget.spend_work(float(GAME_COUNT), turn / turns)
         u = generate_uniforms(
-            SIMULATION_SEED,
-            NATURE_STREAM,
-            turn,
-            rows=GAME_COUNT,
-            count=problem.uniform_counts.step,
+            SIMULATION_SEED, NATURE_STREAM, turn, rows=GAME_COUNT, count=problem.uniform_counts.step
         )
         outcome = problem.step(s, a[:, None], u)
         validate_outcome(problem, outcome)

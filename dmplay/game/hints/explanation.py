@@ -17,12 +17,7 @@ from dmplay.game.hints.action_breakdown import (
     PossibleOutcome,
     compute_outcome_shares,
 )
-from dmplay.game.hints.hint_provider import (
-    Hint,
-    HintProvider,
-    accuracy_data,
-    format_fixed,
-)
+from dmplay.game.hints.hint_provider import Hint, HintProvider, accuracy_data, format_fixed
 from dmplay.game.hints.obvious_actions import ObviousAction
 from dmplay.game.hints.rule_explanation import describe_rule, format_real_action
 from dmplay.views.protocol import load_view_module

@@ -18,17 +18,9 @@ from dmplay.core.spaces import Interval
 from dmplay.core.work_budget import limit_total_work
 from dmplay.errors import BadParameter, BadPolicy, BudgetExceeded
 from dmplay.game.hints.action_breakdown import ActionBreakdown, break_down_action
-from dmplay.game.hints.action_simulation import (
-    ActionSimulation,
-    can_simulate,
-    simulate_returns,
-)
+from dmplay.game.hints.action_simulation import ActionSimulation, can_simulate, simulate_returns
 from dmplay.game.hints.obvious_actions import ObviousAction, find_obvious_action
-from dmplay.game.hints.outcome_forecast import (
-    AssumedPlayers,
-    forecast_outcomes,
-    format_forecast,
-)
+from dmplay.game.hints.outcome_forecast import AssumedPlayers, forecast_outcomes, format_forecast
 from dmplay.registry import agents
 from dmplay.views.protocol import Forecast, Overlay
 

@@ -26,9 +26,7 @@ class ObviousAction(NamedTuple):
 
 
 def find_obvious_action(
-    seated_policy: SeatedPolicy,
-    breakdowns: Mapping[int, ActionBreakdown],
-    best_action: int,
+    seated_policy: SeatedPolicy, breakdowns: Mapping[int, ActionBreakdown], best_action: int
 ) -> ObviousAction | None:
     """Return the first rule of thumb whose action is worth less than the best; None if all agree.
 

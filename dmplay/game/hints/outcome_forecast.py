@@ -11,11 +11,7 @@ from dmplay.core.arrays import Array, Reals
 from dmplay.core.belief import apply_bayes_rule
 from dmplay.core.chance import FiniteChance
 from dmplay.core.policy import Memory
-from dmplay.core.problem import (
-    Problem,
-    enumerate_possible_outcomes,
-    validate_outcome,
-)
+from dmplay.core.problem import Problem, enumerate_possible_outcomes, validate_outcome
 from dmplay.core.session import Session, View, list_active_seats
 from dmplay.core.text import count_probability_decimals, format_number, format_value
 from dmplay.core.work_budget import Budget

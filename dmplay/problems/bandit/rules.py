@@ -29,8 +29,7 @@ class Bandit(Tabular):
     """Pulls of the arms of one of several bandits."""
 
     bandits: tuple[tuple[float, ...], ...] = parameter(
-        DEFAULT_BANDITS,
-        "chance of a win of each arm, in each possible bandit: [[p, ...], ...]",
+        DEFAULT_BANDITS, "chance of a win of each arm, in each possible bandit: [[p, ...], ...]"
     )
     discount: float = parameter(1.0, "factor on the rewards of each later turn", 0.0, 1.0)
 

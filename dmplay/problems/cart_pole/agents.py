@@ -6,12 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from dmplay.agents.available_agents import Roster
-from dmplay.agents.base import (
-    ESTIMATED_VALUES,
-    WITHOUT_END,
-    ConstantPolicy,
-    ReactivePolicy,
-)
+from dmplay.agents.base import ESTIMATED_VALUES, WITHOUT_END, ConstantPolicy, ReactivePolicy
 from dmplay.agents.horizon import HorizonPolicy
 from dmplay.core.arrays import Array, Bools, Reals
 from dmplay.core.memoization import memoize

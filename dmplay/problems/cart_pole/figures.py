@@ -86,6 +86,4 @@ def _lean_from(foot: tuple[float, float], angle: float, length: float) -> tuple[
     return foot[0] + length * math.sin(angle), foot[1] + length * math.cos(angle)
 
 
-FIGURES = {
-    "F.6": Figure("state, pushes and limits of the cart-pole", _draw_cart_pole),
-}
+FIGURES = {"F.6": Figure("state, pushes and limits of the cart-pole", _draw_cart_pole)}

@@ -4,6 +4,5 @@ from dmplay.agents.available_agents import Roster
 from dmplay.problems._shared.constant_state import Greedy, Optimal, ThompsonSampling
 
 AGENTS = Roster(
-    {"greedy": Greedy, "optimal": Optimal, "thompson": ThompsonSampling},
-    hint_provider="optimal",
+    {"greedy": Greedy, "optimal": Optimal, "thompson": ThompsonSampling}, hint_provider="optimal"
 )

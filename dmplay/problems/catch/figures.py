@@ -24,6 +24,4 @@ def _draw_catch_curves(subject: PlottedProblem) -> Plot:
     return Plot(f"{subject.title}: catches by distance", [panel], notes=notes)
 
 
-FIGURES = {
-    "F.13": Figure("probability of a catch by distance", _draw_catch_curves),
-}
+FIGURES = {"F.13": Figure("probability of a catch by distance", _draw_catch_curves)}

@@ -27,11 +27,8 @@ NEEDS_BELIEF = True  # no board hides the belief
 KEYS: dict[str, str] = {}  # The player types a distance.
 NUMBER_STEPS = {"left": -10, "right": 10}  # steps in metres; Enter throws
 PROFICIENCY_NAMES = tuple(f"{proficiency} m" for proficiency in PROFICIENCIES)
-PLOT_LABEL_COLUMNS, PLOT_DISTANCE_COLUMNS, PLOT_ROWS = (
-    6,
-    4,
-    6,
-)  # columns before the plot, columns of a distance, rows from 1.0 to 0.0
+# columns before the plot, columns of a distance, rows from 1.0 to 0.0
+PLOT_LABEL_COLUMNS, PLOT_DISTANCE_COLUMNS, PLOT_ROWS = 6, 4, 6
 HEAT_LABEL_COLUMNS = 20  # columns before the heat map
 HEAT_STYLES = ("dim", "", "cyan", "bold cyan")  # styles of catch probabilities from 0 to 1
 # columns of a distance in the heat map, and rows of the expected-reward chart, tried in this order
@@ -156,10 +153,7 @@ def _draw_throw_marker(canvas: Canvas, y: int, throw: int, cell_columns: int) ->
     """Draw the distance typed so far between arrows."""
     marker = f"→{DISTANCES[throw]:.0f}←"
     canvas.write_text(
-        HEAT_LABEL_COLUMNS + cell_columns * (throw + 1) + 1 - len(marker),
-        y,
-        marker,
-        "bold green",
+        HEAT_LABEL_COLUMNS + cell_columns * (throw + 1) + 1 - len(marker), y, marker, "bold green"
     )
 
 
@@ -309,11 +303,7 @@ def _draw_past_throws(view: View[Catch], canvas: Canvas, y: int, options: DrawOp
 
 def goal_lines(view: View[Catch]) -> list[str]:
     """Return the goal: the reward of a catch, and the hidden proficiency."""
-    return [
-        "throw far: a catch pays 1 per metre",
-        "a drop 0",
-        "the catcher's skill is hidden",
-    ]
+    return ["throw far: a catch pays 1 per metre", "a drop 0", "the catcher's skill is hidden"]
 
 
 def lesson(view: View[Catch]) -> Lesson:

@@ -36,10 +36,7 @@ from dmplay.solvers.mdp.sparse_mdp import SparseMdp
 
 from . import reactive_team as reactive_predator_team
 from .model import PredatorPreyDecPomdp
-from .rules import (
-    SENSE_LABELS,
-    CollaborativePredatorPrey,
-)
+from .rules import SENSE_LABELS, CollaborativePredatorPrey
 
 PLAN_WORK_PER_JOINT_NODE = 4e8  # for each joint node of a plan
 MAX_PLANNED_STATES = 200_000  # states times turns up to which qmdp plans a game to its end
@@ -166,11 +163,7 @@ class Qmdp(HorizonPolicy, _FactoredBeliefPolicy, GreedyBeliefPolicy):
     def _with_partner(self, name: str) -> "QmdpWithPartner":
         """Return the policy beside an agent; raise an error if its rule is not known."""
         policy = QmdpWithPartner(
-            self.problem,
-            self.seat,
-            horizon=self.horizon,
-            policy_lookup=self.policy_lookup,
-            to=name,
+            self.problem, self.seat, horizon=self.horizon, policy_lookup=self.policy_lookup, to=name
         )
         _ = policy.machine
         return policy

@@ -12,10 +12,7 @@ from dmplay.core import belief
 from dmplay.core.arrays import Bools, Ints, Reals
 from dmplay.solvers.decpomdp.dec_pomdp_model import DecPomdp
 
-from .reactive_team import (
-    check_supported,
-    compute_state_rewards,
-)
+from .reactive_team import check_supported, compute_state_rewards
 from .rules import CollaborativePredatorPrey
 
 

@@ -13,12 +13,7 @@ from dmplay.core.arrays import Ints, Reals
 from dmplay.core.work_budget import ARRAY_CALL_WORK, Budget
 from dmplay.errors import BadParameter
 
-from .rules import (
-    CAPTURE_REWARD,
-    MOVE_REWARD,
-    SENSE_LABELS,
-    CollaborativePredatorPrey,
-)
+from .rules import CAPTURE_REWARD, MOVE_REWARD, SENSE_LABELS, CollaborativePredatorPrey
 
 MAX_STATES = 5000  # states
 ROUND_COUNT = 60

@@ -14,12 +14,7 @@ from dmplay.registry.agents import load_agent
 from dmplay.solvers.decpomdp.centralized_pomdp import CentralizedPomdp
 from dmplay.solvers.decpomdp.joint_plan_improvement import evaluate_plans
 
-from .agents import (
-    HuntJointPlan,
-    build_fully_observed_mdp,
-    can_plan,
-    solve_fully_observed,
-)
+from .agents import HuntJointPlan, build_fully_observed_mdp, can_plan, solve_fully_observed
 from .model import PredatorPreyDecPomdp
 from .reactive_team import optimize_reactive_team
 from .rules import CollaborativePredatorPrey

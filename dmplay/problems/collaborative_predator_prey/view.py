@@ -9,13 +9,7 @@ import numpy as np
 from rich.text import Text
 
 from dmplay.core.arrays import Reals
-from dmplay.core.hexgrid import (
-    DIRECTIONS,
-    Hex,
-    format_hex,
-    hex_neighbours,
-    move_destinations,
-)
+from dmplay.core.hexgrid import DIRECTIONS, Hex, format_hex, hex_neighbours, move_destinations
 from dmplay.core.session import View
 from dmplay.views.generic import format_last_observation
 from dmplay.views.protocol import DrawOptions, Lesson
@@ -25,11 +19,7 @@ from dmplay.views.toolkit.belief_bars import format_sparkline
 from dmplay.views.toolkit.canvas import format_percent
 from dmplay.views.toolkit.hexgrid import HexCell, HexSize
 
-from .rules import (
-    CAPTURE_REWARD,
-    MOVE_REWARD,
-    CollaborativePredatorPrey,
-)
+from .rules import CAPTURE_REWARD, MOVE_REWARD, CollaborativePredatorPrey
 
 KEY_FAMILY, KEYS, SECOND_PLAYER_KEYS = hexgrid.KEY_FAMILY, hexgrid.KEYS, hexgrid.SECOND_PLAYER_KEYS
 MAX_DESCRIBED_HEXES = 4  # likeliest hexes described in words

@@ -13,14 +13,7 @@ import numpy as np
 
 from dmplay.core.arrays import Array, Bools
 from dmplay.core.chance import Categorical, Chance, Uniform
-from dmplay.core.columns import (
-    clip,
-    keep_rows,
-    select,
-    split_columns,
-    stack_columns,
-    to_column,
-)
+from dmplay.core.columns import clip, keep_rows, select, split_columns, stack_columns, to_column
 from dmplay.core.parameters import parameter
 from dmplay.core.problem import ContinuousStates, Outcome
 from dmplay.core.spaces import Labels

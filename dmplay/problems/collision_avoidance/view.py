@@ -37,14 +37,8 @@ ADVISORY_GLYPHS = "↓·↑"  # by action
 PATH_GLYPHS = "↓∘↑"  # predicted path if an action is repeated, by action
 ACTION_NAMES = ("descend", "no-advisory", "climb")  # by action
 STEADY_GUST_INDEX = 1  # the middle one of three gusts
-MAX_HEIGHT_CHOICES = (
-    100,
-    200,
-    300,
-    400,
-    600,
-    800,
-)  # metres; the smallest that holds all heights is the top
+# metres; the smallest that holds all heights is the top
+MAX_HEIGHT_CHOICES = (100, 200, 300, 400, 600, 800)
 PATH_LEGENDS = (  # of the predicted paths and the past, the longest first
     "left of ◆: past advisories; right of ◆: paths in calm air if you always advise ↑ climb, "
     "∘ no-advisory, ↓ descend; ▒ collision",

@@ -28,6 +28,4 @@ def _draw_baby_values(subject: PlottedProblem) -> Plot:
     )
 
 
-FIGURES = {
-    "F.10": Figure("value function of the crying baby", _draw_baby_values, has_turns=True),
-}
+FIGURES = {"F.10": Figure("value function of the crying baby", _draw_baby_values, has_turns=True)}

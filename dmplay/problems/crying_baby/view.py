@@ -32,10 +32,8 @@ from .rules import CryingBaby
 
 CaregiverProblem = CryingBaby | MulticaregiverCryingBaby
 MAX_HISTORY_TURNS = 20  # beliefs in the history
-WIDE_BAR_COLUMNS, REGRET_BAR_COLUMNS = (
-    40,
-    10,
-)  # columns of a bar on the large board, and of a regret bar
+# columns of a bar on the large board, and of a regret bar
+WIDE_BAR_COLUMNS, REGRET_BAR_COLUMNS = 40, 10
 # rows of a board from which it has a chart of the belief; maximum rows and columns of the chart
 MIN_CHART_HEIGHT, MAX_CHART_ROWS, MAX_CHART_COLUMNS = 34, 24, 64
 KEYS = {"f": "feed", "s": "sing", "i": "ignore"}

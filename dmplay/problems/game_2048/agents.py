@@ -5,12 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from dmplay.agents.available_agents import Roster
-from dmplay.agents.base import (
-    RATINGS,
-    GreedyPolicy,
-    ReactivePolicy,
-    SeatPolicy,
-)
+from dmplay.agents.base import RATINGS, GreedyPolicy, ReactivePolicy, SeatPolicy
 from dmplay.core.arrays import Array, Bools, Reals
 from dmplay.core.parameters import parameter
 from dmplay.core.policy import Memory, Percept, requires_fields
@@ -91,7 +86,5 @@ class Expectimax(GreedyPolicy, ReactivePolicy):
 
 
 AGENTS = Roster(
-    {"corner": Corner, "expectimax": Expectimax},
-    hint_provider="expectimax",
-    batch_agent="corner",
+    {"corner": Corner, "expectimax": Expectimax}, hint_provider="expectimax", batch_agent="corner"
 )

@@ -15,12 +15,7 @@ import numpy as np
 from dmplay.core.arrays import Ints, Reals
 from dmplay.core.work_budget import ARRAY_CALL_WORK, Budget
 
-from .board_batch import (
-    count_tiles,
-    mark_empty_cells,
-    place_tiles,
-    slide_boards,
-)
+from .board_batch import count_tiles, mark_empty_cells, place_tiles, slide_boards
 from .ntuple_network import evaluate_boards
 from .packed_boards import BoardArray, Cells, pack_boards
 from .rules import slide_and_score
@@ -30,10 +25,8 @@ MIN_PATH_PROBABILITY = (
 )
 # points; a slide whose leaf value is further below the best one is not followed
 MAX_POINT_DEFICIT = 3_000.0
-FIRST_MIN_PROBABILITY, MIN_PROBABILITY_FACTOR = (
-    0.1,
-    0.3,
-)  # with a time limit, MIN_PATH_PROBABILITY: at four plies, and its factor per two more plies
+# with a time limit, MIN_PATH_PROBABILITY: at four plies, and its factor per two more plies
+FIRST_MIN_PROBABILITY, MIN_PROBABILITY_FACTOR = 0.1, 0.3
 DEEPENING_TIME_SHARE = (
     0.2  # A deeper search that begins after this share of the time would not finish.
 )

@@ -20,12 +20,7 @@ from numpy.typing import NDArray
 
 from dmplay.core.arrays import Ints, Reals
 
-from .packed_boards import (
-    CELL_LOW_BITS,
-    BoardArray,
-    compute_empty_cell_bits,
-    transpose_boards,
-)
+from .packed_boards import CELL_LOW_BITS, BoardArray, compute_empty_cell_bits, transpose_boards
 
 PATTERNS = (  # five cells each, of the first three rows
     "xxxx x... ....",

@@ -13,12 +13,7 @@ from dmplay.solvers.mdp.mdp_values import compute_optimal_q
 from dmplay.tutor.positions import PositionInGame
 from dmplay.tutor.quantity import Quantity
 from dmplay.tutor.rules_of_thumb import RuleOfThumb, find_single_best
-from dmplay.tutor.state_quantities import (
-    compute_q,
-    find_state,
-    find_state_index,
-    list_outcomes,
-)
+from dmplay.tutor.state_quantities import compute_q, find_state, find_state_index, list_outcomes
 from dmplay.tutor.truth import Truth, format_number
 from dmplay.tutor.valued_position import ValuedPosition
 

@@ -75,9 +75,7 @@ def _format_numbers(*parts: Reals) -> list[str]:
 FIGURES = {
     "F.11": Figure("14-turn policy of machine replacement", _draw_machine_policy, has_turns=True),
     "F.12": Figure(
-        "policies of machine replacement for 1 to 20 turns",
-        _draw_machine_policies,
-        has_turns=True,
+        "policies of machine replacement for 1 to 20 turns", _draw_machine_policies, has_turns=True
     ),
     "T.2": Figure("table F.2: the model of machine replacement", _draw_machine_tables),
 }

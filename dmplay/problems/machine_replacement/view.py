@@ -10,10 +10,7 @@ from dmplay.core.arrays import Reals
 from dmplay.core.best_actions import mark_best_actions
 from dmplay.core.session import View
 from dmplay.problems.crying_baby import view as crying_baby
-from dmplay.solvers.pomdp.exact_pomdp import (
-    compute_action_values,
-    solve_stages,
-)
+from dmplay.solvers.pomdp.exact_pomdp import compute_action_values, solve_stages
 from dmplay.views.generic import format_last_observation
 from dmplay.views.protocol import DrawOptions, Lesson
 from dmplay.views.toolkit.action_hints_and_outcomes import (
@@ -42,10 +39,7 @@ KEYS = {"m": "manufacture", "e": "examine", "i": "interrupt", "r": "replace"}
 STATE_NAMES = ("0 failed", "1 failed", "2 failed")
 # columns of the belief bars and of the small triangle
 BELIEF_COLUMNS, SMALL_TRIANGLE_COLUMNS = 36, 21
-TALL_TRIANGLE_ROWS, REGRET_BAR_COLUMNS = (
-    11,
-    8,
-)  # rows of the tall triangle; columns of a regret bar
+TALL_TRIANGLE_ROWS, REGRET_BAR_COLUMNS = 11, 8  # rows of the tall triangle; columns of a regret bar
 # rows of the largest triangle; rows of a triangle from which a chart of the belief is beside it
 MAX_TRIANGLE_ROWS, MIN_CHART_TRIANGLE_ROWS, MAX_CHART_ROWS = 40, 30, 12
 REGRET_COLUMN = 21  # first column of the regrets
@@ -54,10 +48,7 @@ TRIANGLE_LEGEND = (
     "corner: you are sure of the number",
     "Tab shows the best action by belief",
 )
-REGION_LEGEND = (
-    "● belief now; letters: best action",
-    "at each belief, for the turns left",
-)
+REGION_LEGEND = ("● belief now; letters: best action", "at each belief, for the turns left")
 REGION_STYLES = ("dim", "cyan", "magenta", "yellow")  # style of each action's key
 MAX_PLANNED_TURNS = 40  # maximum turns planned for the regions
 APEX_COLUMN, BASE_ROW = 10, 4  # column of the small triangle's apex, and row of its base

@@ -20,9 +20,7 @@ from dmplay.solvers.pomdp import exact_pomdp
 from dmplay.solvers.pomdp.exact_pomdp import AlphaVectorStage
 
 from .rules import MulticaregiverCryingBaby
-from .same_observation_planning import (
-    SharedObservationPlan,
-)
+from .same_observation_planning import SharedObservationPlan
 
 ACTIONS = MulticaregiverCryingBaby.actions[0]
 N_OBSERVATIONS = 2  # crying and quiet

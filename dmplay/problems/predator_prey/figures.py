@@ -28,6 +28,4 @@ def _draw_hunt_start(subject: PlottedProblem) -> Plot:
     return Plot(f"{subject.title}: initial state", [HexPanel("", cells)])
 
 
-FIGURES = {
-    "F.16": Figure("initial state of predator-prey", _draw_hunt_start),
-}
+FIGURES = {"F.16": Figure("initial state of predator-prey", _draw_hunt_start)}

@@ -3,6 +3,4 @@
 from dmplay.game.plot_kinds import Figure
 from dmplay.plots.payoffs import plot_payoffs
 
-FIGURES = {
-    "F.14": Figure("rewards of the prisoner's dilemma", plot_payoffs),
-}
+FIGURES = {"F.14": Figure("rewards of the prisoner's dilemma", plot_payoffs)}

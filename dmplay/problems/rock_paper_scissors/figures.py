@@ -3,6 +3,4 @@
 from dmplay.game.plot_kinds import Figure
 from dmplay.plots.payoffs import plot_payoffs
 
-FIGURES = {
-    "F.15": Figure("rewards of rock-paper-scissors", plot_payoffs),
-}
+FIGURES = {"F.15": Figure("rewards of rock-paper-scissors", plot_payoffs)}

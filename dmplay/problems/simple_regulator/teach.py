@@ -6,11 +6,7 @@ from dmplay.tutor.quantity import Quantity
 from dmplay.tutor.truth import Truth, format_number
 from dmplay.tutor.typed_text import parse_number
 
-from .linear_policy_evaluation import (
-    OPTIMAL_POLICY,
-    LinearGaussianPolicy,
-    evaluate_finite_horizon,
-)
+from .linear_policy_evaluation import OPTIMAL_POLICY, LinearGaussianPolicy, evaluate_finite_horizon
 from .rules import SimpleRegulator
 
 MAX_LISTED_TURNS = 12  # of a sum that is written out
@@ -68,10 +64,7 @@ def noise_cost(position: PositionInGame, turns_left: int) -> Truth:
     calculation = f"{format_number(problem.noise**2)} x ({factors}) = {format_number(cost)}"
     comparison = calculation if 2 <= turns_left <= MAX_LISTED_TURNS else ""
     return Truth(
-        cost,
-        explain if problem.noise else lambda _: "",
-        comparison=comparison,
-        is_cost=True,
+        cost, explain if problem.noise else lambda _: "", comparison=comparison, is_cost=True
     )
 
 

@@ -22,11 +22,7 @@ from .rules import START_DEVIATION, START_MEAN, SimpleRegulator
 
 KEYS: dict[str, str] = {}
 NUMBER_STEPS = {"left": -0.05, "right": 0.05, "down": -0.5, "up": 0.5}
-NUMBER_LINE_LIMITS = (
-    1.0,
-    2.0,
-    5.0,
-)  # limits of the number line, and these times 10, 100, ...
+NUMBER_LINE_LIMITS = (1.0, 2.0, 5.0)  # limits of the number line, and these times 10, 100, ...
 LEGEND = "● number, ▄█▄ where it could {verb}, → push to its aim"
 BLOCKS = " ▁▂▃▄▅▆▇█"
 
@@ -129,11 +125,7 @@ def iter_boards(view: View[SimpleRegulator], options: DrawOptions) -> Iterator[T
         else:
             _draw_normal_distribution(canvas, layout, scale, *predict_number(view))
         _draw_number_line(
-            canvas,
-            layout.shown_turns + layout.distribution_rows,
-            scale,
-            numbers[-1],
-            next_push,
+            canvas, layout.shown_turns + layout.distribution_rows, scale, numbers[-1], next_push
         )
         is_brief, y = (
             layout.width == LAYOUTS[-1].width,

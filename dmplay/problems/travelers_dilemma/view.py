@@ -27,31 +27,16 @@ from dmplay.views.toolkit.payoff_table import (
     panel_rows,
 )
 
-from .rules import (
-    BONUS_DOLLARS,
-    MAX_CLAIM,
-    MIN_CLAIM,
-    TravelersDilemma,
-)
+from .rules import BONUS_DOLLARS, MAX_CLAIM, MIN_CLAIM, TravelersDilemma
 
 KEYS: dict[str, str] = {}  # claims are typed
 # amount that each key adds to the claim
 NUMBER_STEPS = {"up": 1, "down": -1, "pageup": 10, "pagedown": -10}
-ROW_LABEL_COLUMNS, CELL_COLUMNS, ELLIPSIS_COLUMNS = (
-    5,
-    8,
-    3,
-)  # columns of a row's label, of a cell, and of an ellipsis
+# columns of a row's label, of a cell, and of an ellipsis
+ROW_LABEL_COLUMNS, CELL_COLUMNS, ELLIPSIS_COLUMNS = 5, 8, 3
 CLAIM_COLUMNS = 4  # columns of a claim in the list of rounds
-LARGE_LAYOUTS = (
-    (15, True),
-    (11, True),
-    (6, True),
-    (5, True),
-    (4, True),
-    (6, False),
-    (4, False),
-)  # number of claims; whether with the rounds
+# number of claims; whether with the rounds
+LARGE_LAYOUTS = ((15, True), (11, True), (6, True), (5, True), (4, True), (6, False), (4, False))
 MIN_LINE_CLAIM_COUNT = 6  # number of claims in the table below which the line stays as long
 
 
@@ -179,10 +164,7 @@ def _format_last_payment(view: View[TravelersDilemma]) -> str:
 def _draw_claim_line(view: View[TravelersDilemma], canvas: Canvas, y: int, line: NumberLine) -> int:
     """Draw both last claims and their payments on a line of claims; return the next free row."""
     canvas.write_text(
-        0,
-        y + 1,
-        f"{MIN_CLAIM} ├{'─' * (line.right - line.left - 1)}┤ {MAX_CLAIM}",
-        "dim",
+        0, y + 1, f"{MIN_CLAIM} ├{'─' * (line.right - line.left - 1)}┤ {MAX_CLAIM}", "dim"
     )
     joint_action = get_last_joint_action(view)
     if joint_action is None:

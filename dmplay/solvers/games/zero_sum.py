@@ -10,10 +10,8 @@ from dmplay.core.arrays import Bools, Ints, Reals
 from dmplay.core.work_budget import ARRAY_CALL_WORK, Budget
 
 ZERO_TOLERANCE = 1e-10  # for tableaux whose entries are about 1
-SECURITY_TOLERANCE, ROUNDING_ERROR = (
-    1e-8,
-    1e-14,
-)  # allowed shortfall, relative to the payoffs' spread and to their size
+# allowed shortfall, relative to the payoffs' spread and to their size
+SECURITY_TOLERANCE, ROUNDING_ERROR = 1e-8, 1e-14
 MAX_PIVOTS_PER_LINE = 100  # With more per row and column, rounding makes pivots cycle.
 MAX_TABLEAU_NUMBERS = 2**21  # of games that are solved together
 FRACTION_OPERATIONS = 2000.0  # elementary operations that take as long as one with fractions

@@ -7,11 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from dmplay.core.arrays import Ints, Reals
-from dmplay.core.best_actions import (
-    compute_reward_scale,
-    compute_tolerance,
-    select_greedy_actions,
-)
+from dmplay.core.best_actions import compute_reward_scale, compute_tolerance, select_greedy_actions
 from dmplay.core.chance import FiniteChance
 from dmplay.core.problem import Problem, checked_state_indices, enumerate_possible_outcomes
 from dmplay.core.tabular import joint_actions

@@ -18,10 +18,7 @@ from dmplay.core.work_budget import ARRAY_CALL_WORK, Budget
 from dmplay.errors import BudgetExceeded
 
 OUTCOMES_PER_BLOCK = 2**17  # outcomes listed in one go, few enough for frequent progress reports
-BYTES_PER_JOINT_ACTION, BYTES_PER_OUTCOME = (
-    60,
-    12,
-)  # per joint action of a state, and per outcome
+BYTES_PER_JOINT_ACTION, BYTES_PER_OUTCOME = (60, 12)  # per joint action of a state, and per outcome
 MAX_GRAPH_BYTES = 704 * 2**20  # of a whole graph
 MAX_REACHABLE_STATES = 400_000  # states reachable from the start
 STATES_PER_BLOCK = 2048  # states whose outcomes are listed in one go

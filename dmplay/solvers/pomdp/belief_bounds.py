@@ -17,9 +17,8 @@ from dmplay.core.work_budget import ARRAY_CALL_WORK
 LIKELIEST_STATE_COUNT = 3
 MIN_DIVISOR = 1e-300  # instead of 0 in a division
 NUMBERS_PER_BLOCK = 2**18  # numbers of points that are compared in one go
-SINGLE_THREAD_PRODUCTS = (
-    2**18
-)  # multiplications up to which BLAS uses one thread; for such products more threads are slower
+# multiplications up to which BLAS uses one thread; for such products more threads are slower
+SINGLE_THREAD_PRODUCTS = 2**18
 
 
 class GrowingColumns:

@@ -51,9 +51,7 @@ class AlphaVectorStage(NamedTuple):
             for plans in self.plans_by_action
         )
         return self._replace(
-            plans_by_action=plans,
-            alpha_vectors=self.alpha_vectors * factor,
-            gap=self.gap * factor,
+            plans_by_action=plans, alpha_vectors=self.alpha_vectors * factor, gap=self.gap * factor
         )
 
 

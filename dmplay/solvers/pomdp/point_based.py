@@ -34,14 +34,10 @@ TRIAL_GAP_SHARE = 0.9  # share of the gap at the start, below which a trial ends
 MIN_CHANGE_SHARE = 1e-3  # share of the gap at the start; a smaller change adds no plan or point
 MAX_TRIAL_TURNS = 500  # of a trial or game
 MIN_GAME_WEIGHT = 0.02  # discounted weight below which a game ends
-RANDOM_ACTION_PROBABILITY, OPTIMISTIC_ACTION_PROBABILITY = (
-    0.1,
-    0.1,
-)  # in a game: of a random action, and of the action with the greatest upper bound
-MIN_GROWTH_FACTOR, MAX_GROWTH_FACTOR = (
-    1.2,
-    3.0,
-)  # of the number of beliefs between two updates of all beliefs
+# in a game: of a random action, and of the action with the greatest upper bound
+RANDOM_ACTION_PROBABILITY, OPTIMISTIC_ACTION_PROBABILITY = 0.1, 0.1
+# of the number of beliefs between two updates of all beliefs
+MIN_GROWTH_FACTOR, MAX_GROWTH_FACTOR = 1.2, 3.0
 GROWTH_ADJUSTMENT = 1.2  # of the growth factor, down or up
 MAX_PLAN_SWEEPS = 20  # over all plans
 MAX_WITNESS_BELIEFS = 30  # beliefs at which a plan is made for each action

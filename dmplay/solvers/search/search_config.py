@@ -13,10 +13,8 @@ from dmplay.core.spaces import Interval
 from dmplay.core.work_budget import ARRAY_CALL_WORK, Budget
 from dmplay.solvers.search.simulated_opponents import OpponentModel, SeatPolicies
 
-FIRST_WAVE_SIMULATIONS, MAX_WAVE_SIMULATIONS = (
-    25,
-    1024,
-)  # simulations of the first wave, and maximum
+# simulations of the first wave, and maximum
+FIRST_WAVE_SIMULATIONS, MAX_WAVE_SIMULATIONS = 25, 1024
 WAVE_GROWTH = 2  # maximum size of a wave, relative to all before it
 MAX_UNWIDENED_OBSERVATIONS = 64  # observations that nodes distinguish from the start
 WIDENED_OBSERVATIONS = 16  # observations per action if there are more than that
@@ -29,9 +27,8 @@ MAX_TABLE_ENTRIES = (
     4_000_000  # in the table of children, or uniforms, of the rows searched together
 )
 
-LeafEvaluator = Callable[
-    [Array, Memory, Ints], Reals
-]  # (states, the seat's memory, turns left) -> values
+# (states, the seat's memory, turns left) -> values
+LeafEvaluator = Callable[[Array, Memory, Ints], Reals]
 
 
 @dataclass(frozen=True)

@@ -439,11 +439,7 @@ class PlayEventLoop(ScreenEventLoop):
     """The event loop of the play screen, which has clocks, animations and a command row."""
 
     def __init__(
-        self,
-        screen: PlayScreen,
-        painter: Painter,
-        input_: Input,
-        sequences: InputSequences | None,
+        self, screen: PlayScreen, painter: Painter, input_: Input, sequences: InputSequences | None
     ) -> None:
         super().__init__(screen, partial(handle_key, screen), painter, input_, sequences)
         self._play_screen = screen

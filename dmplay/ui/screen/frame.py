@@ -20,10 +20,8 @@ from dmplay.ui.screen.text_wrapping import format_panel, wrap_lines
 from dmplay.views.protocol import MIN_PANEL_COLUMNS, DrawOptions, TooSmallNotice
 from dmplay.views.toolkit.canvas import measure_text, split_styled_rows
 
-MIN_BOARD_ROWS, MIN_GOAL_ROWS = (
-    4,
-    20,
-)  # rows from which the screen has a board; rows from which the goal has its own row
+# rows from which the screen has a board; rows from which the goal has its own row
+MIN_BOARD_ROWS, MIN_GOAL_ROWS = 4, 20
 OTHER_PAGE_ROWS = 4  # rows of the title, the message and the keys; a blank row above the board
 MAX_LOG_ROWS_BELOW = 8  # maximum rows of the log below the board while the game goes on
 MIN_SIDE_LOG_SCREEN_COLUMNS = 100  # screen columns from which the log is beside the board
@@ -321,11 +319,7 @@ class Frame:
         return layout._replace(rows=(*goal_rows, *layout.rows))
 
     def _draw_board(
-        self,
-        snapshot: SeatSnapshot,
-        width: int,
-        height: int,
-        frame_state: FrameState | None = None,
+        self, snapshot: SeatSnapshot, width: int, height: int, frame_state: FrameState | None = None
     ) -> Text:
         """Draw the board in `width` x `height` cells, or return a notice if it does not fit.
 

@@ -1,13 +1,9 @@
 """The real-time clock: started by a key, then a countdown, then a rising rate."""
 
-COUNTDOWN_BEATS, COUNTDOWN_BEATS_PER_SECOND = (
-    3,
-    2.0,
-)  # number of beats in the countdown; beats per second
-INITIAL_RATE_SHARE, RAMP_TURNS = (
-    0.1,
-    100,
-)  # share of the full rate at the start; turns until the full rate
+# number of beats in the countdown; beats per second
+COUNTDOWN_BEATS, COUNTDOWN_BEATS_PER_SECOND = 3, 2.0
+# share of the full rate at the start; turns until the full rate
+INITIAL_RATE_SHARE, RAMP_TURNS = 0.1, 100
 CLOCK_START_HINT = "press an action key to start the clock; P stops it"
 
 

@@ -15,12 +15,7 @@ from dmplay.core.arrays import Array, Reals
 from dmplay.core.problem import Problem
 from dmplay.core.session import View
 from dmplay.core.text import count_probability_decimals
-from dmplay.views.protocol import (
-    BEST_LABEL,
-    EQUALLY_GOOD_LABEL,
-    DrawOptions,
-    Forecast,
-)
+from dmplay.views.protocol import BEST_LABEL, EQUALLY_GOOD_LABEL, DrawOptions, Forecast
 from dmplay.views.toolkit import belief_bars
 from dmplay.views.toolkit.belief_bars import format_likeliest_states
 from dmplay.views.toolkit.canvas import format_percent, strip_escapes
@@ -29,10 +24,8 @@ MAX_FORECAST_ROWS = 6  # outcomes
 MAX_STATE_COLUMNS = 4  # states that have a column each; also the minimum width of such a column
 ROW_BAR_COLUMNS = 4  # columns of a bar if all regrets are in one row
 INTEGER_THRESHOLD = 999.5  # from this absolute value on, numbers have no decimals
-MAX_NUMBER_COLUMNS, MIN_NUMBER_COLUMNS = (
-    12,
-    6,
-)  # columns of a number if there is space, and if there is little
+# columns of a number if there is space, and if there is little
+MAX_NUMBER_COLUMNS, MIN_NUMBER_COLUMNS = 12, 6
 
 
 def format_observation(problem: Problem, seat: int, observation: Array) -> str:

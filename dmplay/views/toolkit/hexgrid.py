@@ -15,13 +15,7 @@ import numpy as np
 from rich.text import Text
 
 from dmplay.core.best_actions import mark_best_actions
-from dmplay.core.hexgrid import (
-    DIRECTIONS,
-    Hex,
-    format_hex,
-    hex_neighbours,
-    path_lengths,
-)
+from dmplay.core.hexgrid import DIRECTIONS, Hex, format_hex, hex_neighbours, path_lengths
 from dmplay.core.text import format_count
 from dmplay.views.protocol import DrawOptions, Forecast
 from dmplay.views.toolkit.action_hints_and_outcomes import (
@@ -49,14 +43,8 @@ KEYS = {
 }  # fmt: skip
 KEY_FAMILY = "hex"  # the name under which a player sets keys for all hex problems
 DIRECTION_KEYS = ("l", "u", "y", "h", "b", "n")  # in action order
-SECOND_PLAYER_KEYS = {
-    "w": "nw",
-    "e": "ne",
-    "a": "w",
-    "d": "e",
-    "z": "sw",
-    "x": "se",
-}  # for a second player
+# for a second player
+SECOND_PLAYER_KEYS = {"w": "nw", "e": "ne", "a": "w", "d": "e", "z": "sw", "x": "se"}
 
 
 class HexCell(NamedTuple):

@@ -13,13 +13,7 @@ import numpy as np
 import pytest
 
 import dmplay
-from dmplay.agents.base import (
-    EXACT_VALUES,
-    LOWER_BOUNDS,
-    UPPER_BOUNDS,
-    AdviceQuestion,
-    SeatPolicy,
-)
+from dmplay.agents.base import EXACT_VALUES, LOWER_BOUNDS, UPPER_BOUNDS, AdviceQuestion, SeatPolicy
 from dmplay.core.arrays import Array, Reals
 from dmplay.core.belief import initial_belief
 from dmplay.core.policy import Memory, Percept

@@ -147,9 +147,7 @@ def test_the_reward_now_and_the_values_after_each_outcome_sum_to_an_exact_value(
 
 
 @pytest.mark.parametrize("name", [*CASE_NAMES, *USER_PROBLEMS])
-def test_an_explanation_has_at_most_four_short_sentences_with_sums_to_the_digits(
-    name: str,
-) -> None:
+def test_an_explanation_has_at_most_four_short_sentences_with_sums_to_the_digits(name: str) -> None:
     game = create_game(name, load_any_problem(name))
     while not game.session.over:
         provider = game.hint_provider

@@ -6,12 +6,7 @@ import dmplay
 from dmplay.agents.base import AdviceQuestion
 from dmplay.core.session import Session
 from dmplay.core.uniforms import SeededUniforms
-from dmplay.game.hints.review import (
-    ReviewedAction,
-    format_table,
-    review_actions,
-    total_regret,
-)
+from dmplay.game.hints.review import ReviewedAction, format_table, review_actions, total_regret
 
 FEED = 0
 UP = 3  # of 2048
@@ -67,11 +62,7 @@ def test_the_total_regret_is_the_expected_return_that_the_actions_lose() -> None
 
 
 @pytest.mark.parametrize(
-    ("values_name", "word"),
-    [
-        ("exact values", "expected"),
-        ("estimated values", "estimated"),
-    ],
+    ("values_name", "word"), [("exact values", "expected"), ("estimated values", "estimated")]
 )
 def test_a_regret_of_estimates_is_called_estimated(values_name: str, word: str) -> None:
     action = make_reviewed_action(1, "agent", "down", 1.0)._replace(values_name=values_name)

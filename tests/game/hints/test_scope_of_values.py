@@ -354,11 +354,7 @@ def test_hint_values_and_review_name_the_other_players(
         ("prisoners-dilemma", 10, {"search"}),
         ("rock-paper-scissors", 10, {"search"}),
         ("travelers-dilemma", 2, {"search"}),
-        (
-            "travelers-dilemma",
-            3,
-            {"gradient-ascent", "search", "best-response", "plan-rounds"},
-        ),
+        ("travelers-dilemma", 3, {"gradient-ascent", "search", "best-response", "plan-rounds"}),
     ],
 )
 def test_values_against_an_agent_without_a_known_rule_say_that_it_plays_none_of_the_rules(

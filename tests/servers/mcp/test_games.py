@@ -158,9 +158,7 @@ def test_the_number_of_games_is_limited_and_the_first_finished_game_is_removed(
     assert len([assert_verified(path) for path in folder.glob("*.dmt")]) == MAX_GAMES + 1
 
 
-def test_finished_games_are_closed_and_games_of_one_seed_are_episodes(
-    folder: Path,
-) -> None:
+def test_finished_games_are_closed_and_games_of_one_seed_are_episodes(folder: Path) -> None:
     games = make_games(folder)
     for number in range(2):
         answer = games.start_game("catch")
@@ -179,9 +177,7 @@ def test_finished_games_are_closed_and_games_of_one_seed_are_episodes(
     )
 
 
-def test_a_disconnected_client_leaves_a_complete_and_sealed_transcript(
-    folder: Path,
-) -> None:
+def test_a_disconnected_client_leaves_a_complete_and_sealed_transcript(folder: Path) -> None:
     games = ModelGames(McpServerConfig(turn_limit=50))
     games.start_game("crying-baby")
     games.play_action("g1", "feed")

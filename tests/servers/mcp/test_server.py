@@ -131,9 +131,7 @@ def open_client(folder: Path, *options: str) -> Iterator[ServerClient]:
         new_client.program.wait()
 
 
-def test_every_tool_returns_typed_content_and_disabled_tools_do_not_exist(
-    tmp_path: Path,
-) -> None:
+def test_every_tool_returns_typed_content_and_disabled_tools_do_not_exist(tmp_path: Path) -> None:
     from mcp import Client as Inside  # slow to import
 
     from dmplay.servers.mcp.server import make_server
@@ -215,9 +213,7 @@ def test_invalid_calls_return_one_line_errors_and_the_game_continues(tmp_path: P
         assert not (tmp_path / "x").exists()
 
 
-def test_a_lost_client_leaves_no_process_and_a_complete_transcript(
-    tmp_path: Path,
-) -> None:
+def test_a_lost_client_leaves_no_process_and_a_complete_transcript(tmp_path: Path) -> None:
     for name, code in {"deaf": 143, "interrupted": 130, "gone": 0}.items():
         with open_client(tmp_path / name, "hexworld") as session:
             session.call("dmplay_new", problem="hexworld")

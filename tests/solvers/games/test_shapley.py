@@ -45,9 +45,7 @@ def test_random_games_have_the_values_of_iterated_matrix_games(seeds: range) -> 
         assert abs(returns.mean() - values[0]) < 3 * returns.std(ddof=1) / 200**0.5 + 1e-5
 
 
-def test_bounds_are_valid_if_the_work_limit_is_reached(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_bounds_are_valid_if_the_work_limit_is_reached(monkeypatch: pytest.MonkeyPatch) -> None:
     problem = RandomRivalGame(seed=10, ends=False)
     exact = solve_zero_sum(problem, None).values_by_turns_left[-1]
     monkeypatch.setattr(shapley, "WORK_LIMIT", 1.2e7)  # enough for five turns

@@ -198,9 +198,7 @@ class RewardedStairs(Stairs):
         return Outcome(next_states, -rewards, next_states)
 
 
-def test_an_undiscounted_reward_at_the_top_is_reached(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_an_undiscounted_reward_at_the_top_is_reached(monkeypatch: pytest.MonkeyPatch) -> None:
     """Expect ties between policies of equal value to be broken in favour of reaching the top."""
     monkeypatch.setattr(single_agent_planning, "MAX_TABULAR_STATES", 0)
     free = FreeStairs(steps=40)

@@ -140,8 +140,7 @@ def test_a_search_that_reaches_its_work_limit_returns_valid_bounds() -> None:
         <= short_search.upper_bound
     )
     with pytest.raises(
-        BudgetExceeded,
-        match=r"^point-based planning: more than the limit of 1e\+06 operations",
+        BudgetExceeded, match=r"^point-based planning: more than the limit of 1e\+06 operations"
     ):
         point_based.solve_point_based(rooms, None, 0.0, 1e6)
 

@@ -135,9 +135,7 @@ def test_a_signal_ends_a_plain_game_while_an_agent_thinks(
     assert read_end_reason(folder) == "interrupted"
 
 
-def test_ctrl_c_in_the_shell_stops_a_thinking_agent_but_not_the_shell(
-    folder: Path,
-) -> None:
+def test_ctrl_c_in_the_shell_stops_a_thinking_agent_but_not_the_shell(folder: Path) -> None:
     with Terminal("shell", folder=folder) as terminal:
         terminal.ready().press(f"play {' '.join(make_arguments('Busy'))}{ENTER}", "t0]>").calm()
         terminal.press(f"cooperate{ENTER}").until((folder / "asked").exists)

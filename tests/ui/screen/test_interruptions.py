@@ -13,13 +13,7 @@ import pytest
 
 from tests.support.games import assert_verified, read_values
 from tests.support.programs import run_dmplay
-from tests.support.terminals import (
-    CTRL_C,
-    CTRL_D,
-    CTRL_Z,
-    ENTER,
-    Terminal,
-)
+from tests.support.terminals import CTRL_C, CTRL_D, CTRL_Z, ENTER, Terminal
 
 pytestmark = pytest.mark.slow
 
@@ -265,9 +259,7 @@ def test_a_script_for_two_players_does_not_wait_for_a_handover(tmp_path: Path) -
     assert result.returncode == 0
 
 
-def test_keys_typed_before_the_screen_is_ready_are_played_but_not_echoed(
-    tmp_path: Path,
-) -> None:
+def test_keys_typed_before_the_screen_is_ready_are_played_but_not_echoed(tmp_path: Path) -> None:
     with Terminal("hexworld", "--seed", "7", "-o", "game.dmt", folder=tmp_path) as terminal:
         terminal.until("q quit")
         terminal.press("hh", "turn 2 ").calm()
@@ -276,9 +268,7 @@ def test_keys_typed_before_the_screen_is_ready_are_played_but_not_echoed(
     assert_verified(tmp_path / "game.dmt")
 
 
-def test_a_killed_game_keeps_every_turn_and_resumes_with_the_same_uniforms(
-    tmp_path: Path,
-) -> None:
+def test_a_killed_game_keeps_every_turn_and_resumes_with_the_same_uniforms(tmp_path: Path) -> None:
     keys = "hyulnbhh"
     for name, pieces in (("whole", [keys]), ("killed", [keys[:4], keys[4:]])):
         turn = 0

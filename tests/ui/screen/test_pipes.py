@@ -8,11 +8,7 @@ import pytest
 
 from tests.support.games import assert_verified, read_values, record_game, replace_in_file
 from tests.support.programs import run_dmplay, run_fresh_interpreter, run_shell_line
-from tests.support.terminals import (
-    TAB,
-    TERMINAL_TEST_PROBLEMS,
-    Terminal,
-)
+from tests.support.terminals import TAB, TERMINAL_TEST_PROBLEMS, Terminal
 
 pytestmark = pytest.mark.slow
 GRAPHIC_CHARACTERS = re.compile("[\u2500-\u28ff]")

@@ -567,16 +567,8 @@ def test_a_number_is_typed_or_nudged_and_played_by_enter(keys: str) -> None:
 @pytest.mark.parametrize(
     ("name", "keys", "message"),
     [
-        (
-            "catch",
-            "6",
-            "6 = 60, caught in 39% of cases; expected reward 23   Enter plays it",
-        ),
-        (
-            "catch",
-            "right 6",
-            "6 = 60, caught in 39% of cases; expected reward 23   Enter plays it",
-        ),
+        ("catch", "6", "6 = 60, caught in 39% of cases; expected reward 23   Enter plays it"),
+        ("catch", "right 6", "6 = 60, caught in 39% of cases; expected reward 23   Enter plays it"),
         ("catch", "6 1", "61: expected a whole number from 10 to 100 in steps of 10"),
         ("simple-regulator", "-", "-: expected a number from -10 to 10"),
         (
@@ -949,9 +941,7 @@ class ConstantUniforms:
 
 
 @pytest.mark.parametrize("size", [(80, 24), (50, 14)])
-def test_the_screen_bytes_do_not_depend_on_the_hidden_state(
-    size: tuple[int, int],
-) -> None:
+def test_the_screen_bytes_do_not_depend_on_the_hidden_state(size: tuple[int, int]) -> None:
     keys = (
         "i", "s", "tab", "L", "V", "V", "?", "x", "i", "backspace", "c-r", ":", "state", "enter",
         ":", "belief", "enter", "i",

@@ -8,13 +8,7 @@ from pathlib import Path
 import pytest
 
 from tests.support.programs import run_dmplay
-from tests.support.terminals import (
-    ENTER,
-    TAB,
-    TERMINAL_TEST_PROBLEMS,
-    Terminal,
-    list_colour_codes,
-)
+from tests.support.terminals import ENTER, TAB, TERMINAL_TEST_PROBLEMS, Terminal, list_colour_codes
 
 pytestmark = pytest.mark.slow
 GRAPHIC_CHARACTERS = re.compile("[\u2500-\u28ff]")

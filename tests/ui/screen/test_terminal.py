@@ -71,9 +71,7 @@ def test_a_slide_that_moves_nothing_is_reported_and_is_not_a_turn(tmp_path: Path
     assert_verified(tmp_path / "game.dmt")
 
 
-def test_crying_baby_is_played_by_letters_and_shows_its_state_at_the_end(
-    tmp_path: Path,
-) -> None:
+def test_crying_baby_is_played_by_letters_and_shows_its_state_at_the_end(tmp_path: Path) -> None:
     arguments = ("crying-baby", "--seed", "7", "--turns", "3", "-o", "game.dmt")
     with Terminal(*arguments, folder=tmp_path) as terminal:
         terminal.ready().press("f", "turn 1/3").press("s", "turn 2/3")

@@ -26,8 +26,7 @@ def test_a_lesson_is_three_sentences_and_an_example_turn_independent_of_the_game
             f"see lesson in dmplay/problems/{name_to_stem(name)}/view.py"
         )
     assert re.match(
-        "For example, (one turn|(in|with|from) .*): .* The reward is -?[0-9.]+",
-        lines[-1],
+        "For example, (one turn|(in|with|from) .*): .* The reward is -?[0-9.]+", lines[-1]
     )
     other_game = make_game(name, "human", *others, seed=2)
     assert lesson_lines(other_game) == lines

@@ -28,15 +28,7 @@ from dmplay.ui.shell.completer import CommandCompleter, complete_line
 from dmplay.ui.shell.shell import Shell
 from tests.support.games import read_values
 from tests.support.programs import run_dmplay
-from tests.support.terminals import (
-    CTRL_C,
-    CTRL_D,
-    CTRL_Z,
-    ENTER,
-    TAB,
-    Terminal,
-    list_colour_codes,
-)
+from tests.support.terminals import CTRL_C, CTRL_D, CTRL_Z, ENTER, TAB, Terminal, list_colour_codes
 
 TERMINAL_SETTINGS = Wished(True, "", True, False, False)
 
@@ -334,9 +326,7 @@ def test_valid_completions_are_offered(line: str, expected: str, state_folder: P
     assert set(expected.split()) <= set(complete_line(create_shell().controller, line))
 
 
-def test_all_options_except_display_options_are_offered(
-    state_folder: Path,
-) -> None:
+def test_all_options_except_display_options_are_offered(state_folder: Path) -> None:
     table = create_shell().controller
     option_names = {
         name: {max(option.opts, key=len) for option in build_command(name).params}

@@ -10,12 +10,7 @@ from dmplay.algorithms.step import WatchRequest
 from dmplay.game.watching import WatchedSteps
 from dmplay.registry.builtin_names import problem_names
 from dmplay.registry.problems import load_problem
-from dmplay.ui.watch.step_lines import (
-    LAST_STEPS,
-    format_last_steps,
-    iter_json_lines,
-    iter_lines,
-)
+from dmplay.ui.watch.step_lines import LAST_STEPS, format_last_steps, iter_json_lines, iter_lines
 
 FITTING_PAIRS = [
     (name, problem)
