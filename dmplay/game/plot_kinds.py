@@ -67,7 +67,7 @@ PLOT_KINDS = {
 }
 PICTURE_FORMATS = ("svg", "png", "pdf")
 # A figure in a problem's code; its name and title are read without an import.
-FIGURE_PATTERN = re.compile(r'^    "(\w+\.\d+)": Figure\(\s*"([^"]+)"', re.MULTILINE)
+FIGURE_PATTERN = re.compile(r'"(\w+\.\d+)": Figure\(\s*"([^"]+)"')
 
 
 @cache

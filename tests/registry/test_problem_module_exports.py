@@ -203,7 +203,7 @@ def test_an_invalid_solution_of_a_module_is_named_in_one_line(source: str, messa
     Path("broken.py").write_text(f"from dmplay import Solution\n{WALK_SOURCE}\n{source}\n")
     if message.startswith("got"):
         checked = run_dmplay(Path.cwd(), "check", "./broken.py")
-        assert checked.returncode == 1
+        assert checked.returncode == 2
         assert re.search(message, checked.stdout)
     with pytest.raises(BadParameter, match=rf"^\./broken\.py: SOLUTION: {message}"):
         dmplay.solve(dmplay.load_problem("./broken.py"))
