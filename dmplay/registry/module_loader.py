@@ -14,7 +14,11 @@ from pathlib import Path
 from types import ModuleType
 
 from dmplay.core import safe_files
-from dmplay.core.user_code_locations import describe_error_location, format_location
+from dmplay.core.user_code_locations import (
+    describe_error_location,
+    describe_user_exit,
+    format_location,
+)
 from dmplay.errors import BadParameter
 
 FILE_MODULE_PREFIX = f"{__name__}."
@@ -161,6 +165,8 @@ def import_module_quietly(name: str, file: str = "") -> ModuleType:
         with contextlib.redirect_stdout(sys.stderr):
             return importlib.import_module(name)
     except SystemExit as error:
+        if not describe_user_exit(error):  # a signal ends dmplay
+            raise
         advice = 'put the code that runs the script under `if __name__ == "__main__":`'
         raise BadParameter(f"{describe_error_location(error)}; {advice}") from None
     except SyntaxError as error:
