@@ -50,6 +50,7 @@ def package_line(trace: str) -> str:
 def escape(case: Case, outcome: CaseOutcome) -> str:
     """Return the first control or hidden character in the output, or an empty string."""
     output = "\n".join([outcome.output, *_new_lines(case, outcome)])
+    output = output.replace("\xa0", " ")  # spaces that a film keeps
     if case.variables.get("_DMPLAY_COMPLETE") == "complete_fish":
         output = output.replace("\t", " ")  # fish wants a tab between a word and its help
     if output.replace("\n", "").isprintable():
