@@ -7,7 +7,7 @@ import io
 import os
 import signal
 import sys
-from types import TracebackType
+from types import FrameType, TracebackType
 
 from dmplay.terminal.output_streams import open_output_streams
 
@@ -24,7 +24,7 @@ GC_THRESHOLDS = 20_000, 20, 20
 def main() -> None:
     """Run dmplay and exit with code 0, 1, 2, 3, or 128 plus a signal number."""
     try:
-        signal.signal(signal.SIGINT, signal.default_int_handler)  # a parent may have ignored it
+        signal.signal(signal.SIGINT, _interrupt)  # a parent may have ignored it
         sys.unraisablehook = _repeat_ignored_interrupt
         code = _run_and_report()
     except KeyboardInterrupt:
@@ -38,16 +38,32 @@ def main() -> None:
         sys.exit(code)
 
 
+def _interrupt(number: int, frame: FrameType | None) -> None:
+    """Raise KeyboardInterrupt, later if NumPy is being imported, whose compiled code drops it."""
+    while frame:
+        is_module = frame.f_code.co_name == "<module>"
+        if is_module and frame.f_globals["__name__"].partition(".")[0] == "numpy":
+            _interrupt_soon()
+            return
+        frame = frame.f_back
+    raise KeyboardInterrupt
+
+
+def _interrupt_soon() -> None:
+    """Interrupt the program again after a moment."""
+    import _thread
+    import threading
+
+    try:
+        threading.Timer(0.05, _thread.interrupt_main).start()
+    except KeyboardInterrupt:  # on a busy machine it comes while the timer is started
+        _interrupt_soon()
+
+
 def _repeat_ignored_interrupt(unraisable: "sys.UnraisableHookArgs") -> None:
     """Interrupt again if Python ignored Ctrl-C, as it does in a callback of an import."""
     if unraisable.exc_type is KeyboardInterrupt:
-        import _thread
-        import threading
-
-        try:
-            threading.Timer(0.05, _thread.interrupt_main).start()
-        except KeyboardInterrupt:  # on a busy machine it comes while the timer is started
-            _repeat_ignored_interrupt(unraisable)
+        _interrupt_soon()
     else:
         sys.__unraisablehook__(unraisable)
 

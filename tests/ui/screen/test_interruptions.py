@@ -87,6 +87,28 @@ def test_an_interrupt_that_python_ignores_ends_the_program(tmp_path: Path) -> No
         assert terminal.text.strip() == ""
 
 
+DROPPED_INTERRUPT_CODE = """
+import os, signal, time
+import dmplay.__main__ as program
+def load():
+    drop = "try: os.kill(os.getpid(), signal.SIGINT)\\nexcept BaseException: pass"
+    exec(compile(drop, "numpy", "exec"), {"__name__": "numpy.random", "os": os, "signal": signal})
+    time.sleep(10)
+    print("not interrupted")
+program._dispatch = load
+program.main()
+"""
+
+
+def test_an_interrupt_that_numpy_would_drop_while_it_is_imported_ends_the_program(
+    tmp_path: Path,
+) -> None:
+    command = (sys.executable, "-c", DROPPED_INTERRUPT_CODE)
+    with Terminal(folder=tmp_path, command=command) as terminal:
+        assert terminal.ended() == 130
+        assert terminal.text.strip() == ""
+
+
 @pytest.mark.parametrize("wait", [0, 15, 30, 60, 90, 120, 150, 250])
 @pytest.mark.parametrize(
     ("number", "code"), [(signal.SIGTERM, 143), (signal.SIGHUP, 129), (signal.SIGINT, 130)]
