@@ -142,8 +142,8 @@ class _SpecificAgentsFirst(Mapping[str, type[SeatPolicy]]):
         classes = {*self._specific.values()}
         general = self._find_general().items()
         others = {name: kind for name, kind in general if kind not in classes}
-        names = dict.fromkeys([*self._specific, *others, *AGENTS_FOR_ANY_PROBLEM])
-        return {name: (others | self._quickly_found)[name] for name in names}
+        # Later values replace earlier ones, and the order of the names stays.
+        return {**self._specific, **others, **AGENTS_FOR_ANY_PROBLEM, **self._specific}
 
     @property
     def _quickly_found(self) -> dict[str, type[SeatPolicy]]:

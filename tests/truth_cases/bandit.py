@@ -63,11 +63,11 @@ def regret(case: Case) -> None:
     problem, turns = make_bandit(case), case.inputs["turns"]
     b = belief.initial_belief(problem)
     value = Optimal(problem, 0, horizon=turns).values_with_turns_left(b[None], turns).max()
-    informed_value = turns * float(b @ problem.win_probabilities.max(axis=1))
+    informed_value = turns * float(b @ problem.success_probabilities.max(axis=1))
     case.close("optimal", value)
     case.close("known_bandit", informed_value)
     case.close("regret", informed_value - value)
-    case.close("random", turns * float(b @ problem.win_probabilities.mean(axis=1)))
+    case.close("random", turns * float(b @ problem.success_probabilities.mean(axis=1)))
 
 
 KINDS = map_by_kind(pull, belief_update, belief_chain, optimal, regret)

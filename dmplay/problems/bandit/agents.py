@@ -13,8 +13,7 @@ from dmplay.core.parameters import parameter
 from dmplay.core.policy import Memory, Percept, requires_fields
 from dmplay.problems._shared import constant_state
 from dmplay.problems._shared.constant_state import Greedy, ThompsonSampling
-
-WIN = 0  # the observation
+from dmplay.problems._shared.hidden_chances import SUCCESS
 
 
 @dataclass(frozen=True)
@@ -56,7 +55,7 @@ class Ucb1(SeatPolicy):
     def update_memory(self, memory: Memory, percept: Percept) -> Memory:
         """Return the counts with the last pull."""
         pulled = np.eye(memory[0].shape[1])[percept.action]
-        wins = memory[0] + pulled * (percept.observation == WIN)[:, None]
+        wins = memory[0] + pulled * (percept.observation == SUCCESS)[:, None]
         return (wins, memory[1] + pulled)
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:

@@ -12,20 +12,17 @@ from string import ascii_lowercase
 
 import numpy as np
 
-from dmplay.core.arrays import Array, Reals
-from dmplay.core.chance import Categorical, Chance
+from dmplay.core.arrays import Reals
 from dmplay.core.parameters import parameter
-from dmplay.core.problem import Outcome
 from dmplay.core.spaces import Labels
-from dmplay.core.tabular import Tables, Tabular
 from dmplay.errors import BadParameter
+from dmplay.problems._shared.hidden_chances import HiddenChancesProblem
 
-WIN, LOSS = 0, 1
 DEFAULT_BANDITS = ((0.5, 0.2, 0.4), (0.5, 0.2, 0.7), (0.5, 0.8, 0.4), (0.5, 0.8, 0.7))
 
 
 @dataclass(frozen=True)
-class Bandit(Tabular):
+class Bandit(HiddenChancesProblem):
     """Pulls of the arms of one of several bandits."""
 
     bandits: tuple[tuple[float, ...], ...] = parameter(
@@ -62,29 +59,14 @@ class Bandit(Tabular):
         return tuple("/".join(f"{p:g}" for p in bandit) for bandit in self.bandits)
 
     @cached_property
-    def win_probabilities(self) -> Reals:
+    def success_probabilities(self) -> Reals:
         """The probability `[S, A]` of a win."""
         return np.array(self.bandits)
 
-    @cached_property
-    def tables(self) -> Tables:
-        """The arrays T, R and O; the state never changes, and O(a, s') is the chance of a win."""
-        state_count, action_count = self.win_probabilities.shape
-        wins = self.win_probabilities.T
-        return Tables(
-            np.repeat(np.eye(state_count)[:, None], action_count, axis=1),
-            self.win_probabilities[:, :, None],
-            np.stack([wins, 1.0 - wins], axis=2),
-        )
-
-    def chance(self, s: Array, a: Array) -> tuple[Chance, ...]:
-        """Return the distribution of the event: a win or a loss."""
-        return (Categorical(self.win_probabilities[s, a[:, 0]][:, None]),)
-
-    def resolve_events(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
-        """Return the outcome: a win pays 1, and the event is observed."""
-        observations = events[0][:, None]
-        return Outcome(s, (observations == WIN).astype(float), observations)
+    @property
+    def payments(self) -> Reals:
+        """The reward `[A]` of a win: 1."""
+        return np.ones(len(self.bandits[0]))
 
 
 VARIANTS = {"equal": Bandit(bandits=((0.3, 0.3, 0.3), (0.6, 0.6, 0.6)))}

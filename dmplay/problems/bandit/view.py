@@ -8,6 +8,7 @@ from rich.text import Text
 from dmplay.core.arrays import Ints, Reals
 from dmplay.core.session import View
 from dmplay.core.text import format_count
+from dmplay.problems._shared.hidden_chances import SUCCESS
 from dmplay.views.protocol import DrawOptions, Lesson
 from dmplay.views.toolkit.action_hints_and_outcomes import (
     format_forecast_rows,
@@ -17,7 +18,7 @@ from dmplay.views.toolkit.action_hints_and_outcomes import (
 from dmplay.views.toolkit.belief_bars import draw_belief_bars, format_bar, format_belief
 from dmplay.views.toolkit.canvas import Canvas
 
-from .rules import WIN, Bandit
+from .rules import Bandit
 
 KEYS: dict[str, str] = {}  # digits pull the arms
 BAR_COLUMNS = 10
@@ -27,14 +28,14 @@ PHRASE = "pull {}"
 def _count_pulls(view: View[Bandit]) -> tuple[Ints, Ints]:
     """Return the wins and the pulls `[A]` of each arm."""
     arms = np.array(view.actions, int).reshape(-1)
-    is_win = np.array(view.observations[1:], int).reshape(-1) == WIN
+    is_win = np.array(view.observations[1:], int).reshape(-1) == SUCCESS
     arm_count = len(view.problem.bandits[0])
     return np.bincount(arms[is_win], minlength=arm_count), np.bincount(arms, minlength=arm_count)
 
 
 def _compute_win_chances(view: View[Bandit]) -> Reals:
     """Return the chance `[A]` of a win of each arm under the belief."""
-    return np.asarray(view.belief @ view.problem.win_probabilities)
+    return np.asarray(view.belief @ view.problem.success_probabilities)
 
 
 def iter_boards(view: View[Bandit], options: DrawOptions) -> Iterator[Text]:
@@ -77,7 +78,7 @@ def _draw_board(view: View[Bandit], options: DrawOptions, detail: int) -> Text:
 def _format_pulls(view: View[Bandit], options: DrawOptions) -> str:
     """Return the last pulls that fit, each with a mark for a win or a loss."""
     pulls = [
-        f"{view.problem.format_action(view.seat, action)}{'✓' if int(outcome) == WIN else '✗'}"
+        f"{view.problem.format_action(view.seat, action)}{'✓' if int(outcome) == SUCCESS else '✗'}"
         for action, outcome in zip(view.actions, view.observations[1:], strict=True)
     ]
     while pulls and len(" ".join(pulls)) + 7 > options.width:
@@ -121,7 +122,7 @@ def panel_rows(view: View[Bandit]) -> list[tuple[str, str]]:
 
 def describe_turn(view: View[Bandit]) -> str:
     """Describe the last pull, and the chance of a win of each arm after it."""
-    result = "won" if int(view.observation) == WIN else "lost"
+    result = "won" if int(view.observation) == SUCCESS else "lost"
     return f"pulled {view.last_action_label}: {result}. {_describe_chances(view)}"
 
 

@@ -12,12 +12,10 @@ from functools import cached_property
 
 import numpy as np
 
-from dmplay.core.arrays import Array, Reals
-from dmplay.core.chance import Categorical, Chance
+from dmplay.core.arrays import Reals
 from dmplay.core.parameters import parameter
-from dmplay.core.problem import Outcome
 from dmplay.core.spaces import Labels
-from dmplay.core.tabular import Tables, Tabular
+from dmplay.problems._shared.hidden_chances import HiddenChancesProblem
 
 CAUGHT, DROPPED = 0, 1
 PROFICIENCIES = (20, 40, 60, 80)  # metres: the distance at which half of the throws are caught
@@ -25,7 +23,7 @@ DISTANCES = np.arange(10.0, 101.0, 10.0)
 
 
 @dataclass(frozen=True)
-class Catch(Tabular):
+class Catch(HiddenChancesProblem):
     """Throws to a catcher of unknown proficiency."""
 
     discount: float = parameter(0.9, "factor on the rewards of each later turn", 0.0, 1.0)
@@ -45,26 +43,15 @@ class Catch(Tabular):
         excess_distance = DISTANCES - np.array(PROFICIENCIES)[:, None]
         return np.asarray(1.0 - 1.0 / (1.0 + np.exp(-excess_distance / self.falloff)))
 
-    @cached_property
-    def tables(self) -> Tables:
-        """The arrays T, R and O; the state never changes, and O(a, s') is the chance of a catch."""
-        action_count = len(DISTANCES)
-        transition = np.repeat(np.eye(self.state_count)[:, None], action_count, axis=1)
-        catch_table = self.catch_probabilities.T
-        return Tables(
-            transition,
-            (self.catch_probabilities * DISTANCES)[:, :, None],
-            np.stack([catch_table, 1.0 - catch_table], axis=2),
-        )
+    @property
+    def success_probabilities(self) -> Reals:
+        """The probability `[S, A]` of a catch."""
+        return self.catch_probabilities
 
-    def chance(self, s: Array, a: Array) -> tuple[Chance, ...]:
-        """Return the distribution of the event: caught or dropped."""
-        return (Categorical(self.catch_probabilities[s, a[:, 0]][:, None]),)
-
-    def resolve_events(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
-        """Return the outcome: a catch pays its distance, and the event is observed."""
-        observations = events[0][:, None]
-        return Outcome(s, np.where(observations == CAUGHT, DISTANCES[a], 0.0), observations)
+    @property
+    def payments(self) -> Reals:
+        """The reward `[A]` of a catch: its distance."""
+        return DISTANCES
 
 
 VARIANTS = {"sharp": Catch(falloff=1.0)}
