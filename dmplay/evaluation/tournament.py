@@ -69,6 +69,7 @@ class TournamentResult(NamedTuple):
     regret_errors: Reals | None = None  # [K], standard errors of the regrets
     equilibrium_count: int = 0  # equilibria found in the empirical game; `equilibrium` is the first
     has_infinite_equilibria: bool = False  # whether mixtures of equilibria are equilibria too
+    has_all_equilibria: bool = True  # whether all equilibria were found, or infinitely many
     shortfall_reason: str = ""  # why seatings are missing, or ''
     withdrawals: tuple[str, ...] = ()  # a line for each entrant that is left out after a forfeit
 
@@ -225,7 +226,7 @@ def _summarize_tournament(
     if np.isnan(table).any():
         return TournamentResult(names, table, estimates, None, None, None, None, None)
     resampled_tables = _resample_tables(table, returns_by_seating)
-    equilibria = _find_equilibria(table)
+    equilibria, has_all_equilibria = _find_equilibria(table)
     equilibrium, regrets, gain = next(iter(equilibria), None), None, None
     share_errors = regret_errors = None
     if equilibrium is not None:
@@ -250,6 +251,7 @@ def _summarize_tournament(
         regret_errors,
         len(equilibria),
         _has_infinite_equilibria(table),
+        has_all_equilibria,
     )
 
 
@@ -302,17 +304,18 @@ def _sum_reply_returns(table: Reals) -> Reals:
     return returns
 
 
-def _find_equilibria(table: Reals) -> list[tuple[Reals, ...]]:
-    """Return the equilibria of the empirical game; for more than two seats, an approximate one.
+def _find_equilibria(table: Reals) -> tuple[list[tuple[Reals, ...]], bool]:
+    """Return the equilibria of the empirical game, and whether there may be no others.
 
-    The list is empty if none is found.
+    For more than two seats, one approximate equilibrium is returned. The list is empty if none is
+    found.
     """
     try:
         if table.shape[-1] == 2:
-            return [*enumerate_equilibria(table)]
-        return [regret_matching.find_equilibrium(table).mixed_strategies]
+            return [*enumerate_equilibria(table)], True
+        return [regret_matching.find_equilibrium(table).mixed_strategies], False
     except BudgetExceeded:
-        return [find_first_equilibrium(table)] if table.shape[-1] == 2 else []
+        return ([find_first_equilibrium(table)] if table.shape[-1] == 2 else []), False
 
 
 def _has_infinite_equilibria(table: Reals) -> bool:

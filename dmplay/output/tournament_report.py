@@ -134,6 +134,7 @@ def _format_tournament(
             "exploitability": tournament.exploitability,
             "equilibrium_count": tournament.equilibrium_count,
             "has_infinite_equilibria": tournament.has_infinite_equilibria,
+            "has_all_equilibria": tournament.has_all_equilibria,
             "standings": standings,
         }
         return format_json_report(facts | extra)
@@ -152,12 +153,14 @@ def _format_tournament(
         parts.append(
             f"equilibrium: of this table; no seat gains {gain_text} by changing its entrant"
         )
-    if tournament.equilibrium_count > 1:
-        is_infinite = tournament.has_infinite_equilibria
+    is_infinite = tournament.has_infinite_equilibria
+    if tournament.equilibrium_count > 1 or is_infinite:
         count = "infinitely many" if is_infinite else tournament.equilibrium_count
         parts.append(
             f"this table has {count} equilibria; shares and regrets are those of the first"
         )
+    elif tournament.equilibrium_count and not tournament.has_all_equilibria:
+        parts.append("shares and regrets are those of one equilibrium; there may be others")
     if tournament.exact_regrets:
         parts.append(
             f"exact regret: mean loss against {exact_agent}, which plays an exact equilibrium"

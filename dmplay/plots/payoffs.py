@@ -30,9 +30,9 @@ def plot_payoffs(subject: PlottedProblem) -> Plot:
         raise subject.refuse("payoffs", "expected two agents, one state and all actions legal")
     subject.refuse_turns("payoffs", "they are those of one round")
     payoffs = bimatrix_game.build_payoffs(problem)
-    profiles, is_complete = find_equilibria(payoffs)
+    profiles, other_equilibria = find_equilibria(payoffs)
     title = f"{subject.title}: rewards of one round"
-    notes = _describe_equilibria(subject, profiles, is_complete=is_complete)
+    notes = [*_describe_equilibria(subject, profiles), *other_equilibria]
     cells = {cell for profile in profiles if (cell := find_pure_cell(profile)) is not None}
     rows, columns = problem.actions[0].labels, problem.actions[1].labels
     is_small = len(rows) <= MAX_TABLE_ROWS and len(columns) <= MAX_TABLE_COLUMNS
@@ -69,12 +69,17 @@ def plot_payoffs(subject: PlottedProblem) -> Plot:
     return Plot(title, panels, columns=2, notes=notes)
 
 
-def find_equilibria(payoffs: Reals) -> tuple[list[MixedProfile], bool]:
-    """Return the equilibria of payoffs `[A1, A2, 2]`, and whether they are all extreme ones."""
-    profiles = extreme_equilibria.find_extreme_equilibria(
-        payoffs
-    ) or bimatrix_game.enumerate_equilibria_if_small(payoffs)
-    return (profiles, True) if profiles else ([lemke_howson.find_equilibrium(payoffs)], False)
+def find_equilibria(payoffs: Reals) -> tuple[list[MixedProfile], list[str]]:
+    """Return equilibria of payoffs `[A1, A2, 2]`, and at most one note about other equilibria."""
+    extreme = extreme_equilibria.find_extreme_equilibria(payoffs)
+    if extreme_equilibria.has_mixtures(extreme):
+        return extreme, ["there are infinitely many equilibria: the others are mixtures of these"]
+    profiles = extreme or bimatrix_game.enumerate_equilibria_if_small(payoffs)
+    if profiles:
+        return profiles, []
+    return [lemke_howson.find_equilibrium(payoffs)], [
+        "this is one equilibrium; there may be others"
+    ]
 
 
 def find_pure_cell(profile: MixedProfile) -> tuple[int, int] | None:
@@ -84,9 +89,7 @@ def find_pure_cell(profile: MixedProfile) -> tuple[int, int] | None:
     return (i, j) if is_pure else None
 
 
-def _describe_equilibria(
-    subject: PlottedProblem, profiles: Sequence[MixedProfile], *, is_complete: bool
-) -> list[str]:
+def _describe_equilibria(subject: PlottedProblem, profiles: Sequence[MixedProfile]) -> list[str]:
     """Return a note for each listed equilibrium, and one for those that are left out."""
     problem = subject.problem
     notes = []
@@ -99,8 +102,6 @@ def _describe_equilibria(
     if len(profiles) > MAX_LISTED_EQUILIBRIA:
         hidden = format_count(len(profiles) - MAX_LISTED_EQUILIBRIA, "more equilibrium")
         notes.append(f"and {hidden.replace('equilibriums', 'equilibria')}")
-    if not is_complete:
-        notes.append("this is one equilibrium; there may be others")
     return notes
 
 

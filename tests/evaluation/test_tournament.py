@@ -118,6 +118,18 @@ def test_several_equilibria_are_counted() -> None:
     assert result.best_replies == ((0, 1), (0, 1), (2,))
 
 
+def test_one_equilibrium_of_three_seats_may_not_be_the_only_one() -> None:
+    problem = dmplay.load_problem("collaborative-predator-prey", predators=3)
+    returns: ReturnsBySeating = {
+        seating: np.zeros((2, 3)) for seating in product(range(2), repeat=3)
+    }
+    policies = [dmplay.load_agent(problem, seat, "random") for seat in range(3)]
+    result = run_tournament(problem, dict.fromkeys("ab", policies), returns_by_seating=returns)
+    assert result.equilibrium_count == 1
+    assert not result.has_all_equilibria
+    assert play_tournament("grim", "always-defect").has_all_equilibria
+
+
 def test_entrants_of_the_equilibrium_have_no_regret() -> None:
     problem = dmplay.load_problem("rock-paper-scissors")
     rows = [[0.0, 1.7, -1.0], [-1.0, 0.0, 1.3], [1.0, -1.7, 0.0]]

@@ -54,6 +54,14 @@ def test_a_large_game_is_a_heat_map_with_its_equilibrium_marked() -> None:
     assert (first.x.low, first.x.high) == (2.0, 100.0)
 
 
+def test_the_extreme_equilibria_of_equal_actions_are_not_all_equilibria(tmp_path: Path) -> None:
+    path = tmp_path / "equal.nfg"
+    path.write_text('NFG 1 R "Equal actions" { "ann" "bob" } { 2 2 }\n\n1 1 1 1 1 1 1 1\n')
+    plot = plot_payoffs(load_plotted_problem(str(path)))
+    assert len(plot.notes) == 5
+    assert "infinitely many equilibria" in plot.notes[-1]
+
+
 def test_an_equilibrium_in_mixed_strategies_has_no_cell() -> None:
     even = np.array([0.5, 0.5])
     assert find_pure_cell(MixedProfile(even, even)) is None
