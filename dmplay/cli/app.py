@@ -16,9 +16,11 @@ from dmplay.cli.commands import COMMANDS, build_command
 from dmplay.errors import BadParameter, DmplayError, UnknownName
 from dmplay.registry.builtin_names import problem_names
 
-SINGLE_OPTIONS = {  # that name one agent, with the option or command that takes several
+SINGLE_OPTIONS = {  # options given once, with what takes several values instead
     "--agent": "--seat NAME=AGENT sets another seat, and dmplay compare compares agents",
     "--vs": "--seat NAME=AGENT sets one of the other seats",
+    "--compare": "--compare AGENT,AGENT compares several agents",
+    "--methods": "--methods NAME,NAME draws several methods",
 }
 DEFAULT_RATE = "50"  # turns per second of --rate without a value
 RATE_PATTERN = re.compile(r"[-+]*\.?\d|[-+]?(nan|inf(inity)?)$", re.IGNORECASE)

@@ -25,6 +25,7 @@ from dmplay.tutor.valued_position import find_exact_agent
 
 MAX_MISTAKES = 5  # asked at a time
 MAX_SEARCHED_GAMES = 50  # newest saved games that are searched
+NO_MISTAKES = "each choice was best, or lost so little that it counts as right"
 
 
 def list_mistakes(path: Path, *, trusted: bool = False) -> list[Exercise]:

@@ -46,7 +46,8 @@ def play_mistakes(terminal: Terminal, command: MistakesCommand) -> int:
     exercises = mistakes.choose_mistakes(command.paths, current_day(), trusted=command.trusted)
     if not exercises:
         where = " or ".join(map(str, command.paths)) or "the saved games"
-        dialog.print_lines(f"no mistake to learn from in {where}: nothing is new or due.")
+        reason = mistakes.NO_MISTAKES if command.paths else "nothing is new or due"
+        dialog.print_lines(f"no mistake to learn from in {where}: {reason}.")
         return 0
     return dialog.ask_all(exercises)
 

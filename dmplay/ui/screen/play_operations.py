@@ -197,12 +197,10 @@ def leave_to_learn(screen: PlayScreen) -> None:
     Raise BadParameter if no such action of the game is known.
     """
     if not screen.game.has_known_mistakes:
+        from dmplay.tutor.mistakes import NO_MISTAKES  # the lessons are loaded when needed
+
         is_exact = any(choices.regret is not None for choices in screen.game.verdict.choices)
-        reason = (
-            "no choice of this game lost more than a right one"
-            if is_exact
-            else "it needs exact values"
-        )
+        reason = NO_MISTAKES if is_exact else "it needs exact values"
         reason = reason if screen.game.session.over else "the game is not over"
         raise BadParameter(f"M: {reason}")
     screen.learns_from_game = True

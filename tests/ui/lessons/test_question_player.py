@@ -10,7 +10,7 @@ from dmplay.game.game_setup import start_new_game
 from dmplay.game.launch_requests import GameRequest
 from dmplay.game.playback import Playback
 from dmplay.terminal.capabilities import Terminal
-from dmplay.tutor.mistakes import list_mistakes
+from dmplay.tutor.mistakes import NO_MISTAKES, list_mistakes
 from dmplay.ui.screen.key_handlers import handle_key
 from dmplay.ui.screen.play_screen import PlayScreen
 from dmplay.ui.shell.commands import PlayerQuit
@@ -154,8 +154,10 @@ def test_m_is_offered_exactly_if_it_finds_a_mistake(
     assert game.has_known_mistakes == bool(list_mistakes(path)) == is_offered
     if not is_offered:
         handle_key(screen, "M")
-        assert screen.message == "M: no choice of this game lost more than a right one"
+        assert screen.message == f"M: {NO_MISTAKES}"  # a claim of 97 lost a little
         assert not screen.learns_from_game
+        printed = run_dmplay(tmp_path, "learn", "from", path.name).stdout
+        assert printed == f"no mistake to learn from in {path.name}: {NO_MISTAKES}.\n"
 
 
 def test_m_during_a_game_only_says_that_there_is_nothing_yet(tmp_path: Path) -> None:
