@@ -10,6 +10,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from types import ModuleType
 
+from dmplay.core.standard_output import STDOUT_DESCRIPTORS
 from dmplay.errors import BadParameter, DiskFull, DmplayError
 
 # files that the caller has opened, for example a shell for <(...)
@@ -52,10 +53,9 @@ def find_device(path: Path) -> Path:
 
     Raise OSError if that is closed.
     """
-    if str(path) == "/dev/stdout" and sys.__stdout__:
-        descriptor = sys.__stdout__.fileno()
-        os.write(descriptor, b"")
-        return OPEN_FILES_FOLDER / str(descriptor)
+    if str(path) == "/dev/stdout" and STDOUT_DESCRIPTORS:
+        os.write(STDOUT_DESCRIPTORS[-1], b"")
+        return OPEN_FILES_FOLDER / str(STDOUT_DESCRIPTORS[-1])
     return path
 
 

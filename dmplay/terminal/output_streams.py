@@ -6,6 +6,8 @@ import os
 import sys
 from typing import Any, TextIO
 
+from dmplay.core.standard_output import STDOUT_DESCRIPTORS
+
 
 class _CompleteFile(io.FileIO):
     """A descriptor that writes all bytes or raises OSError.
@@ -71,11 +73,13 @@ def open_output_streams() -> None:
 def divert_stdout() -> None:
     """Move standard output to a private descriptor, and point descriptor 1 to standard error.
 
-    Programs and C libraries that user code calls then write to standard error.
+    Programs and C libraries that user code calls then write to standard error, and so does
+    `sys.__stdout__`, with which user code evades a redirection of `sys.stdout`.
     """
     if _find_descriptor("stdout") == 1:
         _replace_stream("stdout", io.TextIOWrapper, os.dup(1))
         os.dup2(2, 1)
+        sys.__stdout__ = sys.__stderr__  # type: ignore[misc]
 
 
 def divert_stdin() -> TextIO:
@@ -112,3 +116,5 @@ def _replace_stream(name: str, stream_type: type[io.TextIOWrapper], descriptor: 
     )  # fmt: skip
     for attribute in (name, f"__{name}__"):
         setattr(sys, attribute, new_stream)
+    if name == "stdout":
+        STDOUT_DESCRIPTORS.append(descriptor)

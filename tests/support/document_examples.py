@@ -84,8 +84,10 @@ def read_input():
 make_noise()
 assert not any(read_input())
 """
+NOISE_NAMES = ("os.write", "a child", "a library", "print", "the device", "the first stream")
 NOISY_PROBLEM = f"""{NOISE_SOURCE}
 print("noise of print")
+print("noise of the first stream", file=sys.__stdout__, flush=True)
 {TIGER_SOURCE}
 class Noisy(Tiger):
     def resolve_events(self, s, a, events):

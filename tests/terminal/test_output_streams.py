@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.support.document_examples import NOISY_PROBLEM
+from tests.support.document_examples import NOISE_NAMES, NOISY_PROBLEM
 from tests.support.programs import NO_VARIABLES
 from tests.support.terminals import DMPLAY_COMMAND, clean_environment
 
@@ -149,7 +149,7 @@ def test_user_code_that_writes_to_descriptor_1_leaves_the_output_alone(tmp_path:
         )  # fmt: skip
         assert program.returncode == 0, program.stderr
         assert "noise" not in program.stdout, words
-        for source in ("os.write", "a child", "a library", "print", "the device"):
+        for source in NOISE_NAMES:
             assert f"noise of {source}" in program.stderr
         if words[0] == "run":
             assert "noise of a turn" in program.stderr

@@ -14,7 +14,7 @@ import pytest
 
 from dmplay.game.command_line_results import McpServerConfig
 from dmplay.servers.mcp.language_model_games import MAX_GAMES, ModelGames
-from tests.support.document_examples import NOISY_PROBLEM, TIGER_SOURCE
+from tests.support.document_examples import NOISE_NAMES, NOISY_PROBLEM, TIGER_SOURCE
 from tests.support.games import assert_verified, read_values
 from tests.support.terminals import DMPLAY_COMMAND, clean_environment
 
@@ -255,7 +255,7 @@ def test_a_problem_that_uses_the_standard_streams_does_not_reach_the_client(tmp_
         assert not session.call("dmplay_act", game="g1", action="listen")["isError"]
         code, errors = session.gone()
         assert code == 0
-        for source in ("os.write", "a child", "a library", "print", "the device"):
+        for source in NOISE_NAMES:
             assert f"noise of {source}" in errors
 
 
