@@ -20,7 +20,7 @@ PACKAGE_FOLDER = TESTS_FOLDER.parent / "dmplay"
 LAYERS = (
     "errors", "guide", "core", "terminal", "formats", "simulation", "algorithms", "solvers",
     "agents", "transcript", "external", "registry", "views", "gym", "zoo", "game",
-    "evaluation", "tutor", "validation", "ui", "output", "plots", "problems", "servers", "cli",
+    "evaluation", "tutor", "ui", "output", "plots", "validation", "problems", "servers", "cli",
     "pytest_plugin", "__main__",
 )  # fmt: skip
 UI_LIBRARIES = {"rich", "typer", "prompt_toolkit"}

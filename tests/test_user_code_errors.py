@@ -12,9 +12,8 @@ from dmplay.core.playability_checks import RESERVED_WORDS
 from dmplay.core.policy import forbid_exit
 from dmplay.core.user_code_locations import describe_error_location
 from dmplay.errors import BadPolicy, DmplayError
-from dmplay.output import check_report
 from dmplay.ui.shell import commands
-from dmplay.validation import conformance
+from dmplay.validation import check_report, conformance
 from dmplay.validation.conformance import check
 from tests.support.document_examples import TIGER_SOURCE
 from tests.support.problem_cases import every_problem, load_problem
@@ -472,15 +471,15 @@ PLANTED_FAULTS = [
         "walk",
         '{"patient": Patient}',
         '{"patient": Walk}',
-        "class Walk",
-        "AGENTS: patient: got the class Walk, expected one that inherits from dmplay.S",
+        "AGENTS =",
+        "AGENTS: patient: got the class Walk at ./own.py:13, expected one that inherits",
     ),
     (
         "walk",
         "class Patient(ReactivePolicy):",
         "class Patient:",
-        "class Patient",
-        "AGENTS: patient: got the class Patient, expected one that inherits from",
+        "AGENTS =",
+        "AGENTS: patient: got the class Patient at ./own.py:54, expected one that inherits from",
     ),
     ("walk", '{"patient": Patient}', '{"patient": int}', "", "AGENTS: patient: got the class int,"),
     ("walk", '{"patient": Patient}', '{"patient": 7}', "", "AGENTS: patient: got 7, expected a cl"),
@@ -546,8 +545,8 @@ PLANTED_FAULTS = [
         "walk",
         "KEYS =",
         "import sys\ngoal_lines = lambda view: 7\nVIEW = sys.modules[__name__]\nKEYS =",
-        "def draw_state",
-        "goal_lines: expected a list of texts",
+        "goal_lines = lambda",
+        "goal_lines: got 7, expected a list of texts",
     ),
     ("walk", 'return "." * int(s) + "@"', "return s.missing", "s.missing", "AttributeError"),
     (

@@ -209,7 +209,7 @@ def check(
       dmplay check prisoners-dilemma --agent tit-for-tat --seat agent2
     """
     from dmplay.game.launch_requests import GameRequest
-    from dmplay.output import check_report
+    from dmplay.validation import check_report
 
     game_request = GameRequest(problem, variant, set_)
     name, parameters = game_request.problem_name, game_request.changed_parameters()

@@ -77,6 +77,29 @@ def format_location(file: str, line: int | None) -> str:
     return f"{path}:{line}" if line else path
 
 
+def locate_assignment(file: str, name: str) -> str:
+    """Return a file, and the line on which it assigns or defines a name at its top, if any."""
+    nodes = _parse_source(file, os.path.getmtime(file)).body if os.path.isfile(file) else []
+    lines = [node.lineno for node in nodes if name in _list_defined_names(node)]
+    return format_location(file, lines[-1] if lines else None)
+
+
+def _list_defined_names(node: ast.stmt) -> list[str]:
+    """Return the names that an assignment, a definition or an import defines."""
+    if isinstance(node, ast.Import | ast.ImportFrom):
+        return [alias.asname or alias.name for alias in node.names]
+    targets = [target.id for target in _assignment_targets(node) if isinstance(target, ast.Name)]
+    return [*targets, getattr(node, "name", "")]
+
+
+def locate_function(function: object) -> str:
+    """Return the file and line of a user-defined function; "" for any other object."""
+    code = getattr(inspect.unwrap(function) if callable(function) else None, "__code__", None)
+    if code is None or _is_installed(code.co_filename):
+        return ""
+    return format_location(code.co_filename, code.co_firstlineno)
+
+
 def _class_file(kind: type) -> str:
     """Return the source file of a class; "" if it has none, or one of the standard library."""
     try:

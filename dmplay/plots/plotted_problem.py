@@ -14,6 +14,7 @@ from dmplay.evaluation.solutions.options import DEFAULT_TURNS
 from dmplay.game.launch_requests import parse_settings
 from dmplay.game.plot_kinds import Figure
 from dmplay.plots.plot_data import Plot
+from dmplay.plots.terminal_drawing import MAX_COLUMNS, draw_plot
 from dmplay.registry.problem_module_exports import locate_export
 from dmplay.registry.problems import resolve_problem
 
@@ -69,11 +70,17 @@ class PlottedProblem(NamedTuple):
 
 
 def draw_figure(subject: PlottedProblem, name: str, figure: Figure) -> Plot:
-    """Return a figure; raise BadParameter if its function returns no plot."""
+    """Return a figure; raise BadParameter if its function returns no plot that can be drawn."""
     plot = figure.draw(subject)
+    location = f"{locate_export(subject.problem, 'FIGURES')}: {name}"
     if not isinstance(plot, Plot):
-        location = locate_export(subject.problem, "FIGURES")
-        raise BadParameter(f"{location}: {name}: got {plot!r}, expected a Plot")
+        raise BadParameter(f"{location}: got {plot!r}, expected a Plot")
+    try:
+        draw_plot(plot, MAX_COLUMNS)
+    except Exception as error:
+        got = f"got a Plot that cannot be drawn ({type(error).__name__}: {error})"
+        expected = "expected panels as in dmplay guide plotting"
+        raise BadParameter(f"{location}: {got}, {expected}") from None
     return plot
 
 

@@ -65,12 +65,23 @@ def find_export(problem: Problem, name: str) -> Any:
 
     Quantities and figures are computed from the problem itself, so a subclass inherits them.
     """
+    module = _find_defining_module(problem, name)
+    if name == "VIEW" and module and _is_part(module, "view"):
+        return module
+    return getattr(module, name, None)
+
+
+def defines_export(problem: Problem, name: str) -> bool:
+    """Return whether the code of a problem's own class defines a name of `PART_BY_NAME`."""
+    return getattr(_find_part(type(problem), name), name, None) is not None
+
+
+def _find_defining_module(problem: Problem, name: str) -> ModuleType | None:
+    """Return the module that defines a name for a problem, or would define it."""
     kinds = type(problem).__mro__ if name in INHERITED_NAMES else (type(problem),)
     modules = [_find_part(kind, name) for kind in kinds]
-    if name == "VIEW" and modules[0] and _is_part(modules[0], "view"):
-        return modules[0]
-    defined = (getattr(module, name, None) for module in modules)
-    return next((item for item in defined if item is not None), None)
+    defining = (module for module in modules if getattr(module, name, None) is not None)
+    return next(defining, modules[0])
 
 
 def _find_part(kind: type, name: str) -> ModuleType | None:
@@ -111,8 +122,8 @@ def module_variants(module: ModuleType) -> dict[str, Problem]:
     """Return the variants that a module defines in VARIANTS, by name."""
     variants_by_name = getattr(module, "VARIANTS", {})
     if not isinstance(variants_by_name, Mapping):
-        location = f"{_format_module_file(module)}: VARIANTS"
         expected = "expected a mapping of names to problems"
+        location = _locate_name(module, "VARIANTS")
         raise BadParameter(f"{location}: got {variants_by_name!r}, {expected}")
     return {
         str(name): to_problem(f"VARIANTS: {name}", value)
@@ -185,37 +196,30 @@ def check_roles(problem: Problem, roster: "Roster") -> None:
 @lru_cache(1024)
 def _check_agent(module: ModuleType | None, name: object, agent_class: object) -> None:
     """Raise BadParameter for an invalid name of an agent of a module, or an invalid agent class."""
-    location = f"{_format_module_file(module)}: AGENTS"
     is_valid_name = isinstance(name, str) and name.isprintable() and name.strip() == name != ""
     if not is_valid_name or name in RESERVED_AGENT_NAMES or {*str(name)} & {*":,= "}:
         reserved = ", ".join(RESERVED_AGENT_NAMES)
-        raise BadParameter(
-            f"{location}: got {name!r}, expected a name without spaces, ':', ',' and '=', "
-            f"other than {reserved}"
-        )
+        expected = f"expected a name without spaces, ':', ',' and '=', other than {reserved}"
+        raise BadParameter(f"{_locate_name(module, 'AGENTS')}: got {name!r}, {expected}")
     from dmplay.agents.base import SeatPolicy
 
-    base = "dmplay.SeatPolicy"
     if not isinstance(agent_class, type):
-        expected = f"expected a class that inherits from {base}"
-        raise BadParameter(f"{location}: {name}: got {agent_class!r}, {expected}")
+        got = f"{_locate_name(module, 'AGENTS')}: {name}: got {agent_class!r}"
+        raise BadParameter(f"{got}, expected a class that inherits from dmplay.SeatPolicy")
     class_location = user_code_locations.locate_definition(agent_class)
-    prefix = f"{class_location} AGENTS: {name}" if class_location else f"{location}: {name}"
-    class_name = agent_class.__name__
     if not issubclass(agent_class, SeatPolicy):
-        expected = f"expected one that inherits from {base}"
-        raise BadParameter(f"{prefix}: got the class {class_name}, {expected}")
+        got = f"{_locate_name(module, 'AGENTS')}: {name}: got the class {agent_class.__name__}"
+        at = f" at {class_location}" if class_location else ""
+        raise BadParameter(f"{got}{at}, expected one that inherits from dmplay.SeatPolicy")
     ignored = _ignored_parameters(agent_class)
     if ignored:
         noun = "parameter" if len(ignored) == 1 else "parameters"
-        message = f"{class_name} has the {noun} {', '.join(ignored)}"
-        raise BadParameter(f"{prefix}: {message}, expected @dataclass(frozen=True) above the class")
+        message = f"{agent_class.__name__} has the {noun} {', '.join(ignored)}"
+        expected = "expected @dataclass(frozen=True) above the class"
+        raise BadParameter(f"{class_location} AGENTS: {name}: {message}, {expected}")
     if inspect.isabstract(agent_class):
         missing = ", ".join(sorted(agent_class.__abstractmethods__))
-        raise BadParameter(
-            f"{user_code_locations.locate_definition(agent_class)} "
-            f"{agent_class.__name__} lacks {missing}"
-        )
+        raise BadParameter(f"{class_location} {agent_class.__name__} lacks {missing}")
 
 
 def _ignored_parameters(agent_class: type) -> list[str]:
@@ -276,13 +280,12 @@ def find_folder_name(problem: Problem) -> str:
 
 
 def locate_export(problem: Problem, name: str) -> str:
-    """Return a name of `PART_BY_NAME` after the file that defines it, for an error message."""
-    return f"{_format_module_file(_find_part(type(problem), name))}: {name}"
+    """Return a name of `PART_BY_NAME` after its file and line, for an error message."""
+    return _locate_name(_find_defining_module(problem, name), name)
 
 
-def _format_module_file(module: ModuleType | None) -> str:
-    """Return the file of a module as it is shown to the user, else the module's name."""
+def _locate_name(module: ModuleType | None, name: str) -> str:
+    """Return a name after the file and line that define it, or after the name of the module."""
     file = getattr(module, "__file__", None)
-    return (
-        user_code_locations.format_location(file, None) if file else getattr(module, "__name__", "")
-    )
+    location = user_code_locations.locate_assignment(file, name) if file else ""
+    return f"{location or getattr(module, '__name__', '')}: {name}"

@@ -48,8 +48,15 @@ def open_position(position: Position, folder: Path, *, trusted: bool = False) ->
     Paths of problem files are relative to `folder`. Code outside dmplay runs only if it is
     trusted.
     """
-    loaded, players = load_players(position, folder, trusted=trusted)
-    problem = loaded.problem
+    loaded = _load_problem(position, folder, trusted=trusted)
+    return open_loaded_position(loaded, position, trusted=trusted)
+
+
+def open_loaded_position(
+    loaded: LoadedProblem, position: Position, *, trusted: bool
+) -> PositionInGame:
+    """Return the game of a loaded problem at a position."""
+    problem, players = loaded.problem, _choose_players(loaded.problem, position, trusted=trusted)
     policies = [
         make_seat_policy(problem, seat, player, position.turns)
         for seat, player in enumerate(players)
@@ -99,12 +106,13 @@ def finish_ghost(position: PositionInGame, ghost: Ghost) -> Ghost:
     return ghost
 
 
-def load_players(
-    position: Position, folder: Path, *, trusted: bool
-) -> tuple[LoadedProblem, list[str]]:
-    """Return the problem of a position and the player of each seat; one of them is a person."""
-    loaded = resolve_problem(position.problem, position.parameters, trusted=trusted, folder=folder)
-    problem = loaded.problem
+def _load_problem(position: Position, folder: Path, *, trusted: bool) -> LoadedProblem:
+    """Return the problem of a position, whose path is relative to `folder`."""
+    return resolve_problem(position.problem, position.parameters, trusted=trusted, folder=folder)
+
+
+def _choose_players(problem: Problem, position: Position, *, trusted: bool) -> list[str]:
+    """Return the player of each seat at a position; one of them is a person."""
     named = {find_seat(problem, name): agent for name, agent in position.seats.items()}
     for seat, agent in named.items():
         check_agent_trusted(problem, seat, agent, trusted=trusted)
@@ -118,8 +126,8 @@ def load_players(
         for seat in range(len(problem.agents))
     ]
     if position.turns is None:
-        return loaded, players
-    return loaded, [
+        return players
+    return [
         agents.plan_for_turn_limit(problem, seat, player, position.turns)
         for seat, player in enumerate(players)
     ]
@@ -132,7 +140,8 @@ def make_game_request(
 
     Raise BadParameter if the task hides the belief, and the problem's view cannot be drawn so.
     """
-    loaded, players = load_players(position, folder, trusted=trusted)
+    loaded = _load_problem(position, folder, trusted=trusted)
+    players = _choose_players(loaded.problem, position, trusted=trusted)
     if not task.shows_belief and getattr(load_view_module(loaded.problem), "NEEDS_BELIEF", False):
         raise BadParameter(f"belief: the board of {loaded.name} always shows it")
     seats = [

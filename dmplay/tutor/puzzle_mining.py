@@ -7,16 +7,17 @@ from typing import NamedTuple
 
 import numpy as np
 
+from dmplay.core.arrays import Reals
 from dmplay.core.problem import Problem
 from dmplay.core.text import VALUE_DECIMALS
+from dmplay.core.violation import has_shape
 from dmplay.errors import BadParameter
 from dmplay.registry import agents
 from dmplay.registry.problem_module_exports import load_exported_list
-from dmplay.registry.problem_name_kinds import CURRENT_FOLDER
-from dmplay.registry.problems import resolve_problem
+from dmplay.registry.problems import LoadedProblem, resolve_problem
 from dmplay.tutor.action_question import describe_history
 from dmplay.tutor.lesson import Position
-from dmplay.tutor.positions import PositionInGame, open_position
+from dmplay.tutor.positions import PositionInGame, open_loaded_position
 from dmplay.tutor.rules_of_thumb import RuleOfThumb, list_rules
 from dmplay.tutor.valued_position import ValuedPosition, find_exact_agent, is_repeated_game
 
@@ -69,12 +70,12 @@ def mine_candidates(name: str) -> list[Candidate]:
     candidates: dict[object, Candidate] = {}
     is_exact = False
     for setup in list_setups(loaded.problem):
-        game = _open_game(loaded.name, setup, 0)
+        game = open_game(loaded, setup, 0)
         hint_agent = find_exact_agent(game.session, game.question)
         if hint_agent is None:
             continue
         is_exact = True
-        for candidate in _iter_candidates(loaded.name, setup, hint_agent):
+        for candidate in _iter_candidates(loaded, setup, hint_agent):
             key = candidate.situation, candidate.lesson_key
             if key not in candidates or candidates[key].loss < candidate.loss:
                 candidates[key] = candidate
@@ -110,31 +111,31 @@ def list_setups(problem: Problem) -> Sequence[GameSetup]:
     return [*setups, *(setup._replace(turns=SHORT_GAME_TURNS) for setup in setups)]
 
 
-def _open_game(name: str, setup: GameSetup, seed: int) -> PositionInGame:
+def open_game(loaded: LoadedProblem, setup: GameSetup, seed: int) -> PositionInGame:
     """Return the start of a game with this seed."""
-    position = Position(name, seed=seed, turns=setup.turns, seats=setup.seats)
-    return open_position(position, CURRENT_FOLDER, trusted=True)
+    position = Position(loaded.name, seed=seed, turns=setup.turns, seats=setup.seats)
+    return open_loaded_position(loaded, position, trusted=True)
 
 
 def _iter_candidates(
-    name: str, setup: GameSetup, hint_agent: agents.HintAgent
+    loaded: LoadedProblem, setup: GameSetup, hint_agent: agents.HintAgent
 ) -> Iterator[Candidate]:
     """Yield the candidates in games of a setup; each situation is examined once."""
     visited: set[object] = set()
     for seed in range(GAMES_PER_SETUP):
-        game = _open_game(name, setup, seed)
-        start = Position(name, {}, seed, setup.turns, setup.seats)
+        game = open_game(loaded, setup, seed)
+        start = Position(loaded.name, {}, seed, setup.turns, setup.seats)
         rules = list_rules(game.problem)
         if not rules:
             return
-        for position in _iter_positions(game, hint_agent, rules, seed):
+        for position in iter_positions(game, hint_agent, rules, seed):
             exact_situation = _describe_exact_situation(position)
             if exact_situation not in visited:
                 visited.add(exact_situation)
                 yield from _examine_position(position, start, rules)
 
 
-def _iter_positions(
+def iter_positions(
     game: PositionInGame, hint_agent: agents.HintAgent, rules: Sequence[RuleOfThumb], seed: int
 ) -> Iterator[ValuedPosition]:
     """Play a game, and yield its position before each turn.
@@ -162,7 +163,7 @@ def _examine_position(
     after = tuple(
         position.problem.format_action(seat, turn.actions[seat]) for turn in session.turns
     )
-    for action, rule in _find_losing_rules(position, rules):
+    for action, rule in find_losing_rules(position, rules):
         yield Candidate(
             replace(start, after=after),
             rule,
@@ -174,7 +175,7 @@ def _examine_position(
         )
 
 
-def _find_losing_rules(
+def find_losing_rules(
     position: ValuedPosition, rules: Sequence[RuleOfThumb]
 ) -> Iterator[tuple[int, RuleOfThumb]]:
     """Yield the legal actions that lose, each with the first rule that chooses it."""
@@ -205,6 +206,20 @@ def _apply_rule(position: ValuedPosition, rule: RuleOfThumb) -> int | None:
         return action
     expected = f"expected None or 0 to {len(position.labels) - 1}"
     raise BadParameter(f"rule of thumb {rule.text!r}: got {action!r}, {expected}")
+
+
+def find_rule_belief(position: ValuedPosition, rule: RuleOfThumb) -> Reals | None:
+    """Return the belief `[S]` on which a rule of thumb acts; None if it is the player's own.
+
+    Raise BadParameter for anything else.
+    """
+    if rule.find_belief is None:
+        return None
+    belief = rule.find_belief(position)
+    if not has_shape(belief, position.session.view(position.seat).belief.shape):
+        expected = "expected an array with a probability of each state"
+        raise BadParameter(f"rule of thumb {rule.text!r}: got the belief {belief!r}, {expected}")
+    return belief
 
 
 def _describe_question(position: ValuedPosition) -> object:

@@ -13,7 +13,7 @@ from dmplay.tutor.action_question import ActionQuestion, describe_history
 from dmplay.tutor.exercise import Exercise
 from dmplay.tutor.lesson import Position
 from dmplay.tutor.positions import open_position
-from dmplay.tutor.puzzle_mining import mine_candidates
+from dmplay.tutor.puzzle_mining import find_rule_belief, mine_candidates
 from dmplay.tutor.repetition import load_question_progress
 from dmplay.tutor.rules_of_thumb import RuleOfThumb
 from dmplay.tutor.truth import format_number
@@ -114,9 +114,8 @@ def make_exercise(puzzle: Puzzle) -> Exercise:
     question = ActionQuestion(position, hint_agent, obvious_action=labels.index(puzzle.rule_action))
     loss, rule = format_number(puzzle.loss, position.problem.reward_scale), puzzle.rule
     learned = [f"Rule of thumb: {rule.text}. Here it says {puzzle.rule_action} and loses {loss}."]
-    if rule.find_belief is not None:
-        belief = rule.find_belief(question.valued_position)
-        assert belief is not None  # the rule chose an action here
+    belief = find_rule_belief(question.valued_position, rule)
+    if belief is not None:
         learned.append(f"The rule acts on the belief {question.format_belief(belief)}.")
     introduction = tuple(filter(None, [describe_history(position)]))
     return Exercise(

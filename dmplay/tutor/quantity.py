@@ -97,12 +97,15 @@ class Quantity(NamedTuple):
         _, *parameters = inspect.signature(self.compute, eval_str=True).parameters.values()
         return {parameter.name: parameter for parameter in parameters}
 
+    def find_bounds(self, name: str) -> tuple[float, float]:
+        """Return the least and the greatest value of an argument."""
+        return {**ARGUMENT_BOUNDS, **self.argument_bounds}.get(name, UNBOUNDED)
+
     def check_arguments(self, arguments: Mapping[str, object]) -> None:
         """Raise BadParameter for a number beyond its bounds, and for a list that is too long."""
-        bounds = {**ARGUMENT_BOUNDS, **self.argument_bounds}
         for name, value in arguments.items():
             if isinstance(value, int | float):
-                low, high = bounds.get(name, UNBOUNDED)
+                low, high = self.find_bounds(name)
                 if not low <= value <= high:
                     raise BadParameter(f"{name}: got {value}, expected {low:g} to {high:g}")
             elif isinstance(value, tuple | list) and len(value) > MAX_ARGUMENT_TEXTS:
@@ -164,6 +167,10 @@ def compute_truth(position: PositionInGame, call: QuantityCall, **typed: object)
         truth = quantity.compute(position, **call.arguments, **typed)
         if not isinstance(truth, Truth):
             raise BadParameter(f"{call.name}: got {truth!r}, expected a Truth")
+        value: object = truth.value
+        if not isinstance(value, float | int | frozenset | tuple | Mapping):
+            expected = "expected a number, a frozenset, a tuple or a mapping"
+            raise BadParameter(f"{call.name}: got the value {value!r}, {expected}")
         if isinstance(truth.value, float | int) and not math.isfinite(truth.value):
             raise OverflowError
 

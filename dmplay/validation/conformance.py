@@ -11,23 +11,16 @@ from dmplay.agents.random_agent import Random
 from dmplay.core.arrays import Array
 from dmplay.core.playability_checks import CHECK_STAGES
 from dmplay.core.policy import Policy
-from dmplay.core.problem import Problem, check_problem, find_seat
+from dmplay.core.problem import Problem, check_problem
 from dmplay.core.session import Session
 from dmplay.core.uniforms import SeededUniforms
-from dmplay.core.violation import CheckResult, CheckResults, Findings, Violation
-from dmplay.errors import BadParameter, BadPolicy, BudgetExceeded, DmplayError
-from dmplay.evaluation.solutions.solve import find_own_function
+from dmplay.core.user_code_locations import describe_error_location, locate_function
+from dmplay.core.violation import CheckResult, Findings, Violation
+from dmplay.errors import BadPolicy, BudgetExceeded, DmplayError
 from dmplay.game.key_bindings import resolve_key_maps
 from dmplay.game.key_preferences import DEFAULT_KEY_PREFERENCES
-from dmplay.game.plot_kinds import load_figures
 from dmplay.registry import agents
-from dmplay.registry.problem_module_exports import (
-    PART_BY_NAME,
-    find_export,
-    load_exported_list,
-    load_specific_roster,
-    locate_export,
-)
+from dmplay.registry.problem_module_exports import PART_BY_NAME, find_export, load_specific_roster
 from dmplay.simulation import random_play
 from dmplay.simulation.random_play import (
     SEED,
@@ -37,12 +30,10 @@ from dmplay.simulation.random_play import (
     slice_rows,
 )
 from dmplay.solvers.pomdp.legal_action_leak import check_legal_action_leak
-from dmplay.tutor.puzzle_mining import GameSetup, list_setups
-from dmplay.tutor.quantity import load_problem_quantities
-from dmplay.tutor.rules_of_thumb import list_rules
 from dmplay.validation import invariants
+from dmplay.validation.export_trials import iter_trials
 from dmplay.validation.policy_checks import find_agent_violation
-from dmplay.views.protocol import DrawOptions, ViewModule, fit_board, load_view_module
+from dmplay.views.protocol import DrawOptions, Lesson, ViewModule, fit_board, load_view_module
 
 SAMPLED_TURNS = 200  # sampled turns that each invariant is checked on
 # games of random play, and turns of each, that look for terminal states
@@ -56,34 +47,13 @@ VIEW_WIDTHS = (40, 80, 120)
 Stage = list[Callable[[], Findings]]
 
 
-def _load_puzzle_players(problem: Problem) -> None:
-    """Load the players of PUZZLE_GAMES; raise BadParameter for an unknown seat or player."""
-    for setup in load_exported_list(problem, "PUZZLE_GAMES", GameSetup) or ():
-        for seat_name, player in setup.seats.items():
-            try:
-                agents.load_agent(problem, find_seat(problem, seat_name), player)
-            except DmplayError as error:
-                location = locate_export(problem, "PUZZLE_GAMES")
-                raise BadParameter(f"{location}: {error}") from None
-
-
-EXPORT_LOADERS: tuple[Callable[[Problem], object], ...] = (
-    find_own_function,
-    list_rules,
-    list_setups,
-    _load_puzzle_players,
-    load_problem_quantities,
-    load_figures,
-)
-
-
 def check(problem: Problem) -> list[Violation]:
     """Return the violations of a problem's invariants, each with its source line.
 
     The stages are checked in order, and the first with violations ends the check, because each
     relies on those before it: the files of the problem's folder, the attributes and arrays of the
-    first turn, the dynamics, the agents, and all else that its code defines. Raise BadParameter for
-    anything but a problem.
+    first turn, the dynamics, the agents, and the view and trials of all else that its code defines.
+    Raise BadParameter for anything but a problem.
     """
     check_problem(problem, None)
     for stage in _iter_stages(problem):
@@ -99,13 +69,12 @@ def check(problem: Problem) -> list[Violation]:
 
 def _iter_stages(problem: Problem) -> Iterator[Stage]:
     """Yield the checks of a problem in stages, each of which relies on those before it."""
-    yield [partial(_try_loading, partial(find_export, problem, name)) for name in PART_BY_NAME]
+    yield [partial(_load_part, problem, name) for name in PART_BY_NAME]
     for stage in (*CHECK_STAGES, (check_legal_action_leak,)):
         yield [partial(check_function, problem) for check_function in stage]
     yield from _iter_dynamics_stages(problem)
     yield [partial(_check_agents, problem, seat) for seat in range(len(problem.agents))]
-    yield [partial(_check_view, problem)]
-    yield [partial(_try_loading, partial(load, problem)) for load in EXPORT_LOADERS]
+    yield [partial(_check_view, problem), *iter_trials(problem)]
 
 
 def _iter_dynamics_stages(problem: Problem) -> Iterator[Stage]:
@@ -149,9 +118,9 @@ def _iter_dynamics_stages(problem: Problem) -> Iterator[Stage]:
     ]
 
 
-def _try_loading(load: Callable[[], object]) -> Findings:
-    """Load a file or an object of the problem's code, whose errors are then violations."""
-    load()
+def _load_part(problem: Problem, name: str) -> Findings:
+    """Load the file of a folder that would define a name; its errors are then violations."""
+    find_export(problem, name)
     yield from ()
 
 
@@ -178,34 +147,55 @@ def _check_view(problem: Problem) -> Findings:
     return _check_game_display(session)
 
 
-def _check_game_display(session: Session) -> CheckResults:
+def _check_game_display(session: Session) -> Findings:
     """Check that the boards and texts of a game fit their width and are text, after each turn."""
     resolve_key_maps(session.problem, DEFAULT_KEY_PREFERENCES)
     style = load_view_module(session.problem)
     while True:
         for seat in range(len(session.problem.agents)):
-            yield from _check_seat_display(style, session, seat)
+            errors = [*_iter_display_errors(style, session, seat)]
+            for function_name, message in errors:
+                location = locate_function(getattr(style, function_name))
+                if location:
+                    yield Violation(location, f"{function_name}: {message}")
+                else:  # of the general view, which draws what a method of the problem returns
+                    yield CheckResult(False, "draw_state", f"{function_name}: {message}", True)
+            if errors:
+                return
         if session.over:
             return
         session.advance()
 
 
-def _check_seat_display(style: ViewModule, session: Session, seat: int) -> CheckResults:
-    """Check the boards of one seat at several widths, and the texts shown next to them."""
+def _iter_display_errors(
+    style: ViewModule, session: Session, seat: int
+) -> Iterator[tuple[str, str]]:
+    """Yield the functions of a view that return no valid board or text for a seat, with messages.
+
+    Boards are drawn at several widths.
+    """
     view = session.view(seat)
     state = session.state if session.over else None
-    for width in VIEW_WIDTHS:
-        board = fit_board(style, view, DrawOptions(width, 24, revealed_state=state))
-        message = f"iter_boards: got {type(board).__name__}, expected rich.text.Text"
-        yield CheckResult(isinstance(board, Text), "draw_state", message)
-    describe_turn = [style.describe_turn] if view.turns_played else []
-    for method in (*describe_turn, style.describe_situation):
-        text = method(view)
-        message = f"{method.__name__}: got {text!r}, expected a sentence"
-        yield CheckResult(isinstance(text, str) and bool(text), "draw_state", message)
-    message = "goal_lines: expected a list of texts; panel_rows: expected a list of pairs of texts"
-    is_valid = _is_text_list(style.goal_lines(view)) and _is_pair_list(style.panel_rows(view))
-    yield CheckResult(is_valid, "draw_state", message)
+    all_options = [DrawOptions(width, 24, revealed_state=state) for width in VIEW_WIDTHS]
+    calls: dict[str, Callable[[], object]] = {
+        "iter_boards": lambda: [fit_board(style, view, options) for options in all_options],
+        "describe_turn": lambda: style.describe_turn(view) if view.turns_played else "none",
+        "describe_situation": lambda: style.describe_situation(view),
+        "goal_lines": lambda: style.goal_lines(view),
+        "panel_rows": lambda: style.panel_rows(view),
+        "lesson": lambda: style.lesson(view),
+    }
+    for name, call in calls.items():
+        is_valid, expected = DISPLAY_CHECKS[name]
+        try:
+            returned = call()
+        except Exception as error:
+            if isinstance(error, DmplayError) or describe_error_location(error):
+                raise
+            yield name, f"raised {type(error).__name__}: {error}; expected {expected}"
+            continue
+        if not is_valid(returned):
+            yield name, f"got {returned!r}, expected {expected}"
 
 
 def _is_text_list(value: object) -> bool:
@@ -218,3 +208,22 @@ def _is_pair_list(value: object) -> bool:
     if not isinstance(value, list | tuple):
         return False
     return all(_is_text_list(pair) and len(pair) == 2 for pair in value)
+
+
+def _is_sentence(value: object) -> bool:
+    """Return whether a value is a text that is not empty."""
+    return isinstance(value, str) and bool(value)
+
+
+# the test of what each function of a view returns, and what is expected
+DISPLAY_CHECKS: dict[str, tuple[Callable[[object], bool], str]] = {
+    "iter_boards": (
+        lambda boards: isinstance(boards, list) and all(isinstance(b, Text) for b in boards),
+        "rich.text.Text",
+    ),
+    "describe_turn": (_is_sentence, "a sentence"),
+    "describe_situation": (_is_sentence, "a sentence"),
+    "goal_lines": (_is_text_list, "a list of texts"),
+    "panel_rows": (_is_pair_list, "a list of pairs of texts"),
+    "lesson": (lambda lesson: isinstance(lesson, Lesson), "a Lesson"),
+}

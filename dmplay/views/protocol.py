@@ -2,6 +2,7 @@
 
 import importlib
 from collections.abc import Callable, Iterator, Mapping
+from types import ModuleType
 from typing import NamedTuple, Protocol, cast
 
 from rich.text import Text
@@ -9,6 +10,7 @@ from rich.text import Text
 from dmplay.core.arrays import Array, Reals
 from dmplay.core.problem import Problem
 from dmplay.core.session import View
+from dmplay.errors import BadParameter
 from dmplay.registry import problem_module_exports
 from dmplay.views.toolkit.canvas import measure_text, to_ascii
 
@@ -112,6 +114,9 @@ class ViewModule(Protocol):
         """Return a description of the current situation, in sentences."""
 
 
+VIEW_NAMES = [name for name in vars(ViewModule) if not name.startswith("_")]
+
+
 def load_view_module(problem: Problem) -> ViewModule:
     """Return the view module of a problem, or the generic one if it has none.
 
@@ -119,6 +124,11 @@ def load_view_module(problem: Problem) -> ViewModule:
     """
     generic_view = cast(ViewModule, importlib.import_module("dmplay.views.generic"))
     view = problem_module_exports.find_export(problem, "VIEW")
+    is_view = isinstance(view, ModuleType) or any(hasattr(view, name) for name in VIEW_NAMES)
+    if not (view is None or is_view):
+        location = problem_module_exports.locate_export(problem, "VIEW")
+        expected = f"expected a module, or an object that has some of {', '.join(VIEW_NAMES)}"
+        raise BadParameter(f"{location}: got {view!r}, {expected}")
     keys = problem_module_exports.module_keys(problem)
     if view is None and not keys:
         return generic_view

@@ -11,8 +11,8 @@ from dmplay.errors import BadFile, BudgetExceeded
 from dmplay.formats import cassandra
 from dmplay.formats.lexer import SourceText, TokenSpan
 from dmplay.formats.problem_classes import FileProblem
-from dmplay.output.check_report import report_violations
 from dmplay.solvers.pomdp import exact_pomdp
+from dmplay.validation.check_report import report_violations
 from tests.formats.sources import TIGER_TEXT, read_tiger
 from tests.support.programs import run_dmplay
 

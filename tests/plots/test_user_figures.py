@@ -90,7 +90,7 @@ def test_a_plot_that_a_users_file_does_not_have_is_refused(
 def test_figures_of_a_wrong_type_are_one_line_that_names_the_file(value: str) -> None:
     Path("bad.py").write_text(f"{WALK_SOURCE}{FIGURE_SOURCE}\n\nFIGURES = {value}\n")
     with pytest.raises(
-        BadParameter, match=r"bad\.py: FIGURES: .*got .*expected a (mapping of names|Plot)"
+        BadParameter, match=r"bad\.py:\d+: FIGURES: .*got .*expected a (mapping of names|Plot)"
     ):
         build_plot(PlotRequest("line", "./bad.py"))
 
@@ -99,7 +99,7 @@ def test_the_check_of_a_problem_reports_invalid_figures(tmp_path: Path) -> None:
     Path("bad.py").write_text(f"{WALK_SOURCE}{FIGURE_SOURCE}\n\nFIGURES = [7]\n")
     result = run_dmplay(tmp_path, "check", "./bad.py")
     assert result.returncode == 2
-    assert "bad.py: FIGURES: got [7]" in result.stdout
+    assert "bad.py:78: FIGURES: got [7]" in result.stdout
 
 
 def test_an_error_in_the_function_of_a_figure_names_its_line(tmp_path: Path) -> None:

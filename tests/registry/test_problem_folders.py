@@ -13,18 +13,66 @@ from dmplay.agents.base import AdviceQuestion
 from dmplay.core.problem import Problem
 from dmplay.core.session import Session
 from dmplay.core.uniforms import SeededUniforms
-from dmplay.output import check_report
 from dmplay.problems import bandit
 from dmplay.registry import agents, module_loader
 from dmplay.registry import problem_module_exports as module_exports
 from dmplay.registry.problem_module_exports import find_folder_name
 from dmplay.registry.problem_name_kinds import rebase_name
+from dmplay.validation import check_report
 from dmplay.views.protocol import load_view_module
 from tests.support.problem_cases import every_problem
 from tests.support.programs import run_dmplay
 from tests.support.user_problems import write_package_metadata
 
 PARTS = ("rules", "agents", "view")
+# exports that load and fail when they are used, with the row that is at fault and the message
+BROKEN_EXPORTS = {
+    "AGENTS": (
+        """
+from dmplay.agents.base import ReactivePolicy
+class Eager(ReactivePolicy):
+    def choose(self, memory, legal, u):
+        return u[99]
+AGENTS = {"eager": Eager}
+""",
+        "[99]",
+        "IndexError",
+    ),
+    "VIEW": (
+        "def goal_lines(view): return [7]\nclass VIEW: goal_lines = staticmethod(goal_lines)",
+        "def goal_lines",
+        "goal_lines: got [7], expected a list of texts",
+    ),
+    "SOLUTION": (
+        "from dmplay import Solution\nSOLUTION = lambda problem: Solution('', '', [{'arm': {}}])",
+        "SOLUTION =",
+        "SOLUTION: returned rows with {}, expected texts, numbers and None",
+    ),
+    "FIGURES": (
+        "from dmplay import Figure, Plot\nFIGURES = {'arms': Figure('', lambda s: Plot('', [7]))}",
+        "FIGURES =",
+        "FIGURES: arms: got a Plot that cannot be drawn",
+    ),
+    "PUZZLE_GAMES": (
+        "from dmplay.tutor.puzzle_mining import GameSetup\n"
+        "PUZZLE_GAMES = [GameSetup({'arm': 'ucb1'})]",
+        "PUZZLE_GAMES =",
+        "PUZZLE_GAMES: unknown seat 'arm'",
+    ),
+    "RULES_OF_THUMB": (
+        "from dmplay.tutor.rules_of_thumb import RuleOfThumb\n"
+        "RULES_OF_THUMB = [RuleOfThumb('pull the last arm', lambda position: 3)]",
+        "RULES_OF_THUMB =",
+        "RULES_OF_THUMB: rule of thumb 'pull the last arm': got 3, expected None or 0 to 2",
+    ),
+    "PUZZLE_DAY": ("PUZZLE_DAY = 'monday'", "PUZZLE_DAY", "got 'monday', expected a whole number"),
+    "QUANTITIES": (
+        "from dmplay.tutor.quantity import Quantity\n"
+        "QUANTITIES = {'arms': Quantity(lambda position: position.arms)}",
+        "QUANTITIES =",
+        "QUANTITIES: arms: ",
+    ),
+}
 
 
 def copy_folder(package: ModuleType, folder: Path) -> str:
@@ -98,16 +146,27 @@ def list_violations(name: str) -> list[dict[str, str]]:
     return violations
 
 
-def test_an_unknown_player_of_a_puzzle_game_is_a_violation(users_bandit: str) -> None:
-    is_folder = users_bandit.endswith("/")
-    file = Path(users_bandit, "teach.py") if is_folder else Path(users_bandit)
-    text = file.read_text() if file.exists() else ""
-    setup = "GameSetup({'agent': 'ucb2'})"
-    file.write_text(
-        f"{text}\nfrom dmplay.tutor.puzzle_mining import GameSetup\nPUZZLE_GAMES = [{setup}]\n"
-    )
+@pytest.mark.parametrize("export", BROKEN_EXPORTS)
+def test_an_export_that_fails_when_it_is_used_is_a_violation(
+    export: str, users_bandit: str
+) -> None:
+    source, faulty_row, message = BROKEN_EXPORTS[export]
+    file = append_export(users_bandit, export, source)
+    rows = file.read_text().splitlines()
+    number = max(number for number, row in enumerate(rows, 1) if faulty_row in row)
     (violation,) = list_violations(users_bandit)
-    assert f"{file.name}: PUZZLE_GAMES: unknown agent 'ucb2'" in violation["what"]
+    line = " ".join(filter(None, violation.values()))
+    assert f"{file.name}:{number}" in line
+    assert message in line
+
+
+def append_export(name: str, export: str, source: str) -> Path:
+    """Append a definition to the file that defines an export, and return the file."""
+    part = module_exports.PART_BY_NAME[export]
+    file = Path(name, f"{part}.py") if name.endswith("/") else Path(name)
+    text = file.read_text() if file.exists() else ""
+    file.write_text(f"{text}\n{source}\n")
+    return file
 
 
 @pytest.mark.parametrize(
@@ -116,12 +175,10 @@ def test_an_unknown_player_of_a_puzzle_game_is_a_violation(users_bandit: str) ->
 def test_an_invalid_export_is_a_violation_in_a_folder_and_in_a_file(
     export: str, users_bandit: str
 ) -> None:
-    part = module_exports.PART_BY_NAME[export]
-    file = Path(users_bandit, f"{part}.py") if users_bandit.endswith("/") else Path(users_bandit)
-    text = file.read_text() if file.exists() else ""
-    file.write_text(f"{text}\n{export} = 7\n")
+    file = append_export(users_bandit, export, f"{export} = 7")
+    line = len(file.read_text().splitlines())
     (violation,) = list_violations(users_bandit)
-    assert f"{file.name}: {export}: got 7" in violation["what"]
+    assert f"{file.name}:{line}: {export}: got 7" in violation["what"]
 
 
 def test_a_folder_is_loaded_again_after_a_change_of_any_file(tmp_path: Path) -> None:

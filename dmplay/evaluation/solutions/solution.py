@@ -10,6 +10,8 @@ from dmplay.errors import BadParameter
 
 MIN_SHOWN_PROBABILITY = 1e-4  # Smaller probabilities are not printed.
 
+VALUE_TYPES = (str, int, float, np.generic, type(None))  # of the rows that a problem's code returns
+
 Row = dict[str, object]
 
 
@@ -37,6 +39,10 @@ def check_solution(location: str, returned: Any) -> Solution:
     if not (isinstance(method, str) and isinstance(result, str) and is_table):
         expected = "expected two texts, method and result, and a list of rows with the same columns"
         raise BadParameter(f"{location}: returned an invalid Solution, {expected}")
+    for value in (value for row in rows for value in row.values()):
+        if not isinstance(value, VALUE_TYPES):
+            expected = "expected texts, numbers and None"
+            raise BadParameter(f"{location}: returned rows with {value!r}, {expected}")
     return returned._replace(rows=[{k: _to_python(v) for k, v in row.items()} for row in rows])
 
 

@@ -62,14 +62,14 @@ def solve_problem(problem: Problem) -> Solution:
 
     Simulation fits all problems.
     """
-    own_solution = _solve_by_own_code(problem)
+    own_solution = solve_by_own_code(problem)
     if own_solution is not None:
         return own_solution
     method = find_method(problem)
     return load_function(SOLUTIONS[method] if method else SIMULATION)(problem)
 
 
-def _solve_by_own_code(problem: Problem) -> Solution | None:
+def solve_by_own_code(problem: Problem) -> Solution | None:
     """Return the solution by the problem's own code; None if it leaves it to a general method."""
     own_function = find_own_function(problem)
     returned = own_function(problem) if own_function else None
