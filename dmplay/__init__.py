@@ -42,7 +42,9 @@ _PUBLIC_MODULES = {
     "SeededUniforms": "core.uniforms",
     "Uniform": "core.chance",
     # policies: their interface and simple bases
+    "Accuracy": "core.action_values",
     "ConstantPolicy": "agents.base",
+    "Horizon": "core.action_values",
     "Percept": "core.policy",
     "Policy": "core.policy",
     "ReactivePolicy": "agents.base",
@@ -50,6 +52,7 @@ _PUBLIC_MODULES = {
     "requires_fields": "core.policy",
     "SeatPolicy": "agents.base",
     "StationaryPolicy": "agents.base",
+    "ValuesBasis": "core.action_values",
     # figures of problems
     "Axis": "views.toolkit.plots",
     "Figure": "game.plot_kinds",

@@ -3,6 +3,9 @@ from dmplay.agents.base import ConstantPolicy as ConstantPolicy
 from dmplay.agents.base import ReactivePolicy as ReactivePolicy
 from dmplay.agents.base import SeatPolicy as SeatPolicy
 from dmplay.agents.base import StationaryPolicy as StationaryPolicy
+from dmplay.core.action_values import Accuracy as Accuracy
+from dmplay.core.action_values import Horizon as Horizon
+from dmplay.core.action_values import ValuesBasis as ValuesBasis
 from dmplay.core.chance import Categorical as Categorical
 from dmplay.core.chance import DiscreteUniform as DiscreteUniform
 from dmplay.core.chance import Normal as Normal

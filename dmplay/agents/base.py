@@ -8,6 +8,7 @@ from typing import ClassVar, NamedTuple, Self
 
 import numpy as np
 
+from dmplay.core.action_values import UNKNOWN_BASIS, Accuracy, ValuesBasis
 from dmplay.core.arrays import Array, Bools, Ints, Reals
 from dmplay.core.best_actions import select_greedy_actions
 from dmplay.core.parameters import check_parameters
@@ -15,20 +16,8 @@ from dmplay.core.policy import Memory, Percept, Policy, requires_fields
 from dmplay.core.problem import Problem
 from dmplay.core.session import DEFAULT_TURN_LIMIT, Session
 from dmplay.core.text import format_count
+from dmplay.errors import BadPolicy
 
-# the scopes of values that are not about the turns left
-WITHOUT_END, ONE_ROUND = "turn limit ignored", "for one round"
-# the names of values by their accuracy
-EXACT_VALUES, ESTIMATED_VALUES = "exact values", "estimated values"
-CONDITIONAL_VALUES = "conditional values"  # exact if other players play as they assume
-LOWER_BOUNDS, UPPER_BOUNDS = "lower bounds", "upper bounds"
-RATINGS = "ratings, not points"  # numbers that only compare actions
-VALUES_NAMES = (
-    "values", EXACT_VALUES, CONDITIONAL_VALUES, ESTIMATED_VALUES, LOWER_BOUNDS, UPPER_BOUNDS,
-    RATINGS,
-)  # fmt: skip
-# the rules for ties
-ENDS_SOONEST, PAYS_SOONEST = ("tie broken by earliest end", "tie broken by earliest reward")
 MIN_LEAD_ERRORS = 2.0  # standard errors by which an estimate must lead to be the best
 # n samples hardly ever miss all outcomes whose probability is more than this / n together.
 MAX_UNSEEN_SAMPLES = 3.0
@@ -38,11 +27,6 @@ MAX_TABULAR_STATES = 1000  # maximum number of states for which a table of all s
 def address_opponent(description: str) -> str:
     """Return the description of an agent as its opponent reads it: with "you" for the opponent."""
     return description.replace("the opponent's", "your").replace("the opponent", "you")
-
-
-def _describe_plan_length(turns: int) -> str:
-    """Return the scope of values of a plan that begins again after `turns` turns."""
-    return f"in plans of {format_count(turns, 'turn')}"
 
 
 @dataclass(frozen=True)
@@ -68,6 +52,11 @@ class AdviceQuestion:
     def opponents(self) -> tuple[str, ...]:
         """The names of the players in the other seats."""
         return tuple(name for seat, name in enumerate(self.players) if seat != self.seat)
+
+    @property
+    def actual_opponents(self) -> tuple[str, ...]:
+        """The names of the players in the other seats, () if a person only assumes them."""
+        return () if self.assumes_players else self.opponents
 
     def describe_turns_left(self, turns_done: int) -> str:
         """Return the number of turns left as text, '' if there is no turn limit.
@@ -122,41 +111,10 @@ class SeatPolicy(Policy):
     plans_whole_game: ClassVar[bool] = (
         False  # whether the agent's name alone means a plan for the current game
     )
-    # whether its values are those of the next round of a repeated game, without later rounds
-    plans_one_round: ClassVar[bool] = False
-    # whether its values are those of a game without a turn limit
-    values_without_end: ClassVar[bool] = False
-
-    # whether its values are against a model of the other players that suits the game
-    has_opponent_model: ClassVar[bool] = False
-    plays_with: ClassVar[str] = "against"  # the preposition before the other players' names
-
-    # the name of its values, which says how accurate they are if that is known
-    values_name: ClassVar[str] = "values"
 
     def __post_init__(self) -> None:
         """Raise BadParameter if a parameter is out of bounds."""
         check_parameters(self)
-
-    @property
-    def planned_turns(self) -> int | None:
-        """The number of turns of a plan that then begins again, or None."""
-        return None
-
-    @property
-    def hint_basis(self) -> str:
-        """The basis of its hints, '' if the agent's name says enough."""
-        return ""
-
-    @property
-    def has_regrets(self) -> bool:
-        """True if its values are about the players of the game, so that regrets have a meaning."""
-        return not self.plans_one_round
-
-    @property
-    def tie_rule(self) -> str:
-        """The rule that chooses among several best actions, '' for the first."""
-        return ""
 
     @property
     def uniform_count(self) -> int:
@@ -238,20 +196,12 @@ class SeatPolicy(Policy):
         """
         return self.initial_memory(observation)
 
-    def describe_scope(self, turns: int | None) -> str:
-        """Return the horizon that its values assume, '' if they are for `turns` turns.
+    def values_basis(self, question: AdviceQuestion) -> ValuesBasis:
+        """Return the basis of its action values in the game of a question.
 
-        `turns` is None for a game without a turn limit.
+        A subclass overrides what differs: `super().values_basis(question)._replace(...)`.
         """
-        if self.planned_turns:
-            return "" if turns == self.planned_turns else _describe_plan_length(self.planned_turns)
-        if self.plans_one_round:
-            return "" if turns == 1 else ONE_ROUND
-        return WITHOUT_END if self.values_without_end and turns is not None else ""
-
-    def describe_assumed_players(self, opponents: Sequence[str]) -> str:
-        """Return the opponents that its values assume, '' if they are these `opponents`."""
-        return ""
+        return ValuesBasis(opponents=question.opponents if models_opponents(self) else ())
 
     def adapt_to_game(self, question: AdviceQuestion) -> Self:
         """Return this policy adapted to the turn limit and the players of a game."""
@@ -264,6 +214,30 @@ class SeatPolicy(Policy):
 
 # (seat, name) -> policy of that seat; None for random play
 PolicyLookup = Callable[[int, str], SeatPolicy | None]
+
+
+def models_opponents(policy: SeatPolicy) -> bool:
+    """Return whether a policy predicts the other players: their actions, or what follows them."""
+    kind = type(policy)
+    return (
+        kind.predict_actions is not SeatPolicy.predict_actions
+        or kind.forecast_observations is not SeatPolicy.forecast_observations
+    )
+
+
+def find_values_basis(policy: Policy, question: AdviceQuestion) -> ValuesBasis:
+    """Return the basis of a policy's action values in the game of a question.
+
+    Exact values are conditional unless the other players are those of the game. A policy without
+    `values_basis` has values of unknown accuracy. Raise BadPolicy if it returns anything else.
+    """
+    basis = getattr(policy, "values_basis", lambda question: UNKNOWN_BASIS)(question)
+    if not isinstance(basis, ValuesBasis):
+        location = f"{type(policy).__name__}.values_basis"
+        raise BadPolicy(f"{location}: got {basis!r}, expected a ValuesBasis")
+    is_assumption = bool(basis.assumed_players) or question.assumes_players
+    is_conditional = basis.accuracy is Accuracy.EXACT and is_assumption
+    return basis._replace(accuracy=Accuracy.CONDITIONAL) if is_conditional else basis
 
 
 class GreedyPolicy(ABC):

@@ -4,19 +4,19 @@ The game becomes a POMDP whose state is that of the game with the node of the pa
 the partner's memory, which depends on the partner's own actions and observations.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import ClassVar, Self
 
 import numpy as np
 
-from dmplay.agents.base import EXACT_VALUES, GreedyPolicy, PolicyLookup, SeatPolicy
+from dmplay.agents.base import AdviceQuestion, GreedyPolicy, PolicyLookup, SeatPolicy
 from dmplay.agents.belief_policy import BeliefPolicy
 from dmplay.agents.horizon import HorizonPolicy
 from dmplay.agents.partner_machine import PartnerMachine, build_partner_machine
 from dmplay.agents.random_agent import Random
 from dmplay.core import belief
+from dmplay.core.action_values import Accuracy, ValuesBasis
 from dmplay.core.arrays import Array, Reals
 from dmplay.core.chance import weighted_sum
 from dmplay.core.parameters import parameter
@@ -42,8 +42,6 @@ class PartnerBeliefPolicy(BeliefPolicy):
     to: str = parameter("random", "assumed partner: an agent or an action")
     policy_lookup: PolicyLookup | None = field(default=None, compare=False, repr=False)
 
-    has_opponent_model = True
-    plays_with = "with"
     max_belief_size: ClassVar[int] = 20_000  # maximum number of nodes times states
     splits_observations: ClassVar[bool] = False  # whether a node has one last observation
 
@@ -53,9 +51,19 @@ class PartnerBeliefPolicy(BeliefPolicy):
         _ = policy.machine  # raises an error for an unknown name
         return policy
 
-    def describe_assumed_players(self, opponents: Sequence[str]) -> str:
+    def values_basis(self, question: AdviceQuestion) -> ValuesBasis:
+        """Return the basis with the partner's model, unless this partner plays so."""
+        return (
+            super()
+            .values_basis(question)
+            ._replace(
+                preposition="with", assumed_players=self.describe_partner(question.actual_opponents)
+            )
+        )
+
+    def describe_partner(self, opponents: tuple[str, ...]) -> str:
         """Return the model of the partner, '' if it is how this partner plays."""
-        if (self.to,) == tuple(opponents):
+        if (self.to,) == opponents:
             return ""
         is_random = self.to == "random"
         return "assuming a random partner" if is_random else f"if the partner plays {self.to}"
@@ -136,7 +144,9 @@ class BestResponseInTeam(HorizonPolicy, GreedyPolicy, PartnerBeliefPolicy):
     It values the beliefs that can be reached, by the seat's own actions and observations.
     """
 
-    values_name = EXACT_VALUES
+    def values_basis(self, question: AdviceQuestion) -> ValuesBasis:
+        """Return exact values beside the partner."""
+        return super().values_basis(question)._replace(accuracy=Accuracy.EXACT)
 
     def __post_init__(self) -> None:
         """Raise BadPolicy for games that it cannot plan."""

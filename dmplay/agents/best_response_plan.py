@@ -1,6 +1,6 @@
 """Best responses to other agents whose choices are known, in games whose state every agent sees."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import accumulate
@@ -9,7 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dmplay.agents.base import EXACT_VALUES, GreedyPolicy, SeatPolicy
+from dmplay.agents.base import AdviceQuestion, GreedyPolicy, SeatPolicy
+from dmplay.core.action_values import Accuracy, ValuesBasis
 from dmplay.core.arrays import Array, Ints, Reals
 from dmplay.core.best_actions import compute_tolerance
 from dmplay.core.policy import Memory, Percept, required_fields, requires_fields
@@ -50,9 +51,6 @@ class BestResponsePlan(GreedyPolicy, SeatPolicy):
     horizon: int | None = None
     opponents: tuple[SeatPolicy, ...] = field(default=(), repr=False)
 
-    values_name = EXACT_VALUES
-    has_opponent_model = True
-
     def __post_init__(self) -> None:
         """Raise an error if the choices of the other agents cannot be predicted and planned with.
 
@@ -63,15 +61,16 @@ class BestResponsePlan(GreedyPolicy, SeatPolicy):
         if problem.partially_observable or not all(problem.action_counts):
             raise BadPolicy("best-response: needs visible states and labelled actions")
 
-    @property
-    def plays_with(self) -> str:  # type: ignore[override]
-        """The preposition before the other players' names."""
-        return "with" if self.problem.shared_reward else "against"
-
-    def describe_assumed_players(self, opponents: Sequence[str]) -> str:
-        """Return the names of the other agents, '' if these are the opponents."""
-        names = " and ".join(dict.fromkeys(self.to))
-        return "" if self.to == tuple(opponents) else f"{self.plays_with} {names}"
+    def values_basis(self, question: AdviceQuestion) -> ValuesBasis:
+        """Return exact values with or against the other agents."""
+        preposition = "with" if self.problem.shared_reward else "against"
+        basis = (
+            super()
+            .values_basis(question)
+            ._replace(accuracy=Accuracy.EXACT, opponents=self.to, preposition=preposition)
+        )
+        is_played = self.to == question.actual_opponents
+        return basis._replace(assumed_players="" if is_played else basis.players)
 
     def initial_memory(self, observation: Array) -> Memory:
         """Return zero turns done, the state, and the memory of each other agent."""

@@ -8,7 +8,8 @@ from typing import Self
 import numpy as np
 
 from dmplay.agents.available_agents import Roster
-from dmplay.agents.base import EXACT_VALUES, AdviceQuestion, SeatPolicy
+from dmplay.agents.base import AdviceQuestion, SeatPolicy
+from dmplay.core.action_values import Accuracy, ValuesBasis
 from dmplay.core.arrays import Array, Bools, Reals
 from dmplay.core.parameters import parameter
 from dmplay.core.policy import Memory, Percept
@@ -33,21 +34,28 @@ class JointPlan(SeatPolicy):
     and while the seat follows it, as they are computed for the beliefs of these nodes.
     """
 
-    values_name = EXACT_VALUES
-
     plans_whole_game = True
 
     horizon: int = parameter(
         0, "turns planned; 0: the problem's horizon, or 4 if none", 0, MAX_PLAN_TURNS
     )
 
-    def describe_assumed_players(self, opponents: Sequence[str]) -> str:
-        """Return the assumed play of the other agents, '' if they play so."""
+    def values_basis(self, question: AdviceQuestion) -> ValuesBasis:
+        """Return exact values of the plan if the whole team follows it."""
+        opponents = {*question.actual_opponents}
         names = {f"joint-plan:horizon={self.planned_turns}"}
         if self.planned_turns == replace(self, horizon=0).planned_turns:
             names.add("joint-plan")
-        follows_plan = bool(opponents) and {*opponents} <= names
-        return "" if follows_plan else "if the whole team follows the plan"
+        follows_plan = bool(opponents) and opponents <= names
+        basis = (
+            super()
+            .values_basis(question)
+            ._replace(
+                accuracy=Accuracy.EXACT,
+                assumed_players="" if follows_plan else "if the whole team follows the plan",
+            )
+        )
+        return basis.with_plan(self.planned_turns, question.turn_limit)
 
     @property
     def planned_turns(self) -> int:

@@ -6,15 +6,10 @@ from functools import cached_property
 
 import numpy as np
 
-from dmplay.agents.base import (
-    ENDS_SOONEST,
-    ESTIMATED_VALUES,
-    EXACT_VALUES,
-    ReactivePolicy,
-    SeatPolicy,
-)
+from dmplay.agents.base import AdviceQuestion, ReactivePolicy, SeatPolicy
 from dmplay.agents.horizon import MAX_HORIZON, HorizonPolicy
 from dmplay.agents.single_agent_planning import MdpOptimalPolicy
+from dmplay.core.action_values import ENDS_SOONEST, Accuracy, ValuesBasis
 from dmplay.core.arrays import Array, Bools, Ints, Reals
 from dmplay.core.best_actions import compute_tolerance, select_greedy_actions
 from dmplay.core.chance import Categorical
@@ -67,16 +62,21 @@ class BackwardInductionPolicy(_GameTurnsPolicy):
     Other agents that decide in other turns are assumed to take their best actions.
     """
 
-    values_name = EXACT_VALUES
-
-    def describe_assumed_players(self, opponents: Sequence[str]) -> str:
-        """Return the assumed play of the other agents, '' if they play so."""
+    def values_basis(self, question: AdviceQuestion) -> ValuesBasis:
+        """Return exact values if the other agents take best actions, with the rule for ties."""
+        counts_turns = self.game_turns is not None and self.problem.discount < 1.0
+        basis = (
+            super()
+            .values_basis(question)
+            ._replace(accuracy=Accuracy.EXACT, tie_rule="" if counts_turns else ENDS_SOONEST)
+        )
         if len(self.problem.agents) == 1:
-            return ""
-        has_ties = self._solution.indifferent_seats - {self.seat}
-        if self._are_optimal(opponents) and not has_ties:
-            return ""
-        return f"if the other agents take their {'first ' * bool(has_ties)}best actions"
+            return basis
+        has_ties = bool(self._solution.indifferent_seats - {self.seat})
+        if self._are_optimal(question.actual_opponents) and not has_ties:
+            return basis
+        assumption = f"if the other agents take their {'first ' * has_ties}best actions"
+        return basis._replace(assumed_players=assumption)
 
     @cached_property
     def _solution(self) -> BackwardInductionResult:
@@ -103,11 +103,6 @@ class BackwardInductionPolicy(_GameTurnsPolicy):
         game_graph = self._solution.graph
         row = self._soonest_rows[game_graph.find_state_indices(self.problem, memory[0])]
         return np.asarray(game_graph.joint_actions[row, self.seat], np.int64)
-
-    @property
-    def tie_rule(self) -> str:
-        """The rule that chooses among several best actions."""
-        return ENDS_SOONEST if self.game_turns is None or self.problem.discount == 1.0 else ""
 
     def _choose_soonest_ending(self, s: Array, turns_left: int | None) -> Array:
         """Return the actions `[B]` that end a game soonest among those best for every agent."""
@@ -170,16 +165,15 @@ class MaximinPolicy(_GameTurnsPolicy):
     The mixed strategies come from Shapley's iteration; the values are against the opponent's part.
     """
 
-    values_name = EXACT_VALUES
-    has_opponent_model = True
-
     uniform_count = 1  # for the action
 
-    def describe_assumed_players(self, opponents: Sequence[str]) -> str:
-        """Return the assumed play of the other agents, '' if they play so."""
+    def values_basis(self, question: AdviceQuestion) -> ValuesBasis:
+        """Return exact values against the opponent's maximin strategy."""
+        basis = super().values_basis(question)._replace(accuracy=Accuracy.EXACT)
+        if self._are_optimal(question.actual_opponents):
+            return basis
         opponent = self.problem.agents[1 - self.seat]
-        assumption = f"if {opponent} plays its maximin strategy"
-        return "" if self._are_optimal(opponents) else assumption
+        return basis._replace(assumed_players=f"if {opponent} plays its maximin strategy")
 
     def choice_probabilities(self, memory: Memory) -> Reals:
         """Return the maximin strategy of each row `[B, A]`."""
@@ -229,15 +223,20 @@ class BestReplyEquilibrium(ReactivePolicy):
     The values are against the other agents' policies, for an infinite horizon.
     """
 
-    values_name = ESTIMATED_VALUES
-
     uniform_count = 1  # for the action
-    values_without_end = True
-    has_opponent_model = True
 
-    def describe_assumed_players(self, opponents: Sequence[str]) -> str:
-        """Return the assumed play of the other agents, '' if they play so."""
-        return "" if {*opponents} == {"equilibrium"} else "if the other agents play the equilibrium"
+    def values_basis(self, question: AdviceQuestion) -> ValuesBasis:
+        """Return estimated values without a turn limit, against the others' equilibrium."""
+        is_played = {*question.actual_opponents} == {"equilibrium"}
+        return (
+            super()
+            .values_basis(question)
+            ._replace(
+                accuracy=Accuracy.ESTIMATED,
+                ignores_turn_limit=question.turn_limit is not None,
+                assumed_players="" if is_played else "if the other agents play the equilibrium",
+            )
+        )
 
     def choice_probabilities(self, memory: Memory) -> Reals:
         """Return the mixed strategy of each row `[B, A]`."""

@@ -11,8 +11,8 @@ The value of an action depends on the number of rewards to come. This is how a p
 - The **turns left** are `game_turns - turns_done`: all at the start, 1 in the last turn.
 - A **game** has a turn limit, or None. For its hints, `adapt_to_game` takes the turn limit as the
   horizon if so many turns can be planned in time. If not, the policy keeps its horizon, and
-  `describe_scope` names the game that its values are about: "turn limit ignored", or "in plans of
-  20 turns" for a policy that `repeats_plan`.
+  `values_basis` says what its values are about: "turn limit ignored", or "in plans of 20 turns" for
+  a policy that `repeats_plan`.
 """
 
 from abc import ABC
@@ -22,8 +22,9 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from dmplay.agents.base import WITHOUT_END, AdviceQuestion, SeatPolicy
+from dmplay.agents.base import AdviceQuestion, SeatPolicy
 from dmplay.agents.belief_policy import apply_by_group
+from dmplay.core.action_values import ValuesBasis
 from dmplay.core.arrays import Array, Ints, Reals
 from dmplay.core.parameters import parameter
 from dmplay.core.policy import Memory, Percept, requires_fields
@@ -51,11 +52,6 @@ class HorizonPolicy(SeatPolicy, ABC):
     def game_turns(self) -> int | None:
         """The number of turns after which a game begins again; None for an infinite horizon."""
         return self.horizon or None
-
-    @property
-    def planned_turns(self) -> int | None:
-        """The number of turns of a plan that hints name and that then begins again, or None."""
-        return self.game_turns if self.repeats_plan else None
 
     def initial_memory(self, observation: Array) -> Memory:
         """Return the memory before the first turn, with zero turns done."""
@@ -115,8 +111,9 @@ class HorizonPolicy(SeatPolicy, ABC):
             return self
         return replace(self, horizon=turns) if self.can_plan_turns(turns) else self
 
-    def describe_scope(self, turns: int | None) -> str:
-        """Return the horizon of its values as text, '' if it is that of a game of `turns` turns."""
-        if self.planned_turns:
-            return super().describe_scope(turns)
-        return "" if turns in {None, self.game_turns} else WITHOUT_END
+    def values_basis(self, question: AdviceQuestion) -> ValuesBasis:
+        """Return the basis of its values: the turns planned, or no end."""
+        basis, turns = super().values_basis(question), question.turn_limit
+        if self.repeats_plan and self.game_turns:
+            return basis.with_plan(self.game_turns, turns)
+        return basis._replace(ignores_turn_limit=turns not in {None, self.game_turns})

@@ -1,13 +1,13 @@
 """Agents for games of two players with one state and a payoff table (chapter 24)."""
 
 from abc import abstractmethod
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
-from dmplay.agents.base import ESTIMATED_VALUES, GreedyPolicy, ReactivePolicy
+from dmplay.agents.base import AdviceQuestion, GreedyPolicy, ReactivePolicy
+from dmplay.core.action_values import Accuracy, Horizon, ValuesBasis
 from dmplay.core.arrays import Array, Bools, Reals
 from dmplay.core.chance import Categorical, weighted_sum
 from dmplay.core.memoization import memoize
@@ -16,6 +16,12 @@ from dmplay.core.policy import Memory, Percept, requires_fields
 from dmplay.core.problem import Problem
 from dmplay.solvers.games import bimatrix_game, lemke_howson, regret_matching
 from dmplay.solvers.games.regret_matching import RegretMatchingResult
+
+
+def _estimate_one_round(basis: ValuesBasis, question: AdviceQuestion) -> ValuesBasis:
+    """Return the basis of estimated values of the next round, by a guess of the opponent."""
+    horizon = Horizon.GAME if question.turn_limit == 1 else Horizon.ROUND
+    return basis._replace(accuracy=Accuracy.ESTIMATED, horizon=horizon, has_regrets=False)
 
 
 @dataclass(frozen=True)
@@ -79,14 +85,12 @@ class RegretMatchingEquilibrium(_MixedStrategyPolicy):
     The values are against the strategies of the other agents in it.
     """
 
-    values_name = ESTIMATED_VALUES
-
-    plans_one_round = True
-    has_opponent_model = True
-
-    def describe_assumed_players(self, opponents: Sequence[str]) -> str:
-        """Return the assumed play of the other agents, '' if they play so."""
-        return "" if {*opponents} == {"equilibrium"} else "if the other agents play the equilibrium"
+    def values_basis(self, question: AdviceQuestion) -> ValuesBasis:
+        """Return estimated values of one round against the others' equilibrium."""
+        is_played = {*question.actual_opponents} == {"equilibrium"}
+        assumption = "" if is_played else "if the other agents play the equilibrium"
+        basis = super().values_basis(question)._replace(assumed_players=assumption)
+        return _estimate_one_round(basis, question)
 
     def predict_actions(self, memory: Memory, seat: int) -> Reals:
         """Return the probability `[B, A]` of each action of another seat in the equilibrium."""
@@ -144,15 +148,17 @@ class FictitiousPlay(GreedyPolicy, _PayoffTablePolicy):
     It takes them as equal in the first round, and of equally good actions plays the first listed.
     """
 
-    values_name = ESTIMATED_VALUES
-
     uniform_count = 0
-    plans_one_round = True
-    has_opponent_model = True
 
-    def describe_assumed_players(self, opponents: Sequence[str]) -> str:
-        """Return the assumed play of the other agents, '' if they play so."""
-        return f"if {self.problem.agents[1 - self.seat]} acts as often each way as before"
+    def values_basis(self, question: AdviceQuestion) -> ValuesBasis:
+        """Return estimated values of one round against the counted frequencies."""
+        opponent = self.problem.agents[1 - self.seat]
+        basis = (
+            super()
+            .values_basis(question)
+            ._replace(assumed_players=f"if {opponent} acts as often each way as before")
+        )
+        return _estimate_one_round(basis, question)
 
     def predict_actions(self, memory: Memory, seat: int) -> Reals:
         """Return the frequency `[B, A]` of each action of the opponent, uniform at first."""

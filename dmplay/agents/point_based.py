@@ -1,16 +1,17 @@
 """Agents for any partially observable problem of one agent, whatever its number of states."""
 
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from math import ceil, floor, log10
 from typing import NamedTuple
 
 import numpy as np
 
-from dmplay.agents.base import EXACT_VALUES, LOWER_BOUNDS
+from dmplay.agents.base import AdviceQuestion
 from dmplay.agents.belief_policy import GreedyBeliefPolicy
 from dmplay.agents.horizon import MAX_HORIZON, NEGLIGIBLE_WEIGHT, HorizonPolicy
+from dmplay.core.action_values import Accuracy, ValuesBasis
 from dmplay.core.arrays import Bools, Reals
 from dmplay.core.parameters import parameter
 from dmplay.core.problem import Problem
@@ -75,26 +76,27 @@ class PointBasedPolicy(HorizonPolicy, GreedyBeliefPolicy):
 
         Raises BadPolicy for an infinite horizon if the discount is 1.
         """
-        if self.planned_turns is None and self.problem.discount >= 1.0:
+        if self.game_turns is None and self.problem.discount >= 1.0:
             raise BadPolicy("an infinite horizon needs a discount below 1; or set --turns")
-        return _cached_bounds(BoundsRequest(self.problem, self.planned_turns, self.gap, self.work))
+        return _cached_bounds(BoundsRequest(self.problem, self.game_turns, self.gap, self.work))
 
-    @property
-    def values_name(self) -> str:  # type: ignore[override]
-        """Exact values if all alpha vectors are known, else lower bounds."""
-        return EXACT_VALUES if self.bounds.has_all_vectors else LOWER_BOUNDS
+    def values_basis(self, question: AdviceQuestion) -> ValuesBasis:
+        """Return exact values if all alpha vectors are known, else lower bounds.
 
-    @property
-    def hint_basis(self) -> str:
-        """The bounds on the value at the start, '' if the gap is closed."""
-        bounds = self.bounds
-        return "" if bounds.is_gap_closed else f"point-based, {format_bounds(bounds)}"
+        The bounds on the value at the start are named until their gap is closed. Without a turn
+        limit the turns are those of the problem.
+        """
+        bounds, turns = self.bounds, question.turn_limit or self.game_turns
+        accuracy = Accuracy.EXACT if bounds.has_all_vectors else Accuracy.LOWER_BOUND
+        method = "" if bounds.is_gap_closed else f"point-based, {format_bounds(bounds)}"
+        basis = super().values_basis(replace(question, turn_limit=turns))
+        return basis._replace(accuracy=accuracy, method=method)
 
     def describe_bounds(self, name: str) -> str:
         """Return the bounds after the agent's `name`, and how to request closer ones."""
         base_name, horizon_note = (
             name.partition(":")[0],
-            "" if self.planned_turns else ", infinite horizon",
+            "" if self.game_turns else ", infinite horizon",
         )
         suggestion = suggest_more_work(self.bounds, self.work, f"{base_name}:work=")
         return f"{name}: {format_bounds(self.bounds)}{horizon_note}{suggestion}"
@@ -132,10 +134,6 @@ class PointBasedPolicy(HorizonPolicy, GreedyBeliefPolicy):
         q = q.copy()
         q[rows, first_legal] = np.maximum(q[rows, first_legal], best_illegal)
         return q
-
-    def describe_scope(self, turns: int | None) -> str:
-        """Return the horizon planned, as text, if a game of `turns` turns is not planned."""
-        return "" if turns is None else super().describe_scope(turns)
 
     def can_plan_turns(self, turns: int) -> bool:
         """Return whether the end of a game of `turns` turns matters and can be planned to."""

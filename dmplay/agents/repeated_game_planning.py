@@ -1,6 +1,6 @@
 """Planning of the rounds left in a repeated game, against a known rule or a mix of rules."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import pairwise
@@ -8,15 +8,9 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from dmplay.agents.base import (
-    ESTIMATED_VALUES,
-    EXACT_VALUES,
-    AdviceQuestion,
-    GreedyPolicy,
-    PolicyLookup,
-    SeatPolicy,
-)
+from dmplay.agents.base import AdviceQuestion, GreedyPolicy, PolicyLookup, SeatPolicy
 from dmplay.agents.random_agent import Random
+from dmplay.core.action_values import Accuracy, ValuesBasis
 from dmplay.core.arrays import Array, Ints, Reals
 from dmplay.core.parameters import parameter
 from dmplay.core.policy import Memory, Percept, requires_fields
@@ -48,23 +42,7 @@ class RepeatedGamePlan(GreedyPolicy, SeatPolicy):
     policy_lookup: PolicyLookup | None = field(default=None, compare=False, repr=False)
 
     plans_whole_game = True
-    has_opponent_model = True
     candidate_rules: ClassVar[Mapping[str, type[SeatPolicy]]] = {}  # set by each problem
-
-    @property
-    def planned_turns(self) -> int:
-        """The number of turns of a plan; after these it begins again."""
-        return self.horizon
-
-    @property
-    def has_regrets(self) -> bool:
-        """True if the opponent's rule is known, so that the values are exact."""
-        return bool(self.to)
-
-    @property
-    def values_name(self) -> str:  # type: ignore[override]
-        """Exact values against a known rule, else estimated ones."""
-        return EXACT_VALUES if self.to else ESTIMATED_VALUES
 
     def with_policy_lookup(self, policy_lookup: PolicyLookup) -> Self:
         """Return this plan with a function that makes the opponent named by `to`."""
@@ -89,17 +67,23 @@ class RepeatedGamePlan(GreedyPolicy, SeatPolicy):
             return policy
         return exact_policy
 
-    def describe_assumed_players(self, opponents: Sequence[str]) -> str:
-        """Return the number of rules that the opponent may play; '' if its rule is known.
+    def values_basis(self, question: AdviceQuestion) -> ValuesBasis:
+        """Return exact values against a known rule, else a guess by the rules that may be played.
 
         The name of an agent that plays none of these rules is added.
         """
+        basis, opponents = super().values_basis(question), question.actual_opponents
+        basis = basis.with_plan(self.horizon, question.turn_limit)
         if self.to:
-            return "" if (self.to,) == tuple(opponents) else f"against {self.to}"
+            assumption = "" if (self.to,) == opponents else f"against {self.to}"
+            return basis._replace(accuracy=Accuracy.EXACT, assumed_players=assumption)
         name = opponents[0].partition(":")[0] if opponents else ""
         player = self.problem.agents[1 - self.seat]
         other = "" if name in {"", *UNNAMED_PLAYERS} else f" and not {name}"
-        return f"if {player} plays one of {len(self._rules)} rules{other}"
+        assumption = f"if {player} plays one of {len(self._rules)} rules{other}"
+        return basis._replace(
+            accuracy=Accuracy.ESTIMATED, assumed_players=assumption, has_regrets=False
+        )
 
     def describe_model(self, memory: Memory) -> str:
         """Return the most probable rules of an unknown opponent with their probabilities."""

@@ -1,6 +1,5 @@
 """Tree search for any problem."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import chain
@@ -13,6 +12,7 @@ from dmplay.agents.available_agents import HINT_PROVIDER_ROLE, PARTNER_ROLE
 from dmplay.agents.base import AdviceQuestion, PolicyLookup, ReturnEstimates
 from dmplay.agents.belief_policy import BeliefPolicy
 from dmplay.core import belief
+from dmplay.core.action_values import ValuesBasis
 from dmplay.core.arrays import Array, Bools, Ints, Reals
 from dmplay.core.best_actions import mark_best_actions
 from dmplay.core.chance import sample_masked_index
@@ -116,14 +116,15 @@ class TreeSearch(BeliefPolicy):
             return self
         return replace(self, horizon=turns)
 
-    def describe_assumed_players(self, opponents: Sequence[str]) -> str:
-        """Return the policies with which it simulates the other agents, '' if there are none."""
+    def values_basis(self, question: AdviceQuestion) -> ValuesBasis:
+        """Return the basis with the policies by which it simulates the other agents."""
+        basis = super().values_basis(question)
         if len(self.problem.agents) == 1:
-            return ""
+            return basis
         if not any(self._other_policies):
-            return "with random other agents"
+            return basis._replace(assumed_players="with random other agents")
         names = "their default agents" if self.others == USUAL_AGENT else self.others
-        return f"if the other agents play {names}"
+        return basis._replace(assumed_players=f"if the other agents play {names}")
 
     def with_policy_lookup(self, policy_lookup: PolicyLookup) -> Self:
         """Return a policy that looks up the other agents by `policy_lookup`.

@@ -7,15 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from dmplay.agents.base import (
-    EXACT_VALUES,
-    MAX_TABULAR_STATES,
-    PAYS_SOONEST,
-    UPPER_BOUNDS,
-    StationaryPolicy,
-)
+from dmplay.agents.base import MAX_TABULAR_STATES, AdviceQuestion, StationaryPolicy
 from dmplay.agents.belief_policy import GreedyBeliefPolicy
 from dmplay.agents.horizon import MAX_HORIZON, HorizonPolicy
+from dmplay.core.action_values import PAYS_SOONEST, Accuracy, Horizon, ValuesBasis
 from dmplay.core.arrays import Array, Bools, Reals
 from dmplay.core.best_actions import mark_best_actions, select_greedy_actions
 from dmplay.core.chance import weighted_sum
@@ -24,7 +19,6 @@ from dmplay.core.parameters import parameter
 from dmplay.core.policy import Memory
 from dmplay.core.problem import Problem
 from dmplay.core.tabular import tabulate
-from dmplay.core.text import format_count
 from dmplay.errors import BadPolicy
 from dmplay.solvers.mdp import mdp_values
 from dmplay.solvers.pomdp import exact_pomdp, fast_informed_bound
@@ -46,12 +40,11 @@ class MdpOptimalPolicy(HorizonPolicy, StationaryPolicy):
     game of `horizon` turns they are those of the turns left, by backward induction.
     """
 
-    values_name = EXACT_VALUES
-
-    @property
-    def tie_rule(self) -> str:
-        """The rule that chooses among several best actions."""
-        return PAYS_SOONEST if self.problem.discount == 1.0 else ""
+    def values_basis(self, question: AdviceQuestion) -> ValuesBasis:
+        """Return exact values; without a discount there is a rule for ties."""
+        tie_rule = PAYS_SOONEST if self.problem.discount == 1.0 else ""
+        basis = super().values_basis(question)
+        return basis._replace(accuracy=Accuracy.EXACT, tie_rule=tie_rule)
 
     def can_plan_turns(self, turns: int) -> bool:
         """Return whether the problem has few enough states for that many turns."""
@@ -134,7 +127,9 @@ class PomdpOptimalPolicy(HorizonPolicy, GreedyBeliefPolicy):
     It plans for an infinite horizon or for `horizon` turns.
     """
 
-    values_name = EXACT_VALUES
+    def values_basis(self, question: AdviceQuestion) -> ValuesBasis:
+        """Return exact values."""
+        return super().values_basis(question)._replace(accuracy=Accuracy.EXACT)
 
     def can_plan_turns(self, turns: int) -> bool:
         """Return whether the alpha vectors of that many turns can be computed in time.
@@ -172,9 +167,12 @@ class RecedingHorizonPolicy(PomdpOptimalPolicy):
         """Return the alpha vectors of `horizon` turns."""
         return exact_pomdp.solve_stages(self.problem, self.horizon)[-1]
 
-    def describe_scope(self, turns: int | None) -> str:
-        """Return the number of turns it plans ahead in every turn, of which fewer may be left."""
-        return "" if turns == 1 else f"{format_count(self.horizon, 'turn')} ahead"
+    def values_basis(self, question: AdviceQuestion) -> ValuesBasis:
+        """Return the basis of values of the turns planned ahead, of which fewer may be left."""
+        basis = super().values_basis(question)._replace(ignores_turn_limit=False)
+        if question.turn_limit == 1:
+            return basis
+        return basis._replace(horizon=Horizon.AHEAD, horizon_turns=self.horizon)
 
 
 @dataclass(frozen=True)
@@ -185,7 +183,9 @@ class BeliefBoundPolicy(GreedyBeliefPolicy):
     left.
     """
 
-    values_name = UPPER_BOUNDS
+    def values_basis(self, question: AdviceQuestion) -> ValuesBasis:
+        """Return upper bounds."""
+        return super().values_basis(question)._replace(accuracy=Accuracy.UPPER_BOUND)
 
     @abstractmethod
     def compute_bounds(self, turns: int | None) -> list[Reals]:

@@ -277,7 +277,9 @@ def _add_regret(
         remarks=(
             *grade.remarks,
             *dict.fromkeys(
-                f"regret ({move.scope})" for move in reviewed if move.scope and has_regrets
+                f"regret ({move.basis.scope})"
+                for move in reviewed
+                if move.basis.scope and has_regrets
             ),
             *([ESTIMATED_REMARK] if any(m.is_estimated for m in reviewed) and has_regrets else []),
             *([NO_REGRET_REMARK] if reviewed and not has_regrets else []),

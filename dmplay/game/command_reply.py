@@ -19,7 +19,8 @@ class TurnReports(Page):
 class DataReply(str):
     """The result of a command in one row, which is also an event with data in JSON output.
 
-    A screen on which the row is too long shows the `rows` as a page.
+    A screen on which the row is too long shows the `rows` as a page, if there are any. Without
+    rows, the data say all.
     """
 
     event: str
@@ -27,11 +28,14 @@ class DataReply(str):
     rows: Sequence[str]
 
     def __new__(
-        cls, text: str, event: str, data: Mapping[str, object], rows: Sequence[str] = ()
+        cls, text: str, event: str, data: Mapping[str, object], rows: Sequence[str] | None = None
     ) -> Self:
-        """Return the text with the name of the event, its data, and the rows of a page."""
+        """Return the text with the name of the event, its data, and the rows of a page.
+
+        By default the text is the only row.
+        """
         reply = super().__new__(cls, text)
-        reply.event, reply.data, reply.rows = event, data, rows or [text]
+        reply.event, reply.data, reply.rows = event, data, [text] if rows is None else rows
         return reply
 
 

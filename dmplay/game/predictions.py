@@ -183,7 +183,9 @@ class Predictor:
         if truth is None:
             return None
         subject = f"the value of {name}"
-        about = ", ".join(filter(None, (provider.values_name, provider.describe_game())))
+        about = ", ".join(
+            filter(None, (provider.values_basis.accuracy.words, provider.describe_game()))
+        )
         return Question(
             turn,
             action,

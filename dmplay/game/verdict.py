@@ -11,7 +11,8 @@ from typing import cast
 
 import numpy as np
 
-from dmplay.agents.base import EXACT_VALUES, WITHOUT_END, AdviceQuestion
+from dmplay.agents.base import AdviceQuestion
+from dmplay.core.action_values import Accuracy, ValuesBasis
 from dmplay.core.policy import Policy
 from dmplay.core.session import Session
 from dmplay.core.text import format_count
@@ -22,7 +23,6 @@ from dmplay.game.hints.ghost_agent import Ghost, describe_ghost_result
 from dmplay.game.hints.hint_provider import (
     HINT_WORK_LIMIT,
     SEARCH_AGENT,
-    accuracy_data,
     count_decimals,
     format_fixed,
 )
@@ -53,8 +53,7 @@ class SeatChoices:
     seat: str
     count: int  # reviewed choices
     best_count: int
-    values_name: str
-    scope: str  # the game that the values are about, '' if it is this one
+    basis: ValuesBasis  # of the values
     score: float
     regret: float | None = None  # discounted to the start, as the score is
     worst: ReviewedAction | None = None  # the choice that lost most of the score, if any did
@@ -66,11 +65,12 @@ class SeatChoices:
         """Return one line on the choices, and with exact values one each on luck and worst turn."""
         share = f"best action {self.best_count} of {format_count(self.count, 'time')}"
         if self.regret is None:
-            name, _, _ = self.values_name.partition(",")  # ratings are not called points here
-            basis = append_scope(name, self.scope)
-            if self.scope == WITHOUT_END:
-                basis = f"{name}, which ignore the turn limit"
-            return [f"{prefix}choices: {share} by the {basis}"]
+            # ratings are not called points here
+            name, _, _ = self.basis.accuracy.words.partition(",")
+            text = append_scope(name, self.basis.scope)
+            if self.basis.scope and not self.basis._replace(ignores_turn_limit=False).scope:
+                text = f"{name}, which ignore the turn limit"
+            return [f"{prefix}choices: {share} by the {text}"]
         numbers = [self.regret, self.luck or 0.0, self.start_value or 0.0]
         decimals = count_decimals(numbers, self.scale)
         regret_text = format_fixed(self.regret, decimals)
@@ -111,8 +111,8 @@ class SeatChoices:
         facts = {
             "choices": self.count,
             "best": self.best_count,
-            **accuracy_data(self.values_name),
-            "scope": self.scope,
+            **self.basis.accuracy.data,
+            "scope": self.basis.scope,
             "regret": self.regret,
             "expected": self.start_value,
             "luck": self.luck,
@@ -273,16 +273,15 @@ def _assess_seat(
         session.problem.agents[question.seat],
         len(moves),
         sum(move.chosen in move.best for move in moves),
-        moves[0].values_name,
-        moves[0].scope,
+        moves[0].basis,
         session.seat_return(question.seat),
         scale=session.problem.reward_scale,
     )
     regrets = [move.regret for move in moves if move.regret is not None]
     is_exact = len(regrets) == len(moves) and all(
-        move.values_name == EXACT_VALUES for move in moves
+        move.basis.accuracy is Accuracy.EXACT for move in moves
     )
-    if not (is_exact and _are_about_game(session, question, moves[0].scope)):
+    if not (is_exact and _are_about_game(session, question, moves[0].basis)):
         return choices
     regret = total_regret(moves)
     worst = max(moves, key=lambda move: move.discounted_regret)
@@ -302,21 +301,18 @@ def has_exact_verdict(session: Session, question: AdviceQuestion) -> bool:
     provider = agents.find_hint_provider(session.problem, question)
     return (
         provider is not None
-        and provider.values_name == EXACT_VALUES
-        and _are_about_game(session, question, provider.scope)
+        and provider.basis.accuracy is Accuracy.EXACT
+        and _are_about_game(session, question, provider.basis)
     )
 
 
-def _are_about_game(session: Session, question: AdviceQuestion, scope: str) -> bool:
-    """Return whether exact values of this scope are about these players and this turn limit.
+def _are_about_game(session: Session, question: AdviceQuestion, basis: ValuesBasis) -> bool:
+    """Return whether exact values are about these players and this turn limit.
 
     Beside other agents they must come from a model of those that play.
     """
-    if scope or question.assumes_players:
-        return False
-    hint_agent = agents.find_hint_provider(session.problem, question)
-    is_alone = len(session.problem.agents) == 1
-    return is_alone or (hint_agent is not None and hint_agent.policy.has_opponent_model)
+    is_modelled = len(session.problem.agents) == 1 or bool(basis.opponents)
+    return is_modelled and not (basis.scope or question.assumes_players)
 
 
 def _is_luck_known(session: Session, moves: Sequence[ReviewedAction]) -> bool:
@@ -371,7 +367,8 @@ def name_compared_agent(provider: agents.HintAgent) -> str:
     """Return the agent whose scores are compared with a person's: a hint agent or a quicker one."""
     policy = provider.policy
     substitute = agents.load_roster(policy.problem, policy.seat).batch_agent
-    is_quick = policy.values_name == EXACT_VALUES or not substitute
+    is_exact = provider.basis.accuracy in {Accuracy.EXACT, Accuracy.CONDITIONAL}
+    is_quick = is_exact or not substitute
     return provider.label if is_quick else cast(str, substitute)
 
 

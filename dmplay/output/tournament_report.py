@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from dmplay.agents.base import AdviceQuestion
 from dmplay.core.arrays import Reals
 from dmplay.core.policy import Policy
 from dmplay.core.problem import Problem
@@ -181,13 +182,14 @@ def _find_equilibrium_agent_name(problem: Problem, turn_limit: int | None) -> st
     """
     if len(problem.agents) != 2 or problem.partially_observable:
         return ""
+    question = AdviceQuestion(0, turn_limit)
     agents_by_seat = [agents.load_roster(problem, seat).agents for seat in (0, 1)]
     return next(
         (
             name
             for name in EQUILIBRIUM_AGENTS
             if all(name in seat_agents for seat_agents in agents_by_seat)
-            and not agents_by_seat[0][name](problem, 0).describe_scope(turn_limit)
+            and not agents_by_seat[0][name](problem, 0).values_basis(question).turns_scope
         ),
         "",
     )

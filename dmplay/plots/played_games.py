@@ -81,7 +81,7 @@ def plot_regret(recording: ReplayRequest) -> Plot:
     notes = [
         f"total regret {format_score(total)} in {format_count(len(reviewed_actions), 'choice')}"
     ]
-    game_text = ", ".join(filter(None, (first.scope, first.about)))
+    game_text = ", ".join(filter(None, (first.basis.scope, first.about)))
     notes += [f"the values in turn {first.turn} are about: {game_text}"] if game_text else []
     return Plot(f"{_title(game)}: regret by turn", panels, notes=notes)
 

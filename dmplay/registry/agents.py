@@ -5,23 +5,17 @@ program, `bot:COMMAND` or `bot:PARAMETER=VALUE,...,COMMAND`.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import Field, fields, replace
+from dataclasses import Field, dataclass, fields, replace
 from functools import cache, cached_property, partial
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from dmplay.agents import agents_by_method
 from dmplay.agents.available_agents import HINT_PROVIDER_ROLE, PARTNER_ROLE, Roster
-from dmplay.agents.base import (
-    CONDITIONAL_VALUES,
-    EXACT_VALUES,
-    LOWER_BOUNDS,
-    UPPER_BOUNDS,
-    AdviceQuestion,
-    SeatPolicy,
-)
+from dmplay.agents.base import AdviceQuestion, SeatPolicy, find_values_basis, models_opponents
 from dmplay.agents.random_agent import AGENTS_FOR_ANY_PROBLEM
+from dmplay.core.action_values import Accuracy, Horizon, ValuesBasis
 from dmplay.core.arrays import Array
 from dmplay.core.parameter_parsing import parse_parameter
 from dmplay.core.parameters import INTEGER_TYPES
@@ -40,7 +34,8 @@ NON_PARAMETER_FIELDS = ("problem", "seat", "policy_lookup", "opponents")
 MAX_LISTED_PROBLEMS = 4  # maximum number of problems listed for an agent that does not fit
 
 
-class HintAgent(NamedTuple):
+@dataclass(frozen=True)
+class HintAgent:
     """The agent that answers a question about one game."""
 
     name: str  # with all its parameters
@@ -52,56 +47,33 @@ class HintAgent(NamedTuple):
         """Its name without the turns that it plans and the players that it assumes."""
         return _format_agent_name(self.name.partition(":")[0], self.policy, ["horizon", "to"])
 
-    @property
-    def assumed_players(self) -> str:
-        """The other players that its values assume, '' if they are those of the game."""
-        return self.policy.describe_assumed_players(
-            () if self.question.assumes_players else self.question.opponents
-        )
+    @cached_property
+    def basis(self) -> ValuesBasis:
+        """The basis of its values."""
+        return find_values_basis(self.policy, self.question)
 
     @property
-    def values_name(self) -> str:
-        """The name of its values; they are exact only against the players of the game."""
-        name = self.policy.values_name
-        is_assumption = bool(self.assumed_players) or self.question.assumes_players
-        return CONDITIONAL_VALUES if name == EXACT_VALUES and is_assumption else name
+    def basis_with_players(self) -> ValuesBasis | None:
+        """The basis of its values if they come from a model of the question's players, else None.
 
-    @property
-    def scope(self) -> str:
-        """The game that its values are about, '' if it is that of the question."""
-        horizon = self.policy.describe_scope(self.question.turn_limit)
-        return ", ".join(filter(None, (horizon, self.assumed_players)))
-
-    @property
-    def has_regrets(self) -> bool:
-        """True if its values are about the players of the game, not about a guess."""
-        return self.policy.has_regrets
-
-    @property
-    def has_exact_regrets(self) -> bool:
-        """True if its values tell the regret in this game: they are no guess and no bounds."""
-        are_bounds = self.policy.values_name in {LOWER_BOUNDS, UPPER_BOUNDS}
-        is_other_game = bool(self.policy.describe_scope(self.question.turn_limit))
-        return self.has_regrets and not are_bounds and not is_other_game
-
-    @property
-    def players(self) -> str:
-        """The other players that its values are about, '' if it has no model of them."""
-        names = dict.fromkeys(self.question.opponents)
-        if self.assumed_players or not self.policy.has_opponent_model or not names:
-            return self.assumed_players
-        return f"{self.policy.plays_with} {' and '.join(names)}"
+        Players whom a person assumes count as those of the game.
+        """
+        if not models_opponents(self.policy):
+            return None
+        basis = find_values_basis(self.policy, replace(self.question, assumes_players=False))
+        return None if basis.assumed_players else basis
 
     def describe_game(self, turns_done: int) -> str:
         """Return the turns left and the other players that its values are about, as text."""
-        turns = self.policy.describe_scope(self.question.turn_limit)
-        plan = self.policy.planned_turns
-        if turns and plan:
+        basis, turns = self.basis, self.basis.turns_scope
+        if basis.horizon is Horizon.PLAN:
+            plan = basis.horizon_turns
             turns = f"{format_count(plan - turns_done % plan, 'turn')} left {turns}"
         # An agent of unknown accuracy may not plan at all.
-        if not turns and (self.policy.plans_whole_game or self.policy.values_name != "values"):
+        is_plan = self.policy.plans_whole_game or basis.accuracy is not Accuracy.UNKNOWN
+        if not turns and is_plan:
             turns = self.question.describe_turns_left(turns_done)
-        return ", ".join(filter(None, (turns, self.players)))
+        return ", ".join(filter(None, (turns, basis.players)))
 
 
 def load_roster(problem: Problem, seat: int = 0) -> Roster:
@@ -225,25 +197,11 @@ def find_hint_provider(problem: Problem, question: AdviceQuestion) -> HintAgent 
     return _plan_best_response(agent) or agent
 
 
-def _plans_with_players(agent: HintAgent) -> bool:
-    """Return whether an agent's values are about the players of its question by a model of them.
-
-    If all see the state, they must be exact in this game too.
-    """
-    policy, question = agent.policy, agent.question
-    is_exact = policy.values_name == EXACT_VALUES and not policy.describe_scope(question.turn_limit)
-    return (
-        policy.has_opponent_model
-        and not policy.describe_assumed_players(question.opponents)
-        and (is_exact or policy.problem.partially_observable)
-    )
-
-
 def _plan_best_response(agent: HintAgent) -> HintAgent | None:
     """Return the best response to the players of an agent's question; None if it is not computed.
 
-    It is not needed if the agent plans with these players. It is not tried in games of unknown size
-    that only a search can play.
+    It is not needed if the agent plans with these players; if all see the state, its values must
+    be exact in this game too. It is not tried in games of unknown size that only a search can play.
     """
     problem, question = agent.policy.problem, agent.question
     others = [(seat, name) for seat, name in enumerate(question.players) if seat != question.seat]
@@ -251,7 +209,11 @@ def _plan_best_response(agent: HintAgent) -> HintAgent | None:
         name.partition(":")[0] in load_roster(problem, seat).agents for seat, name in others
     ]
     is_large = agent.name == "search" and not isinstance(problem.state_count, int)
-    if is_large or not others or not all(is_known) or _plans_with_players(agent):
+    if is_large or not others or not all(is_known):
+        return None
+    basis = agent.basis_with_players
+    is_exact = basis and basis.accuracy is Accuracy.EXACT and not basis.turns_scope
+    if basis and (is_exact or problem.partially_observable):
         return None
     try:
         policy, observation = _make_best_response(problem, question)
@@ -416,7 +378,7 @@ def _make_opponent(problem: Problem, seat: int, name: str) -> SeatPolicy | None:
         provider = (
             None if seat_roster.batch_agent else find_hint_provider(problem, AdviceQuestion(seat))
         )
-        name = provider[0] if provider else "random"
+        name = provider.name if provider else "random"
     elif name == PARTNER_ROLE:
         name = seat_roster.default_partner
     if name.partition(":")[0] in {"random", "search"}:

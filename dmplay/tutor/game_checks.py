@@ -4,7 +4,7 @@ from collections import Counter
 from collections.abc import Iterator
 from itertools import groupby
 
-from dmplay.agents.base import EXACT_VALUES
+from dmplay.core.action_values import Accuracy
 from dmplay.core.best_actions import VALUE_TOLERANCE
 from dmplay.core.session import Session
 from dmplay.core.text import describe_end_reason, format_count
@@ -109,7 +109,7 @@ def check_regret(position: PositionInGame, regret_at_most: float) -> AnswerCheck
     """
     moves = run_review(position.session, [position.question])
     if len(moves) < len(position.session.turns) or any(
-        move.regret is None or move.values_name != EXACT_VALUES for move in moves
+        move.regret is None or move.basis.accuracy is not Accuracy.EXACT for move in moves
     ):
         raise BadParameter("regret_at_most: the exact values of this game are not known")
     moves = [move for move in moves if move.turn > position.first_turn]

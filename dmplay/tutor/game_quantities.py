@@ -246,7 +246,8 @@ def team_cost(position: PositionInGame, state: str, actions: str) -> Truth:
 
 def planned_action(position: PositionInGame, agent: str, history: Sequence[str] = ()) -> Truth:
     """Return the action of an agent in the player's seat after a history."""
-    policy = agents.load_hint_agent(position.problem, position.question, agent).policy
+    provider = agents.load_hint_agent(position.problem, position.question, agent)
+    policy = provider.policy
     memory = remember_history(position, policy, history)
     choice = policy.choose(memory, None, np.zeros((1, policy.uniform_count)))
     label = position.problem.format_action(position.seat, float(choice[0]))
@@ -257,9 +258,9 @@ def planned_action(position: PositionInGame, agent: str, history: Sequence[str] 
         if values is None:
             return describe_belief(position, history)
         loss = format_number(float(values[0].max() - values[0][labels.index(answer)]))
-        scope = policy.describe_scope(position.question.turn_limit)
-        basis = ", ".join(filter(None, [policy.hint_basis or agent, scope]))
-        return f"{answer} is worth {loss} less than the best action; source of the values: {basis}"
+        basis = provider.basis
+        source = ", ".join(filter(None, [basis.method or agent, basis.turns_scope]))
+        return f"{answer} is worth {loss} less than the best action; source of the values: {source}"
 
     return Truth(frozenset([label]), explain, labels)
 

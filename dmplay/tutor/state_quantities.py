@@ -5,7 +5,7 @@ from itertools import combinations
 
 import numpy as np
 
-from dmplay.agents.base import UPPER_BOUNDS
+from dmplay.core.action_values import Accuracy
 from dmplay.core.arrays import Array
 from dmplay.core.best_actions import VALUE_TOLERANCE
 from dmplay.core.problem import ContinuousStates, enumerate_possible_outcomes
@@ -197,9 +197,9 @@ def compute_q(
     provider = agents.find_hint_provider(problem, position.question)
     if provider is None:
         raise BadParameter(f"{position.problem_name} has no agent with values")
-    is_bound = provider.policy.values_name == UPPER_BOUNDS
-    if provider.scope or is_bound:
-        scope = "are upper bounds" if is_bound else f"are about another game ({provider.scope})"
+    is_bound, basis_scope = provider.basis.accuracy is Accuracy.UPPER_BOUND, provider.basis.scope
+    if basis_scope or is_bound:
+        scope = "are upper bounds" if is_bound else f"are about another game ({basis_scope})"
         raise BadParameter(f"the values of {position.problem_name} {scope}")
     policy = provider.policy
     s = find_state(position, state)

@@ -5,7 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dmplay.agents.base import EXACT_VALUES, AdviceQuestion
+from dmplay.agents.base import AdviceQuestion, models_opponents
+from dmplay.core.action_values import Accuracy
 from dmplay.core.arrays import Array, Bools, Ints, Reals
 from dmplay.core.hexgrid import list_hexes
 from dmplay.core.policy import Memory
@@ -149,9 +150,9 @@ class ValuedPosition:
     @property
     def _opponent_model(self) -> AssumedPlayers | None:
         """The model of the other agents that the values assume; None if they act at random."""
-        if not self.hint_agent.policy.has_opponent_model:
+        if not models_opponents(self.hint_agent.policy):
             return None
-        return AssumedPlayers(self.hint_agent.policy, self.memory, self.hint_agent.players)
+        return AssumedPlayers(self.hint_agent.policy, self.memory, self.hint_agent.basis.players)
 
     def _describe_event(self, joint_action: Array, outcome: Outcome, event: int) -> str:
         """Return the part of an event that the player perceives as text."""
@@ -217,7 +218,7 @@ def find_exact_agent(session: Session, question: AdviceQuestion) -> agents.HintA
 
 def _is_exact(agent: agents.HintAgent) -> bool:
     """Return whether the values of an agent are exact in the game of its question."""
-    return agent.values_name == EXACT_VALUES and agent.has_exact_regrets
+    return agent.basis.accuracy is Accuracy.EXACT and agent.basis.has_exact_regrets
 
 
 def is_repeated_game(problem: Problem) -> bool:

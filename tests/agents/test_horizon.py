@@ -52,4 +52,5 @@ def test_the_horizon_is_that_of_the_game_if_it_can_be_planned() -> None:
         policy.adapt_to_game(AdviceQuestion(0, turns)).horizon for turns in (None, 7, 100, 101)
     ]
     assert horizons == [0, 7, 100, 0]
-    assert [policy.describe_scope(turns) for turns in (None, 101)] == ["", "turn limit ignored"]
+    bases = [policy.values_basis(AdviceQuestion(0, turns)) for turns in (None, 101)]
+    assert [basis.scope for basis in bases] == ["", "turn limit ignored"]

@@ -42,14 +42,14 @@ def test_a_work_limit_gives_looser_bounds_and_without_it_the_gap_is_reached() ->
     with limit_total_work(2e7):
         limited = agent.bounds
         assert agent.bounds is limited
-        assert agent.hint_basis.startswith("point-based, value ")
+        assert agent.values_basis(AdviceQuestion()).method.startswith("point-based, value ")
     complete = agent.bounds
     assert complete.is_gap_closed
     assert complete.lower_bound >= limited.lower_bound
     assert complete.upper_bound - complete.lower_bound <= 0.5 * complete.upper_bound
     with limit_total_work(2e7):
         assert agent.bounds is complete
-    assert not agent.hint_basis
+    assert not agent.values_basis(AdviceQuestion()).method
 
 
 def test_more_work_tightens_bounds_and_is_suggested_while_it_helps(
@@ -91,18 +91,18 @@ def test_only_legal_actions_are_chosen() -> None:
 def test_a_short_turn_limit_is_planned_and_a_long_one_is_treated_as_infinite() -> None:
     problem = make_hallway(HALLWAY_MAP)
     short, long = (
-        PointBasedPolicy(problem, 0).adapt_to_game(AdviceQuestion(0, turns)).planned_turns
+        PointBasedPolicy(problem, 0).adapt_to_game(AdviceQuestion(0, turns)).game_turns
         for turns in (10, 60)
     )
     assert problem.discount**60 < point_based.MAX_IGNORED_END_WEIGHT
     assert (short, long) == (10, None)
     discounted = FileProblem(0.1, model=problem.model)
-    assert PointBasedPolicy(discounted, 0).adapt_to_game(AdviceQuestion(0, 4)).planned_turns == 4
+    assert PointBasedPolicy(discounted, 0).adapt_to_game(AdviceQuestion(0, 4)).game_turns == 4
 
 
 def test_a_horizon_with_negligible_last_rewards_is_treated_as_infinite() -> None:
     baby = dmplay.load_problem("crying-baby")
-    assert [PointBasedPolicy(baby, 0, horizon=turns).planned_turns for turns in (200, 300)] == [
+    assert [PointBasedPolicy(baby, 0, horizon=turns).game_turns for turns in (200, 300)] == [
         200,
         None,
     ]

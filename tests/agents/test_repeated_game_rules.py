@@ -68,10 +68,10 @@ def test_hints_are_best_responses_to_the_opponents_inferred_policy() -> None:
     provider = find_hint_provider(ChickenGame(), AdviceQuestion(0))
     assert provider is not None
     assert provider.describe_game(0) == "for one round, if agent2 acts as often each way as before"
-    memory = provider[1].initial_memory(np.zeros(1, int))
+    memory = provider.policy.initial_memory(np.zeros(1, int))
     for opponent_action in (1, 0, 0, 0):  # after a single dare, the opponent may dare again
         chosen = np.zeros(1, int)
-        memory = provider[1].update_memory(
+        memory = provider.policy.update_memory(
             memory, Percept(chosen, chosen, np.array([[0, opponent_action]]), None)
         )
-    assert provider[1].choose(memory, None, np.zeros((1, 0))).tolist() == [1]
+    assert provider.policy.choose(memory, None, np.zeros((1, 0))).tolist() == [1]

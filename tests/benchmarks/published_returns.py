@@ -55,7 +55,7 @@ def find_reference_return(name: str, problem: Problem, seat: int) -> ReferenceRe
     if find:
         return find(problem, seat)
     hint_agent = find_hint_provider(problem, AdviceQuestion(seat, problem.horizon))
-    if len(problem.agents) > 1 or hint_agent is None or not hint_agent.has_exact_regrets:
+    if len(problem.agents) > 1 or hint_agent is None or not hint_agent.basis.has_exact_regrets:
         return None
     start = belief.initial_belief(problem)
     states = problem.enumerate_states()[start > 0.0]

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import dmplay
+from dmplay.core.action_values import Accuracy, ValuesBasis
 from dmplay.core.arrays import Reals
 from dmplay.core.tabular import tabulate
 from dmplay.game import verdict
@@ -146,7 +147,7 @@ def test_the_parts_of_a_score_add_up_as_printed(
 ) -> None:
     luck = round(score - start + regret, 9)
     choices = SeatChoices(
-        "agent", 4, 3, "exact values", "", score, regret, start_value=start, luck=luck
+        "agent", 4, 3, ValuesBasis(Accuracy.EXACT), score, regret, start_value=start, luck=luck
     )
     total, best, lost, luck_text = numbers
     assert choices.lines()[1] == (

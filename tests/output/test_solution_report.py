@@ -227,7 +227,7 @@ def test_a_value_that_rests_on_an_indifferent_player_says_so(
     agent = find_hint_provider(problem, AdviceQuestion(0, None, ("human", "human")))
     assert agent is not None
     first = "first " * is_tie
-    assert agent.players == f"if the other agents take their {first}best actions"
+    assert agent.basis.players == f"if the other agents take their {first}best actions"
 
 
 def test_a_value_is_printed_without_the_rounding_error_of_its_scale() -> None:

@@ -108,13 +108,13 @@ def test_the_name_of_a_hint_provider_contains_its_parameters_for_this_game(
 ) -> None:
     provider = find_hint_provider(dmplay.load_problem(name), AdviceQuestion(0, turns, tuple(seats)))
     assert provider is not None
-    assert provider[0] == expected
+    assert provider.name == expected
 
 
 def test_a_plan_is_limited_to_the_end_of_the_game_only_for_hints() -> None:
     endless = dmplay.load_problem("crying-baby", discount=1.0)
     names = [
-        provider[0]
+        provider.name
         for turns in (3, 10, 30)
         if (provider := find_hint_provider(endless, AdviceQuestion(0, turns)))
     ]

@@ -97,7 +97,7 @@ def describe_answers(problem: Problem) -> dict[str, object]:
     session = Session(problem, SeededUniforms(3), [None])
     return {
         "solution": dmplay.solve(problem)._replace(method=""),
-        "hints": (hint_agent.name, hint_agent.values_name),
+        "hints": (hint_agent.name, hint_agent.basis),
         "agents": [*agents.load_roster(problem).agents],
         "situation": load_view_module(problem).describe_situation(session.view(0)),
     }

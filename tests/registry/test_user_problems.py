@@ -185,7 +185,7 @@ def test_a_problem_has_the_agents_that_its_kind_allows(
 def test_an_endless_game_is_planned_once_it_has_a_turn_limit() -> None:
     endless = Lamp(discount=1.0)
     names = [
-        provider[0]
+        provider.name
         for turns in (None, 4, 10**9)
         if (provider := find_hint_provider(endless, AdviceQuestion(0, turns)))
     ]

@@ -5,8 +5,8 @@ from typing import cast
 
 import numpy as np
 
-from dmplay.agents.base import EXACT_VALUES, AdviceQuestion, SeatPolicy
-from dmplay.agents.horizon import MAX_HORIZON, NEGLIGIBLE_WEIGHT
+from dmplay.agents.base import AdviceQuestion, SeatPolicy
+from dmplay.agents.horizon import MAX_HORIZON, NEGLIGIBLE_WEIGHT, HorizonPolicy
 from dmplay.agents.point_based import (
     PointBasedOptimalPolicy,
     PointBasedPolicy,
@@ -15,6 +15,7 @@ from dmplay.agents.point_based import (
 )
 from dmplay.agents.single_agent_planning import RecedingHorizonPolicy
 from dmplay.core import belief
+from dmplay.core.action_values import Accuracy
 from dmplay.core.arrays import Bools, Ints
 from dmplay.core.best_actions import mark_best_actions
 from dmplay.core.problem import Problem
@@ -38,7 +39,7 @@ def solve_first_actions(problem: Problem) -> Solution:
     hint_agent = agents.find_hint_provider(problem, AdviceQuestion(0, turns))
     name, agent = "optimal", cast(SeatPolicy, PointBasedOptimalPolicy(problem, 0))
     is_bounded = hint_agent is None or isinstance(hint_agent.policy, PointBasedPolicy)
-    if hint_agent and not is_bounded and hint_agent.values_name == EXACT_VALUES:
+    if hint_agent and not is_bounded and hint_agent.basis.accuracy is Accuracy.EXACT:
         name, agent = hint_agent.name, hint_agent.policy
     try:
         if turns and (_count_planned_turns(agent) or turns) < turns:
@@ -76,7 +77,9 @@ def solve_first_actions(problem: Problem) -> Solution:
 
 def _count_planned_turns(agent: SeatPolicy) -> int | None:
     """Return the number of turns of a plan, or that an agent plans ahead; None of other agents."""
-    return agent.horizon if isinstance(agent, RecedingHorizonPolicy) else agent.planned_turns
+    if isinstance(agent, RecedingHorizonPolicy):
+        return agent.horizon
+    return agent.game_turns if isinstance(agent, HorizonPolicy) and agent.repeats_plan else None
 
 
 def _find_legal_first_actions(problem: Problem) -> Ints:
@@ -100,7 +103,7 @@ def _plan_turns(agent: PointBasedPolicy, turns: int | None) -> PointBasedPolicy:
     Raise BadParameter if it cannot plan as many turns and the end counts.
     """
     problem = agent.problem
-    if turns is None or agent.planned_turns == turns:
+    if turns is None or agent.game_turns == turns:
         return agent
     is_discounted = problem.discount < 1.0
     if is_discounted and problem.horizon is None and turns > MAX_SEARCH_TURNS:
@@ -139,7 +142,7 @@ def _solve_bounds(agent: PointBasedPolicy, turns: int | None) -> Solution:
         }
         for (a, low, high), is_best in zip(action_bounds, marks, strict=True)
     ]
-    span = format_count(agent.planned_turns, "turn") if agent.planned_turns else "infinite horizon"
+    span = format_count(agent.game_turns, "turn") if agent.game_turns else "infinite horizon"
     remedy = suggest_more_work(bounds, agent.work, "--work ")
     if bounds.upper_bound - bounds.lower_bound > bounds.min_gap and marks.sum() > 1:
         remedy = f"; the bounds of {marks.sum()} actions overlap{remedy}"

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dmplay.agents.base import CONDITIONAL_VALUES, EXACT_VALUES, LOWER_BOUNDS, RATINGS, UPPER_BOUNDS
+from dmplay.core.action_values import Accuracy
 from dmplay.core.arrays import Reals
 from dmplay.core.best_actions import VALUE_TOLERANCE
 from dmplay.core.problem import ContinuousStates
@@ -17,7 +17,7 @@ from dmplay.game.hints.action_breakdown import (
     PossibleOutcome,
     compute_outcome_shares,
 )
-from dmplay.game.hints.hint_provider import Hint, HintProvider, accuracy_data, format_fixed
+from dmplay.game.hints.hint_provider import Hint, HintProvider, format_fixed
 from dmplay.game.hints.obvious_actions import ObviousAction
 from dmplay.game.hints.rule_explanation import describe_rule, format_real_action
 from dmplay.views.protocol import load_view_module
@@ -26,17 +26,14 @@ MAX_LISTED_OUTCOMES = 3  # maximum number of outcomes that are listed one by one
 MAX_OUTCOME_CHARS, MAX_OUTCOME_WORDS = 32, 4  # longer names of outcomes are left out
 SURE_PROBABILITY = 0.9995  # a probability that is printed as certain
 MAJOR_SHARE = 0.5  # share of a difference that one reason must explain
-UNKNOWN_ACCURACY = (
-    "values"  # values whose accuracy is not known are slow to compute, as in a search
-)
 MIN_LEAD = 1e-9  # smaller leads of a probability over the next one are rounding errors
 MIN_BELIEF_CHANGE = 0.005  # smaller changes of a probability are not mentioned
 MAX_SENTENCE_WORDS = 25
 PLACE_PREFIX = " in the state "
 RUNNER_UP = ObviousAction(-1, "the next best")
 VALUE_WORDS = {
-    EXACT_VALUES: "worth", CONDITIONAL_VALUES: "worth", LOWER_BOUNDS: "worth at least",
-    UPPER_BOUNDS: "worth at most", RATINGS: "rated",
+    Accuracy.EXACT: "worth", Accuracy.CONDITIONAL: "worth", Accuracy.LOWER_BOUND: "worth at least",
+    Accuracy.UPPER_BOUND: "worth at most", Accuracy.RATING: "rated",
 }  # fmt: skip
 
 
@@ -107,7 +104,7 @@ class _ValueExplainer:
     def _break_down_actions(self) -> dict[int, ActionBreakdown]:
         """Return the parts of each legal action's value; of slow values, of few actions."""
         actions = self._legal_actions
-        if self._provider.values_name == UNKNOWN_ACCURACY:
+        if self._hint.values_basis.accuracy is Accuracy.UNKNOWN:  # slow, as in a search
             actions = [*dict.fromkeys([self._best, self._action, *actions[:2]])]
         breakdowns: dict[int, ActionBreakdown] = {}
         for action in actions:
@@ -146,7 +143,7 @@ class _ValueExplainer:
     @property
     def _worth(self) -> str:
         """The verb phrase of a value, which says how accurate it is."""
-        return VALUE_WORDS.get(self._provider.values_name, "worth about")
+        return VALUE_WORDS.get(self._hint.values_basis.accuracy, "worth about")
 
     def _adds_up(self, parts: ActionBreakdown) -> bool:
         """Return whether the parts of a value sum to it, to the digits printed."""
@@ -173,7 +170,7 @@ class _ValueExplainer:
         reward = self._number(parts.reward)
         if parts.is_last_turn:
             return f"{beginning}, the expected reward of this turn; no later turn counts."
-        if self._provider.values_name == RATINGS:
+        if self._hint.values_basis.accuracy is Accuracy.RATING:
             beginning += "; ratings compare actions, and are not points"
         if not self._adds_up(parts):
             return f"{beginning}. Its expected reward in this turn is {reward}."
@@ -548,7 +545,7 @@ class _ValueExplainer:
             "best": self._name(self._best),
             "about": self._hint.game,
             "value": float(self._values[self._action]),
-            **accuracy_data(self._provider.values_name),
+            **self._hint.values_basis.accuracy.data,
         }
         if parts:
             data |= _list_numbers(parts)

@@ -1,10 +1,11 @@
 """The ghost: an agent that plays a copy of a person's game with the same uniforms."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
-from dmplay.agents.base import WITHOUT_END, AdviceQuestion, SeatPolicy
+from dmplay.agents.base import AdviceQuestion, find_values_basis
+from dmplay.core.action_values import Horizon, ValuesBasis
 from dmplay.core.policy import Policy
 from dmplay.core.problem import Problem
 from dmplay.core.session import DEFAULT_TURN_LIMIT, Session
@@ -23,10 +24,13 @@ class Ghost:
     """An agent in the people's seats of a copied game, with the same uniforms and other agents."""
 
     def __init__(
-        self, name: str, player_session: Session, policies: Mapping[int, Policy], scope: str = ""
+        self,
+        name: str,
+        player_session: Session,
+        policies: Mapping[int, Policy],
+        find_basis: Callable[[], ValuesBasis] = ValuesBasis,
     ) -> None:
-        self.name = name
-        self.label = f"{name} ({scope})" if scope else name  # with the game that it plans for
+        self.name, self._find_basis = name, find_basis  # The basis may be slow to find.
         self.seat = min(policies)
         self.player_session = player_session
         others = {
@@ -38,6 +42,12 @@ class Ghost:
         self.session = player_session.copy_at_start(
             [*map(policy_by_seat.get, range(len(player_session.seated_policies)))]
         )
+
+    @property
+    def label(self) -> str:
+        """Its name with the game that it plans for."""
+        scope = self._find_basis()._replace(horizon=Horizon.GAME, ignores_discount=False).scope
+        return f"{self.name} ({scope})" if scope else self.name
 
     @property
     def is_shown_during_play(self) -> bool:
@@ -124,11 +134,16 @@ def create_ghost(session: Session, human_seats: Sequence[int], name: str) -> Gho
     ):
         raise BadParameter(f"--ghost: got {name!r}, expected one of {', '.join(agent_names)}")
     policies = {seat: _load_for_game(session, seat, name) for seat in human_seats}
-    ignores_end = any(
-        isinstance(policy, SeatPolicy) and WITHOUT_END in policy.describe_scope(session.turn_limit)
-        for policy in policies.values()
-    )
-    return Ghost(name, session, policies, WITHOUT_END * ignores_end)
+
+    def find_basis() -> ValuesBasis:
+        """Return the basis of its values, without the players that they assume."""
+        questions = {seat: AdviceQuestion(seat, session.turn_limit) for seat in policies}
+        bases = [
+            find_values_basis(policies[seat], question) for seat, question in questions.items()
+        ]
+        return ValuesBasis(ignores_turn_limit=any(basis.ignores_turn_limit for basis in bases))
+
+    return Ghost(name, session, policies, find_basis)
 
 
 def _load_for_game(session: Session, seat: int, name: str) -> Policy:
@@ -170,9 +185,7 @@ def create_best_ghost(session: Session, questions: Sequence[AdviceQuestion]) -> 
         return None
     policies = {agent.question.seat: agent.policy for agent in hint_agents}
     first = hint_agents[0]
-    plan = WITHOUT_END if WITHOUT_END in first.scope else ""
-    scope = ", ".join(filter(None, (plan, first.assumed_players)))
-    return Ghost(first.label, session, policies, scope)
+    return Ghost(first.label, session, policies, lambda: first.basis)
 
 
 def _have_common_reward(problem: Problem, human_seats: Sequence[int]) -> bool:
@@ -207,7 +220,7 @@ def describe_ghost_result(
         if opponent is None:
             return ""
         task_info = TaskInfo(
-            f"{opponent.label} is playing the same game", is_after_game=True, can_be_skipped=True
+            f"{opponent.name} is playing the same game", is_after_game=True, can_be_skipped=True
         )
         run_cancellable(task_info, opponent.play_to_end)
     except DmplayError:

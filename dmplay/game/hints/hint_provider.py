@@ -10,7 +10,8 @@ from typing import TypeVar
 
 import numpy as np
 
-from dmplay.agents.base import RATINGS, AdviceQuestion, ReturnEstimates, SeatPolicy
+from dmplay.agents.base import AdviceQuestion, ReturnEstimates, SeatPolicy, models_opponents
+from dmplay.core.action_values import UNKNOWN_BASIS, Accuracy, Horizon, ValuesBasis
 from dmplay.core.arrays import Reals
 from dmplay.core.best_actions import VALUE_TOLERANCE
 from dmplay.core.session import SeatedPolicy, Session, Turn
@@ -87,15 +88,9 @@ def format_fixed(value: float, decimals: int) -> str:
     return f"{round(value, decimals) + 0.0:.{decimals}f}"
 
 
-def round_ratings(values: Reals, values_name: str) -> Reals:
+def round_ratings(values: Reals, basis: ValuesBasis) -> Reals:
     """Return ratings as whole numbers, because they are not more exact; other values unchanged."""
-    return values.round() if values_name == RATINGS else values
-
-
-def accuracy_data(values_name: str) -> dict[str, str]:
-    """Return the accuracy of values as data, for example `exact`; {} if it is unknown."""
-    accuracy = values_name.removesuffix("values").strip()
-    return {"accuracy": accuracy} if accuracy else {}
+    return values.round() if basis.accuracy is Accuracy.RATING else values
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,8 +104,7 @@ class Hint:
     action: float | None = None  # the recommended action; None if several are equally good
     action_name: str = ""  # the name of `action` with all digits
     game: str = ""  # the turns and the other players that the values are about
-    has_regrets: bool = True  # False if its values assume actions of others
-    values_name: str = "values"  # says how accurate the values are, if that is known
+    values_basis: ValuesBasis = UNKNOWN_BASIS
     scale: float = 1.0  # of the problem's rewards
 
     def __str__(self) -> str:
@@ -131,10 +125,14 @@ class Hint:
     @cached_property
     def values_text(self) -> str:
         """The list of action values as text; '' if there are none."""
+        return self.format_values_text(self.values_basis.accuracy.words)
+
+    def format_values_text(self, name: str) -> str:
+        """Return the list of action values as text after a name of them; '' if there are none."""
         value_list = ", ".join(
             f"{label} {number}" for label, number in self._format_values(ordered=False)
         )
-        return value_list and f"{self.values_name}: {value_list}"
+        return value_list and f"{name}: {value_list}"
 
     @property
     def data(self) -> dict[str, object]:
@@ -151,7 +149,7 @@ class Hint:
             **({} if self.action_name else {"reason": self.recommended_action}),
             "values": finite_values,
             **({"about": self.game} if self.game else {}),
-            **accuracy_data(self.values_name),
+            **self.values_basis.accuracy.data,
         }
 
     @property
@@ -160,7 +158,7 @@ class Hint:
 
         None if the agent has no values, or if they assume how the other agents play.
         """
-        return self._value_gaps if self.has_regrets else None
+        return self._value_gaps if self.values_basis.has_regrets else None
 
     @cached_property
     def _value_gaps(self) -> Reals | None:
@@ -176,7 +174,7 @@ class Hint:
         """The legal actions with their regrets, smallest first; of equals, the recommended one
         first. Empty if there are no regrets.
         """
-        return self._actions_by_value if self.has_regrets else []
+        return self._actions_by_value if self.values_basis.has_regrets else []
 
     @cached_property
     def _actions_by_value(self) -> list[tuple[int, float]]:
@@ -191,7 +189,7 @@ class Hint:
         listed = [action for action, _ in self._actions_by_value][:MAX_LISTED_VALUES]
         if self.values is None:
             return MIN_DECIMALS
-        if self.values_name == RATINGS:
+        if self.values_basis.accuracy is Accuracy.RATING:
             return 0
         return count_decimals([float(self.values[action]) for action in listed], self.scale)
 
@@ -215,7 +213,7 @@ class Hint:
             else sorted(best_first)
         )
         pairs = [(self.labels[action], float(self.values[action])) for action in order]
-        are_short = ordered or self.values_name.startswith(RATINGS)
+        are_short = ordered or self.values_basis.accuracy is Accuracy.RATING
         decimal_count = (count_hint_decimals if are_short else count_decimals)(
             [value for _, value in pairs], self.scale
         )
@@ -245,7 +243,7 @@ class HintProvider:
     @property
     def name(self) -> str | None:
         """The name of the hint agent; None if there is none."""
-        return self._hint_agent and self._hint_agent.name
+        return self._hint_agent.name if self._hint_agent else None
 
     @cached_property
     def _follower(self) -> SeatedPolicy | None:
@@ -295,7 +293,6 @@ class HintProvider:
             self.session.action_labels(self.seat),
             "" if action is None else self.session.format_action(self.seat, action),
         )
-        assert self._hint_agent
         hint = Hint(
             self._describe_basis(),
             recommendation,
@@ -304,8 +301,7 @@ class HintProvider:
             action,
             action_name,
             self.describe_game(),
-            self._hint_agent.has_regrets,
-            self._hint_agent.values_name,
+            self.values_basis,
             self.session.problem.reward_scale,
         )
         self._cached_hint = (*self._turn_key, hint)
@@ -374,23 +370,20 @@ class HintProvider:
     @property
     def _is_last_planned_turn(self) -> bool:
         """True if the hint agent's values count no turn after this one."""
-        assert self._hint_agent
-        policy, turns_done = self._hint_agent.policy, len(self.session.turns)
-        if policy.plans_one_round:
-            return True
-        plan, turn_limit = policy.planned_turns, self.question.turn_limit
-        if plan:
-            return (turns_done + 1) % plan == 0
+        basis, turns_done = self.values_basis, len(self.session.turns)
+        if basis.horizon is Horizon.PLAN:
+            return (turns_done + 1) % basis.horizon_turns == 0
+        turn_limit = self.question.turn_limit
         is_last = turn_limit is not None and turns_done + 1 >= turn_limit
-        return is_last and not policy.describe_scope(turn_limit)
+        return basis.horizon is Horizon.ROUND or (is_last and not basis.turns_scope)
 
     def _opponent_model(self) -> AssumedPlayers | None:
         """Return the hint agent's model of the other players; None if it has none or fails."""
-        if self._hint_agent is None or not self._hint_agent.policy.has_opponent_model:
+        if self._hint_agent is None or not models_opponents(self._hint_agent.policy):
             return None
         memory = self._query_agent(SeatedPolicy.current_memory)
         agent = self._hint_agent
-        return AssumedPlayers(agent.policy, memory, agent.players)
+        return AssumedPlayers(agent.policy, memory, agent.basis.players)
 
     def clear_forecast(self) -> None:
         """Remove the stored forecast."""
@@ -475,34 +468,33 @@ class HintProvider:
     def _describe_basis(self) -> str:
         """Return the hint agent, the game and method of its values, its estimates and tie rule."""
         assert self._hint_agent
-        policy = self._hint_agent.policy
         with limit_total_work(HINT_WORK_LIMIT):
-            values = self._legal_values() if policy.tie_rule else None
+            basis = self.values_basis
+            values = self._legal_values() if basis.tie_rule else None
             tolerance = VALUE_TOLERANCE * self.session.problem.reward_scale
             is_tie = values is not None and (values >= np.nanmax(values) - tolerance).sum() > 1
-            name, _, method = (policy.hint_basis or self._hint_agent.label).partition(", ")
+            name, _, method = (basis.method or self._hint_agent.label).partition(", ")
             parts = [
                 name,
                 self.describe_game(),  # before the longer texts, which a narrow screen cuts
                 method,
                 self.describe_model(),
-                policy.tie_rule if is_tie else "",
+                basis.tie_rule if is_tie else "",
             ]
         return ", ".join(filter(None, parts))
 
     def describe_values(self) -> str:
         """Return the value of each legal action as text; '' if the hint agent has no values."""
-        labels = self.session.action_labels(self.seat)
-        game = self.describe_game()
-        name = f"{self.values_name} ({game})" if game else self.values_name
-        scale = self.session.problem.reward_scale
-        values = self._legal_values()
-        return Hint("", "", labels, values, values_name=name, scale=scale).values_text
+        labels, scale = self.session.action_labels(self.seat), self.session.problem.reward_scale
+        game, basis, values = self.describe_game(), self.values_basis, self._legal_values()
+        hint = Hint("", "", labels, values, values_basis=basis, scale=scale)
+        name = basis.accuracy.words
+        return hint.format_values_text(f"{name} ({game})" if game else name)
 
     @property
-    def values_name(self) -> str:
-        """The name of the hint agent's values, which says how accurate they are."""
-        return self._hint_agent.values_name if self._hint_agent else "values"
+    def values_basis(self) -> ValuesBasis:
+        """The basis of the hint agent's values."""
+        return self._hint_agent.basis if self._hint_agent else UNKNOWN_BASIS
 
     def values_by_action(self) -> dict[str, float]:
         """Return the value of each legal action by label; {} if the hint agent has no values."""
@@ -516,7 +508,7 @@ class HintProvider:
         values = self._query_agent(SeatedPolicy.action_values) if self._follower else None
         if values is None or not self.session.problem.actions[self.seat].labels:
             return None
-        values = round_ratings(values, self.values_name)
+        values = round_ratings(values, self.values_basis)
         legal = self.session.legal_actions_mask(self.seat)
         return values if legal is None else np.where(legal, values, np.nan)
 
@@ -543,21 +535,9 @@ class HintProvider:
         """Compute the values of all states, for overlays."""
         self._compute_all_state_values(len(self.session.turns))
 
-    @property
-    def scope(self) -> str:
-        """The game that all values are about, '' if it is this one."""
-        return self._hint_agent.scope if self._hint_agent else ""
-
     def can_assume_players(self) -> bool:
         """Return whether the values are about the players of the question."""
-        agent, opponents = self._hint_agent, self.question.opponents
-        return agent is not None and (
-            agent.policy.has_opponent_model and not agent.policy.describe_assumed_players(opponents)
-        )
-
-    def describe_players(self) -> str:
-        """Return the other players that the values are about, '' if it has no model of them."""
-        return self._hint_agent.players if self._hint_agent else ""
+        return self._hint_agent is not None and self._hint_agent.basis_with_players is not None
 
     def describe_model(self) -> str:
         """Return the hint agent's present estimate of the other players, '' if it has none."""

@@ -6,7 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dmplay.agents.base import ESTIMATED_VALUES, RATINGS, AdviceQuestion
+from dmplay.agents.base import AdviceQuestion
+from dmplay.core.action_values import UNKNOWN_BASIS, Accuracy, ValuesBasis
 from dmplay.core.arrays import Reals
 from dmplay.core.best_actions import VALUE_TOLERANCE, mark_best_actions
 from dmplay.core.session import SeatedPolicy, Session
@@ -38,16 +39,15 @@ class ReviewedAction(NamedTuple):
     best: tuple[str, ...]
     regret: float | None
     values: dict[str, float]
-    scope: str = ""  # the game that the values are about, '' if it is this one
     about: str = ""  # the turns left and the other players that the values are about
-    values_name: str = "values"  # says how accurate the values are, if that is known
+    basis: ValuesBasis = UNKNOWN_BASIS
     scale: float = 1.0  # of the problem's rewards
     discount_factor: float = 1.0  # gamma ** (turn - 1), by which the score counts the regret
 
     @property
     def is_estimated(self) -> bool:
         """True if the regret comes from estimated values."""
-        return self.values_name in {ESTIMATED_VALUES, RATINGS}
+        return self.basis.accuracy in {Accuracy.ESTIMATED, Accuracy.RATING}
 
     @property
     def is_mistake(self) -> bool:
@@ -73,7 +73,7 @@ class ReviewedAction(NamedTuple):
         value_list = ", ".join(
             f"{name} {format_fixed(value, decimal_count)}" for name, value in self.values.items()
         )
-        values_text = f"{append_scope(self.values_name, self.about)}: {value_list}"
+        values_text = f"{append_scope(self.basis.accuracy.words, self.about)}: {value_list}"
         if self.chosen in self.best:
             return f"{beginning}, the best action. {values_text}"
         regret = (
@@ -111,13 +111,12 @@ def review_actions(
                 values = hint_policy.action_values()
             is_of_players = number > hint_agent.question.earlier_turns
             if values is not None and is_of_players and not replayed.is_inactive(seat):
-                values = round_ratings(values, hint_agent.values_name)
+                values = round_ratings(values, hint_agent.basis)
                 reviewed = _review_action(replayed, seat, number, int(turn.actions[seat]), values)
                 yield reviewed._replace(
-                    regret=reviewed.regret if hint_agent.has_exact_regrets else None,
-                    scope=hint_agent.scope,
+                    regret=reviewed.regret if hint_agent.basis.has_exact_regrets else None,
                     about=hint_agent.describe_game(number - 1),
-                    values_name=hint_agent.values_name,
+                    basis=hint_agent.basis,
                     discount_factor=problem.discount ** (number - 1),
                 )
         replayed.append_turns([turn])
@@ -153,7 +152,7 @@ def format_summary(reviewed_actions: list[ReviewedAction]) -> str:
     if not reviewed_actions:
         return "review: no agent can compute the values of these actions"
     best_count = sum(move.chosen in move.best for move in reviewed_actions)
-    scopes = {move.scope for move in reviewed_actions}
+    scopes = {move.basis.scope for move in reviewed_actions}
     best = append_scope("best action", *scopes) if len(scopes) == 1 else "best action"
     text = f"review: {best} {best_count} of {format_count(len(reviewed_actions), 'time')}"
     regrets = [move.regret for move in reviewed_actions if move.regret is not None]
@@ -175,7 +174,7 @@ def format_summary(reviewed_actions: list[ReviewedAction]) -> str:
 
 def _have_ratings(reviewed_actions: Sequence[ReviewedAction]) -> bool:
     """Return whether the values are ratings, which are whole numbers."""
-    return any(move.values_name == RATINGS for move in reviewed_actions)
+    return any(move.basis.accuracy is Accuracy.RATING for move in reviewed_actions)
 
 
 def _count_decimals(reviewed_actions: Sequence[ReviewedAction], numbers: Sequence[float]) -> int:
@@ -204,7 +203,7 @@ def format_table(reviewed_actions: list[ReviewedAction]) -> list[str]:
     )
     is_discounted = any(move.discount_factor < 1.0 for move in reviewed_actions)
     regret_headings = ["regret", *["discounted"] * is_discounted] if regrets else []
-    scopes = {move.scope for move in reviewed_actions}
+    scopes = {move.basis.scope for move in reviewed_actions}
     has_one_scope = len(scopes) == 1
     best_heading = append_scope("best", *scopes) if has_one_scope else "best"
     has_several_seats = len({move.seat for move in reviewed_actions}) > 1
@@ -219,7 +218,7 @@ def format_table(reviewed_actions: list[ReviewedAction]) -> list[str]:
                 regret_cells[-1] += f" {bar}"
         seat = [move.seat] * has_several_seats
         best = "any" if len(move.best) == len(move.values) else " or ".join(move.best)
-        best = best if has_one_scope else append_scope(best, move.scope)
+        best = best if has_one_scope else append_scope(best, move.basis.scope)
         rows.append([str(move.turn), *seat, move.chosen, best, *regret_cells])
     return [
         *(align_columns(rows) if reviewed_actions else []),

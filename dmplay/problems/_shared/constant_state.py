@@ -7,9 +7,10 @@ from itertools import count
 
 import numpy as np
 
-from dmplay.agents.base import EXACT_VALUES
+from dmplay.agents.base import AdviceQuestion
 from dmplay.agents.belief_policy import BeliefPolicy, GreedyBeliefPolicy
 from dmplay.agents.horizon import MAX_HORIZON, HorizonPolicy
+from dmplay.core.action_values import Accuracy, ValuesBasis
 from dmplay.core.arrays import Array, Bools, Ints, Reals
 from dmplay.core.best_actions import select_greedy_actions
 from dmplay.core.chance import Categorical, weighted_sum
@@ -58,10 +59,13 @@ class Optimal(HorizonPolicy, GreedyBeliefPolicy):
 
     horizon: int = parameter(10, "number of turns planned", 1, MAX_HORIZON)
 
-    values_name = EXACT_VALUES
     plans_whole_game = True
     repeats_plan = True
     max_planned_turns = 20
+
+    def values_basis(self, question: AdviceQuestion) -> ValuesBasis:
+        """Return exact values."""
+        return super().values_basis(question)._replace(accuracy=Accuracy.EXACT)
 
     @cached_property
     def _q_cache(self) -> dict[int, dict[bytes, Reals]]:

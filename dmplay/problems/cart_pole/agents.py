@@ -6,13 +6,13 @@ from functools import cached_property
 import numpy as np
 
 from dmplay.agents.available_agents import Roster
-from dmplay.agents.base import ESTIMATED_VALUES, WITHOUT_END, ConstantPolicy, ReactivePolicy
+from dmplay.agents.base import AdviceQuestion, ConstantPolicy, ReactivePolicy
 from dmplay.agents.horizon import HorizonPolicy
+from dmplay.core.action_values import Accuracy, Horizon, ValuesBasis
 from dmplay.core.arrays import Array, Bools, Reals
 from dmplay.core.memoization import memoize
 from dmplay.core.parameters import parameter
 from dmplay.core.policy import Memory, Percept
-from dmplay.core.text import format_count
 from dmplay.solvers.mdp import riccati
 
 from .rules import CartPole
@@ -50,8 +50,6 @@ class LinearQuadraticPolicy(HorizonPolicy, ReactivePolicy):
     turn of a game of `horizon` turns.
     """
 
-    values_name = ESTIMATED_VALUES
-
     problem: CartPole
     push: float = parameter(
         1.0, "cost of a push; a state at its limit costs 1", 0.0, exclusive_low=True
@@ -67,15 +65,20 @@ class LinearQuadraticPolicy(HorizonPolicy, ReactivePolicy):
         (x, v, theta, omega), k = memory[0].T, self.regulator.gain
         return np.where(k[0] * x + k[1] * v + k[2] * theta + k[3] * omega < 0, RIGHT, LEFT)
 
-    def describe_scope(self, turns: int | None) -> str:
-        """Return the number of turns it looks ahead, '' if it always looks to the last turn."""
-        note = "" if self.problem.discount == 1.0 or turns == 1 else "discount ignored"
-        ahead = f"{format_count(LOOKAHEAD_TURNS, 'turn')} ahead"
-        if turns is None or turns != self.horizon:
-            ahead += f", {WITHOUT_END}" * (turns is not None)
-        else:
-            ahead = f"at most {ahead}" if turns > LOOKAHEAD_TURNS else ""
-        return ", ".join(filter(None, (ahead, note)))
+    def values_basis(self, question: AdviceQuestion) -> ValuesBasis:
+        """Return estimated values of the turns it looks ahead, or of all turns of the game."""
+        turns = question.turn_limit
+        horizon = Horizon.AT_MOST if (turns or 0) > LOOKAHEAD_TURNS else Horizon.GAME
+        return (
+            super()
+            .values_basis(question)
+            ._replace(
+                accuracy=Accuracy.ESTIMATED,
+                horizon=horizon if turns == self.horizon else Horizon.AHEAD,
+                horizon_turns=LOOKAHEAD_TURNS,
+                ignores_discount=self.problem.discount < 1.0 and turns != 1,
+            )
+        )
 
     def values_with_turns_left(self, info_state: Array, turns_left: int | None) -> Reals:
         """Return the number of turns that the pole stands after each push, then regulated.

@@ -1,24 +1,18 @@
 """Policies for collaborative predator-prey."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
 
 import numpy as np
 
 from dmplay.agents.available_agents import Roster
-from dmplay.agents.base import (
-    UPPER_BOUNDS,
-    AdviceQuestion,
-    PolicyLookup,
-    ReactivePolicy,
-    SeatPolicy,
-)
+from dmplay.agents.base import AdviceQuestion, PolicyLookup, ReactivePolicy, SeatPolicy
 from dmplay.agents.belief_policy import BeliefPolicy, GreedyBeliefPolicy
 from dmplay.agents.best_response_in_team import PartnerBeliefPolicy
 from dmplay.agents.dec_pomdp import JointPlan
 from dmplay.agents.horizon import HorizonPolicy
 from dmplay.core import belief
+from dmplay.core.action_values import Accuracy, ValuesBasis
 from dmplay.core.arrays import Array, Bools, Ints, Reals
 from dmplay.core.best_actions import select_greedy_actions
 from dmplay.core.chance import Categorical, weighted_sum
@@ -123,13 +117,9 @@ class Qmdp(HorizonPolicy, _FactoredBeliefPolicy, GreedyBeliefPolicy):
     `horizon` turns.
     """
 
-    values_name = UPPER_BOUNDS
-
     problem: CollaborativePredatorPrey
     policy_lookup: PolicyLookup | None = field(default=None, compare=False, repr=False)
     to: str = parameter("", "the only partner, an agent; if empty, partners see all positions")
-
-    hint_basis = "qmdp, as if partners see all positions now, and you see them next turn"
 
     def __post_init__(self) -> None:
         """Raise BadPolicy for hunts that it cannot plan."""
@@ -137,9 +127,18 @@ class Qmdp(HorizonPolicy, _FactoredBeliefPolicy, GreedyBeliefPolicy):
         if not can_plan(self.problem):
             raise BadPolicy("qmdp: the hunt is too large, or its discount is 1; use chase-belief")
 
-    def describe_assumed_players(self, opponents: Sequence[str]) -> str:
-        """Return the assumed play of the other agents, '' if they play so."""
-        return "" if {*opponents} == {"random"} else "belief as if partners moved at random"
+    def values_basis(self, question: AdviceQuestion) -> ValuesBasis:
+        """Return upper bounds, at a belief as if partners moved at random."""
+        are_random = {*question.actual_opponents} == {"random"}
+        return (
+            super()
+            .values_basis(question)
+            ._replace(
+                accuracy=Accuracy.UPPER_BOUND,
+                assumed_players="" if are_random else "belief as if partners moved at random",
+                method="qmdp, as if partners see all positions now, and you see them next turn",
+            )
+        )
 
     def can_plan_turns(self, turns: int) -> bool:
         """Return whether the values of that many turns can be computed and stored in time."""
@@ -207,10 +206,14 @@ class QmdpWithPartner(Qmdp, PartnerBeliefPolicy):
 
     max_belief_size = 1_000_000
 
-    hint_basis = "qmdp, as if you see all positions and move both from the next turn on"
     current_belief = PartnerBeliefPolicy.current_belief
-    describe_assumed_players = PartnerBeliefPolicy.describe_assumed_players
     with_policy_lookup = PartnerBeliefPolicy.with_policy_lookup
+
+    def values_basis(self, question: AdviceQuestion) -> ValuesBasis:
+        """Return upper bounds beside the partner."""
+        method = "qmdp, as if you see all positions and move both from the next turn on"
+        basis = super().values_basis(question)._replace(method=method)
+        return basis._replace(assumed_players=self.describe_partner(question.actual_opponents))
 
     @cached_property
     def _observations_by_state(self) -> Ints:

@@ -6,13 +6,8 @@ from functools import cached_property
 import numpy as np
 
 from dmplay.agents.available_agents import Roster
-from dmplay.agents.base import (
-    ESTIMATED_VALUES,
-    WITHOUT_END,
-    ConstantPolicy,
-    GreedyPolicy,
-    ReactivePolicy,
-)
+from dmplay.agents.base import AdviceQuestion, ConstantPolicy, GreedyPolicy, ReactivePolicy
+from dmplay.core.action_values import Accuracy, ValuesBasis
 from dmplay.core.arrays import Array, Bools, Reals
 from dmplay.core.parameters import parameter
 from dmplay.core.policy import Memory
@@ -47,8 +42,6 @@ class AvoidWhenNear(ReactivePolicy):
 class Optimal(GreedyPolicy, ReactivePolicy):
     """Takes the best action; values come from a grid, computed from the last turn back."""
 
-    values_name = ESTIMATED_VALUES
-
     @cached_property
     def _q_table(self) -> Reals:
         return collision_avoidance_grid.compute_optimal_q(self.problem)
@@ -59,10 +52,17 @@ class Optimal(GreedyPolicy, ReactivePolicy):
         times = np.floor(np.clip(s[:, 3], 0, collision_avoidance_grid.TIMES_TO_COLLISION[-1]))
         return collision_avoidance_grid.interpolate_values(self._q_table, times, s)
 
-    def describe_scope(self, turns: int | None) -> str:
-        """Return "infinite horizon" if the turn limit may come before the aircraft meet."""
-        longest = collision_avoidance_grid.TIMES_TO_COLLISION[-1]
-        return "" if turns is None or turns > longest else WITHOUT_END
+    def values_basis(self, question: AdviceQuestion) -> ValuesBasis:
+        """Return estimated values; a turn limit may come before the aircraft meet."""
+        longest, turns = collision_avoidance_grid.TIMES_TO_COLLISION[-1], question.turn_limit
+        return (
+            super()
+            .values_basis(question)
+            ._replace(
+                accuracy=Accuracy.ESTIMATED,
+                ignores_turn_limit=turns is not None and turns <= longest,
+            )
+        )
 
 
 AGENTS = Roster(

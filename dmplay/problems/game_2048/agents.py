@@ -5,7 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from dmplay.agents.available_agents import Roster
-from dmplay.agents.base import RATINGS, GreedyPolicy, ReactivePolicy, SeatPolicy
+from dmplay.agents.base import AdviceQuestion, GreedyPolicy, ReactivePolicy, SeatPolicy
+from dmplay.core.action_values import Accuracy, ValuesBasis
 from dmplay.core.arrays import Array, Bools, Reals
 from dmplay.core.parameters import parameter
 from dmplay.core.policy import Memory, Percept, requires_fields
@@ -51,11 +52,7 @@ class Expectimax(GreedyPolicy, ReactivePolicy):
     so two searches may differ.
     """
 
-    values_name = RATINGS
-
     problem: Game2048
-
-    values_without_end = True
 
     depth: int = parameter(
         12, "search depth in plies (a slide or a tile), if no time limit", 1, MAX_DEPTH_PLIES
@@ -69,10 +66,17 @@ class Expectimax(GreedyPolicy, ReactivePolicy):
         """True if its choice depends on the speed of the machine."""
         return self.milliseconds > 0
 
-    def describe_scope(self, turns: int | None) -> str:
-        """Return the horizon and the discount that its values ignore, '' if none."""
-        discount = "discount ignored" if self.problem.discount < 1.0 else ""
-        return ", ".join(filter(None, (super().describe_scope(turns), discount)))
+    def values_basis(self, question: AdviceQuestion) -> ValuesBasis:
+        """Return ratings that ignore the turn limit and the discount."""
+        return (
+            super()
+            .values_basis(question)
+            ._replace(
+                accuracy=Accuracy.RATING,
+                ignores_turn_limit=question.turn_limit is not None,
+                ignores_discount=self.problem.discount < 1.0,
+            )
+        )
 
     def action_values(self, memory: Memory) -> Reals:
         """Return the rating of each slide; -inf for a slide that moves nothing."""

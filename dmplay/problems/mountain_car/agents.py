@@ -5,7 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from dmplay.agents.available_agents import Roster
-from dmplay.agents.base import ESTIMATED_VALUES, ConstantPolicy, GreedyPolicy, ReactivePolicy
+from dmplay.agents.base import AdviceQuestion, ConstantPolicy, GreedyPolicy, ReactivePolicy
+from dmplay.core.action_values import Accuracy, ValuesBasis
 from dmplay.core.arrays import Array, Bools, Reals
 from dmplay.core.memoization import memoize
 from dmplay.core.parameters import parameter
@@ -40,9 +41,15 @@ class Pump(ReactivePolicy):
 class Optimal(GreedyPolicy, ReactivePolicy):
     """Takes the best action; values come from a grid of positions and speeds (value iteration)."""
 
-    values_name = ESTIMATED_VALUES
-
-    values_without_end = True
+    def values_basis(self, question: AdviceQuestion) -> ValuesBasis:
+        """Return estimated values without a turn limit."""
+        return (
+            super()
+            .values_basis(question)
+            ._replace(
+                accuracy=Accuracy.ESTIMATED, ignores_turn_limit=question.turn_limit is not None
+            )
+        )
 
     def action_values(self, memory: Memory) -> Reals:
         """Return Q of each action, roughly the negative number of turns to the goal."""

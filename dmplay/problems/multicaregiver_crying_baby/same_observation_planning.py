@@ -7,15 +7,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dmplay.agents.base import ESTIMATED_VALUES, SeatPolicy
+from dmplay.agents.base import AdviceQuestion, SeatPolicy
 from dmplay.agents.belief_policy import SparseTransition, apply_by_group
 from dmplay.core import belief
+from dmplay.core.action_values import Accuracy, Horizon, ValuesBasis
 from dmplay.core.arrays import Array, Bools, Ints, Reals
 from dmplay.core.best_actions import select_greedy_actions
 from dmplay.core.parameters import parameter
 from dmplay.core.policy import Memory, Percept
 from dmplay.core.tabular import joint_actions, tabulate
-from dmplay.core.text import format_count
 from dmplay.solvers.decpomdp import joint_plan_dynamic_programming
 from dmplay.solvers.pomdp import exact_pomdp
 from dmplay.solvers.pomdp.upper_envelope import compute_upper_envelope
@@ -31,17 +31,22 @@ class SharedObservationPlan(SeatPolicy):
     sum of both rewards over these turns.
     """
 
-    values_name = ESTIMATED_VALUES
-
     horizon: int = parameter(
         MAX_PLAN_TURNS, f"number of turns planned, 1 to {MAX_PLAN_TURNS}", 1, MAX_PLAN_TURNS
     )
 
-    hint_basis = "joint plan that both agents follow, for the sum of their rewards"
-
-    def describe_scope(self, turns: int | None) -> str:
-        """Return the number of turns it plans ahead in every turn, of which fewer may be left."""
-        return f"{format_count(self.horizon, 'turn')} ahead"
+    def values_basis(self, question: AdviceQuestion) -> ValuesBasis:
+        """Return estimated values of the turns it plans ahead, of which fewer may be left."""
+        return (
+            super()
+            .values_basis(question)
+            ._replace(
+                accuracy=Accuracy.ESTIMATED,
+                horizon=Horizon.AHEAD,
+                horizon_turns=self.horizon,
+                method="joint plan that both agents follow, for the sum of their rewards",
+            )
+        )
 
     def __post_init__(self) -> None:
         """Raise an error for a horizon out of bounds, or with too many plans."""

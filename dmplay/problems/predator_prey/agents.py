@@ -1,7 +1,6 @@
 """Policies for predator-prey."""
 
 from abc import abstractmethod
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Self
@@ -9,8 +8,9 @@ from typing import Self
 import numpy as np
 
 from dmplay.agents.available_agents import Roster
-from dmplay.agents.base import EXACT_VALUES, AdviceQuestion, ReactivePolicy, StationaryPolicy
+from dmplay.agents.base import AdviceQuestion, ReactivePolicy, StationaryPolicy
 from dmplay.agents.horizon import HorizonPolicy
+from dmplay.core.action_values import Accuracy, ValuesBasis
 from dmplay.core.arrays import Array, Bools, Ints, Reals
 from dmplay.core.best_actions import select_greedy_actions
 from dmplay.core.chance import Categorical
@@ -83,9 +83,6 @@ class BestResponse(HorizonPolicy, StationaryPolicy):
     agents.
     """
 
-    values_name = EXACT_VALUES
-    has_opponent_model = True
-
     problem: PredatorPrey
     to: str = parameter(
         "natural",
@@ -149,17 +146,19 @@ class BestResponse(HorizonPolicy, StationaryPolicy):
             return policy
         return replace(policy, to=opponents[0])
 
-    def describe_assumed_players(self, opponents: Sequence[str]) -> str:
-        """Return the assumed play of the others, if these opponents may play otherwise."""
+    def values_basis(self, question: AdviceQuestion) -> ValuesBasis:
+        """Return exact values against the assumed play of the others."""
+        basis = super().values_basis(question)._replace(accuracy=Accuracy.EXACT)
         others = [seat for seat in range(len(self.problem.agents)) if seat != self.seat]
         assumed = {
             _natural_policy_name(self.problem, seat) if self.to == "natural" else self.to
             for seat in others
         }
-        if {*opponents} == assumed:
-            return ""
+        if {*question.actual_opponents} == assumed:
+            return basis
         verb = "other agents play" if len(others) > 1 else "other agent plays"
-        return f"if the {verb} {' or '.join(sorted(assumed))}"
+        assumption = f"if the {verb} {' or '.join(sorted(assumed))}"
+        return basis._replace(assumed_players=assumption)
 
     def can_plan_turns(self, turns: int) -> bool:
         """Return whether the values of that many turns can be computed and stored in time."""
@@ -194,9 +193,6 @@ class HuntEquilibrium(ReactivePolicy):
     against any opponent. The values are against the opponent's part of the equilibrium.
     """
 
-    values_name = EXACT_VALUES
-    values_without_end = True
-
     problem: PredatorPrey
 
     uniform_count = 1  # for the choice of the move
@@ -219,6 +215,14 @@ class HuntEquilibrium(ReactivePolicy):
     def _solution(self) -> markov_game_policy_iteration.MarkovGameEquilibrium:
         """The equilibrium policies of both agents and their Q."""
         return markov_game_policy_iteration.find_equilibrium(self.problem)
+
+    def values_basis(self, question: AdviceQuestion) -> ValuesBasis:
+        """Return exact values without a turn limit."""
+        return (
+            super()
+            .values_basis(question)
+            ._replace(accuracy=Accuracy.EXACT, ignores_turn_limit=question.turn_limit is not None)
+        )
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
         """Return moves drawn from the equilibrium's mixed strategy in each state."""

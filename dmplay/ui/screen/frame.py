@@ -515,5 +515,6 @@ def _hint_facts(hint: Hint | None) -> list[tuple[str, str]]:
     """Return the panel facts of the hint: action values, best first, or else the hint key."""
     if hint is None or not hint.value_rows:
         return [("hint", "Tab")]
-    heading = [(text, "") for text in (hint.values_name, *hint.game.split(", ")) if text]
+    name = hint.values_basis.accuracy.words
+    heading = [(text, "") for text in (name, *hint.game.split(", ")) if text]
     return [*heading, *((f"  {label}", number) for label, number in hint.value_rows)]

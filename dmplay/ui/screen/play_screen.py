@@ -285,7 +285,7 @@ class PlayScreen:
                 provider = self.game.hint_provider
                 shown_turns = len((self.timeline or self.game).session.turns)
                 has_values = OVERLAYS[index] == "values"
-                label = f"{provider.values_name} {VALUES_MEANING}"
+                label = f"{provider.values_basis.accuracy.words} {VALUES_MEANING}"
                 parts = [
                     f"overlay: {label if has_values else OVERLAY_LABELS[OVERLAYS[index]]}",
                     provider.describe_game(shown_turns) * (OVERLAYS[index] in HINT_OVERLAYS),
@@ -341,7 +341,11 @@ class PlayScreen:
         board.
         """
         rows = reply.split("\n") if isinstance(reply, Page) else []
-        if isinstance(reply, DataReply) and not self._build_frame(self._viewport).fits_log(reply):
+        if (
+            isinstance(reply, DataReply)
+            and reply.rows
+            and not self._build_frame(self._viewport).fits_log(reply)
+        ):
             rows = [*reply.rows]
         hint = self.game.hint_provider.current_hint
         if rows and not isinstance(reply, TurnReports):

@@ -6,7 +6,7 @@ from math import ceil
 
 import numpy as np
 
-from dmplay.agents.base import RATINGS
+from dmplay.core.action_values import Accuracy
 from dmplay.core.session import Turn
 from dmplay.core.work_budget import ComputationStopped
 from dmplay.game.game import Game
@@ -116,8 +116,7 @@ class GameTimeline(Game):
             labels,
             values,
             game=move.about,
-            has_regrets=move.regret is not None,
-            values_name=move.values_name,
+            values_basis=move.basis._replace(has_regrets=move.regret is not None),
         )
 
     def review_rows(self, width: int) -> list[str]:
@@ -169,8 +168,8 @@ class GameTimeline(Game):
         least = regrets[worst[-1] - 1] * (1.0 - RELATIVE_TOLERANCE)
         has_more = sum(regret >= least for regret in regrets) > len(worst)  # equal ones
         turns = f"turn{'s' * (len(worst) > 1)} {', '.join(map(str, worst))}{', ...' * has_more}"
-        names = {move.values_name for moves in self._moves_by_turn for move in moves}
-        noun = "rating lost" if RATINGS in names else "value lost"
+        accuracies = {move.basis.accuracy for moves in self._moves_by_turn for move in moves}
+        noun = "rating lost" if Accuracy.RATING in accuracies else "value lost"
         captions = [
             (f"{noun} each turn ", f"  [ ] = next turn; most in {turns}"),
             (f"{noun} ", f"  most in {turns}"),
@@ -192,9 +191,9 @@ def _describe_choice(move: ReviewedAction, *, shows_discounted: bool) -> str:
     """Return a choice as text, with the better action and its gain if there was one."""
     if move.chosen in move.best:
         rank = "the best action" if len(move.best) == 1 else f"one of {len(move.best)} best actions"
-        return f"chose {move.chosen}, {review.append_scope(rank, move.scope)}"
+        return f"chose {move.chosen}, {review.append_scope(rank, move.basis.scope)}"
     best = " or ".join(move.best)
-    if move.values_name == RATINGS:
+    if move.basis.accuracy is Accuracy.RATING:
         return f"chose {move.chosen}; {best} was rated higher"
     gain = ""
     if move.regret is not None:
@@ -202,7 +201,9 @@ def _describe_choice(move: ReviewedAction, *, shows_discounted: bool) -> str:
         if shows_discounted and move.discount_factor < 1.0:
             lost = format_fixed(move.discounted_regret, move.decimal_count)
             gain += f" ({lost} of the score)"
-    return f"chose {move.chosen}; {best} {review.append_scope(f'was better{gain}', move.scope)}"
+    return (
+        f"chose {move.chosen}; {best} {review.append_scope(f'was better{gain}', move.basis.scope)}"
+    )
 
 
 def _last_turn_if_over(game: Game) -> Turn | None:

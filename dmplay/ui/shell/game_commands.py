@@ -144,7 +144,7 @@ def show_belief(game: Game, argument: str) -> str:
     if game.assumed_players:
         provider = game.hint_provider
         assumed = run_cancellable(HINT_TASK, provider.describe_model)
-        assumed = assumed and f" {provider.describe_players()}: {assumed}."
+        assumed = assumed and f" {provider.values_basis.players}: {assumed}."
     return f"belief{model}: {', '.join(entries)}.{assumed}"
 
 
@@ -176,7 +176,19 @@ def show_hint(game: Game, argument: str) -> str:
 
 def show_values(game: Game, argument: str) -> str:
     """Return the value of each action."""
-    return _ask_hint_provider(game, "values", HintProvider.describe_values)
+
+    def describe(provider: HintProvider) -> str:
+        """Return the values as text with their numbers."""
+        text = provider.describe_values()
+        facts = {
+            "seat": game.problem.agents[game.viewing_seat],
+            "about": provider.describe_game(),
+            "values": provider.values_by_action(),
+            **provider.values_basis.accuracy.data,
+        }
+        return text and DataReply(text, "values", facts, [])
+
+    return _ask_hint_provider(game, "values", describe)
 
 
 def show_best_action(game: Game, argument: str) -> str:
@@ -225,7 +237,8 @@ def assume_player(game: Game, argument: str) -> str:
             if not game.hint_provider.can_assume_players():
                 game.assume_players(previous)
                 raise BadParameter(f"assume: the advice in this game cannot assume {agent_name}")
-    players = run_cancellable(HINT_TASK, game.hint_provider.describe_players)
+    provider = game.hint_provider
+    players = run_cancellable(HINT_TASK, lambda: provider.values_basis.players)
     return f"hints now give advice {players or 'without a model of the other agents'}"
 
 

@@ -7,7 +7,6 @@ import sys
 from collections.abc import Iterator
 from typing import TextIO
 
-from dmplay.agents.base import VALUES_NAMES
 from dmplay.core.text import escape_unprintable
 from dmplay.errors import BadParameter, DmplayError, clip_message
 from dmplay.external.bots.protocol import describe_choices
@@ -15,7 +14,6 @@ from dmplay.game.background_tasks import TaskCancelled
 from dmplay.game.command_reply import DataReply, Page
 from dmplay.game.game import Game
 from dmplay.game.game_series import GameController
-from dmplay.game.hints.hint_provider import accuracy_data
 from dmplay.terminal.capabilities import Terminal, clear_screen
 from dmplay.terminal.capabilities import read_line as typed_line
 from dmplay.ui.shell.commands import (
@@ -160,17 +158,11 @@ class JsonReporter(Reporter):
             facts = game.narrator.visible_turn_facts(game.snapshot())
             self._print_event("undo", {"turns": previous_turn_count - turn_count} | facts)
         elif isinstance(text, DataReply):
-            self._print_event(text.event, {**text.data, "text": str(text)})
+            facts = {"text": str(text)} if text.rows else {}
+            self._print_event(text.event, {**text.data, **facts})
         elif hint and text.startswith("hint"):
             seat = game.problem.agents[game.viewing_seat]
             self._print_event("hint", {"seat": seat} | hint.data)
-        elif text.startswith(VALUES_NAMES):
-            provider = game.hint_provider
-            seat = game.problem.agents[game.viewing_seat]
-            facts = {"seat": seat, "about": provider.describe_game()}
-            accuracy = accuracy_data(provider.values_name)
-            values = {"values": provider.values_by_action()}
-            self._print_event("values", {**facts, **values, **accuracy})
         else:
             self.report_text(text)
 

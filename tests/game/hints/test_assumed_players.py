@@ -8,6 +8,7 @@ import pytest
 import dmplay
 from dmplay import SeededUniforms, Session
 from dmplay.agents.base import AdviceQuestion
+from dmplay.core.action_values import Accuracy
 from dmplay.errors import BadParameter, UnknownName
 from dmplay.game.game import Game
 from dmplay.game.game_setup import start_new_game
@@ -205,7 +206,7 @@ def test_a_zero_sum_hint_says_that_it_assumes_a_maximin_opponent() -> None:
     assert f" and {opponent} plays its maximin strategy: " in provider.forecast_action(0)
     session.advance([0, 0])
     (reviewed,) = review_actions(session, [AdviceQuestion.about(session, 0, players)])
-    assert reviewed.scope == f"if {opponent} plays its maximin strategy"
+    assert reviewed.basis.scope == f"if {opponent} plays its maximin strategy"
 
 
 def test_bounds_give_no_regret() -> None:
@@ -213,7 +214,7 @@ def test_bounds_give_no_regret() -> None:
     session.advance([0, 0])
     question = AdviceQuestion.about(session, 0, ["human", "human"])
     (reviewed,) = review_actions(session, [question])
-    assert reviewed.values_name == "upper bounds"
+    assert reviewed.basis.accuracy is Accuracy.UPPER_BOUND
     assert reviewed.regret is None
 
 

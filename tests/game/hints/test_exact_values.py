@@ -13,7 +13,8 @@ import numpy as np
 import pytest
 
 import dmplay
-from dmplay.agents.base import EXACT_VALUES, LOWER_BOUNDS, UPPER_BOUNDS, AdviceQuestion, SeatPolicy
+from dmplay.agents.base import AdviceQuestion, SeatPolicy
+from dmplay.core.action_values import Accuracy
 from dmplay.core.arrays import Array, Reals
 from dmplay.core.belief import initial_belief
 from dmplay.core.policy import Memory, Percept
@@ -173,21 +174,23 @@ def make_matrix_game(*action_counts: int) -> Problem:
     return read_nfg("random.nfg", text.encode())
 
 
-def check_first_values(problem: Problem, turns: int, other: str = "", *, seat: int = 0) -> str:
+def check_first_values(
+    problem: Problem, turns: int, other: str = "", *, seat: int = 0
+) -> Accuracy | None:
     """Compare the first values of the hint provider with an evaluation of its policy.
 
     Exact values are equal to those of the policy, and lower bounds are at most as large. Of many
     actions, some are evaluated. Return the
-    name of the values that were compared, '' for estimates and for values of another game.
+    accuracy of the values that were compared, None for estimates and for values of another game.
     """
     players = [other] * len(problem.agents)
     players[seat] = "human"
     agent = find_hint_provider(problem, AdviceQuestion(seat, turns, tuple(players)))
     assert agent is not None
-    policy, name = agent.policy, agent.values_name
-    if name not in {EXACT_VALUES, LOWER_BOUNDS} or policy.describe_scope(turns):
-        return ""
-    assert not agent.assumed_players
+    policy, accuracy = agent.policy, agent.basis.accuracy
+    if accuracy not in {Accuracy.EXACT, Accuracy.LOWER_BOUND} or agent.basis.turns_scope:
+        return None
+    assert not agent.basis.assumed_players
     session = Session(problem, dmplay.SeededUniforms(7), turn_limit=turns)
     memory = policy.initial_memory(np.asarray(session.observation_after(seat, 0))[None])
     values = policy.action_values(memory)
@@ -210,15 +213,15 @@ def check_first_values(problem: Problem, turns: int, other: str = "", *, seat: i
         if (legal is None or legal[action]) and action % max(len(values[0]) // 4, 1) == 0:
             expected = evaluation.action_value(distribution, memory, turns, action)
             assert value <= expected + 1e-6, (turns, action)
-            assert name == LOWER_BOUNDS or value == pytest.approx(expected, abs=1e-6)
-    return name
+            assert accuracy is Accuracy.LOWER_BOUND or value == pytest.approx(expected, abs=1e-6)
+    return accuracy
 
 
 @pytest.mark.parametrize("turns", TURNS)
 @pytest.mark.parametrize("name", ["hexworld", "crying-baby"])
 def test_exact_values_of_built_in_problems_and_variants(name: str, turns: int) -> None:
     for problem in load_variants(name).values():
-        assert check_first_values(problem, turns) == EXACT_VALUES
+        assert check_first_values(problem, turns) == Accuracy.EXACT
 
 
 @pytest.mark.parametrize(
@@ -229,7 +232,7 @@ def test_exact_values_of_built_in_problems_and_variants(name: str, turns: int) -
      pytest.param("catch", 10, marks=pytest.mark.slow)],
 )  # fmt: skip
 def test_exact_values_of_problems_with_many_beliefs(name: str, turns: int) -> None:
-    assert check_first_values(dmplay.load_problem(name), turns) == EXACT_VALUES
+    assert check_first_values(dmplay.load_problem(name), turns) == Accuracy.EXACT
 
 
 @pytest.mark.parametrize("turns", [1, 2, 5, pytest.param(20, marks=pytest.mark.slow)])
@@ -241,7 +244,7 @@ def test_exact_values_of_a_hunt_against_a_known_policy(
     variant: str, seat: int, other: str, turns: int
 ) -> None:
     problem = dmplay.load_problem(f"predator-prey:{variant}")
-    assert check_first_values(problem, turns, other, seat=seat) == EXACT_VALUES
+    assert check_first_values(problem, turns, other, seat=seat) == Accuracy.EXACT
 
 
 @pytest.mark.parametrize(
@@ -254,7 +257,7 @@ def test_exact_values_of_a_hunt_against_a_known_policy(
 )  # fmt: skip
 def test_exact_values_of_a_hunt_on_the_map_of_the_book(seat: int, other: str, turns: int) -> None:
     problem = dmplay.load_problem("predator-prey")
-    assert check_first_values(problem, turns, other, seat=seat) == EXACT_VALUES
+    assert check_first_values(problem, turns, other, seat=seat) == Accuracy.EXACT
 
 
 @pytest.mark.parametrize("turns", [1, 2, 5, 10])
@@ -264,7 +267,7 @@ def test_exact_values_of_a_caregiver_are_those_with_the_partner_of_the_game(
     partner: str, seat: int, turns: int
 ) -> None:
     problem = dmplay.load_problem("multicaregiver-crying-baby")
-    assert check_first_values(problem, turns, partner, seat=seat) == EXACT_VALUES
+    assert check_first_values(problem, turns, partner, seat=seat) == Accuracy.EXACT
 
 
 def test_a_caregiver_that_follows_the_hints_earns_the_value_of_the_best_response() -> None:
@@ -298,14 +301,16 @@ def test_exact_values_of_a_repeated_game_against_a_known_rule(
     problem = dmplay.load_problem(name)
     for rule in rules:
         for seat in (0, 1):
-            assert check_first_values(problem, turns, rule, seat=seat) == EXACT_VALUES
+            assert check_first_values(problem, turns, rule, seat=seat) == Accuracy.EXACT
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("turns", [1, 2])
 @pytest.mark.parametrize("rule", ["level-k", "random"])
 def test_exact_values_of_a_dilemma_with_99_random_replies(rule: str, turns: int) -> None:
-    assert check_first_values(dmplay.load_problem("travelers-dilemma"), turns, rule) == EXACT_VALUES
+    assert (
+        check_first_values(dmplay.load_problem("travelers-dilemma"), turns, rule) == Accuracy.EXACT
+    )
 
 
 UNPREDICTED = {"search", "human"}  # agents that no advice can predict
@@ -374,13 +379,17 @@ def test_advice_assumes_each_agent_of_a_game_that_can_be_computed_with(name: str
             players[seat] = "human"
             agent = find_hint_provider(problem, AdviceQuestion(seat, 2, tuple(players)))
             assert agent is not None
-            is_known = agent.players in {f"against {other}", f"with {other}"}
+            is_known = agent.basis.players in {f"against {other}", f"with {other}"}
             assert is_known is (other not in UNPREDICTED | BELIEF_AGENTS), (seat, other)
-            if agent.values_name == EXACT_VALUES:
+            if agent.basis.accuracy is Accuracy.EXACT:
                 assert is_known, (seat, other)
-            if is_known and len(problem.agents) == 2 and agent.values_name != UPPER_BOUNDS:
+            if (
+                is_known
+                and len(problem.agents) == 2
+                and agent.basis.accuracy is not Accuracy.UPPER_BOUND
+            ):
                 turns = 1 if problem.action_counts[0] > 9 else 2
-                assert check_first_values(problem, turns, other, seat=seat) == EXACT_VALUES
+                assert check_first_values(problem, turns, other, seat=seat) == Accuracy.EXACT
 
 
 @pytest.mark.parametrize("seat", [0, 1])
@@ -391,7 +400,7 @@ def test_advice_assumes_a_rule_of_the_module_that_defines_the_game(
     path.write_text(CHICKEN_SOURCE)
     problem = dmplay.load_problem(f"{path}:Chicken")
     for turns in (1, 2, 3):
-        assert check_first_values(problem, turns, "switch-after-loss", seat=seat) == EXACT_VALUES
+        assert check_first_values(problem, turns, "switch-after-loss", seat=seat) == Accuracy.EXACT
 
 
 def test_three_players_are_advised_for_the_two_agents_of_the_game() -> None:
@@ -399,7 +408,7 @@ def test_three_players_are_advised_for_the_two_agents_of_the_game() -> None:
     players = ("random", "human", "equilibrium")
     agent = find_hint_provider(problem, AdviceQuestion(1, 2, players))
     assert agent is not None
-    assert agent.players == "against random and equilibrium"
+    assert agent.basis.players == "against random and equilibrium"
     values = agent.policy.action_values(agent.policy.initial_memory(np.zeros(1, int)))
     assert values is not None
     equilibrium = cast(SeatPolicy, load_agent(problem, 2, "equilibrium"))
@@ -416,25 +425,27 @@ def test_exact_values_of_user_defined_problems(turns: int) -> None:
         *(RandomProblem(seed=n, ends=False, turns=turns) for n in range(2)),
     ]  # fmt: skip
     for problem in problems:
-        assert check_first_values(problem, turns) == EXACT_VALUES
+        assert check_first_values(problem, turns) == Accuracy.EXACT
     for game in (Nim(), Toe()):
-        assert check_first_values(game, turns, f"optimal:horizon={turns}") == EXACT_VALUES
-    assert check_first_values(RevealingVault(), turns) == ""  # a search has no values
+        assert check_first_values(game, turns, f"optimal:horizon={turns}") == Accuracy.EXACT
+    assert check_first_values(RevealingVault(), turns) is None  # a search has no values
 
 
 @pytest.mark.parametrize(
-    ("turns", "values_name"),
-    [(1, EXACT_VALUES), (2, EXACT_VALUES), (5, EXACT_VALUES),
-     pytest.param(20, LOWER_BOUNDS, marks=pytest.mark.slow)],
+    ("turns", "accuracy"),
+    [(1, Accuracy.EXACT), (2, Accuracy.EXACT), (5, Accuracy.EXACT),
+     pytest.param(20, Accuracy.LOWER_BOUND, marks=pytest.mark.slow)],
 )  # fmt: skip
-def test_values_of_a_user_defined_problem_with_hidden_states(turns: int, values_name: str) -> None:
-    assert check_first_values(Vault(), turns) == values_name
+def test_values_of_a_user_defined_problem_with_hidden_states(
+    turns: int, accuracy: Accuracy
+) -> None:
+    assert check_first_values(Vault(), turns) is accuracy
 
 
 @pytest.mark.parametrize("turns", [1, 2, 5])
 def test_values_of_problem_files(turns: int) -> None:
     problems = [make_tiger(), make_cheese_maze(), *(make_random_problem(n, 0.9) for n in range(3))]
-    assert EXACT_VALUES in {check_first_values(problem, turns) for problem in problems}
+    assert Accuracy.EXACT in {check_first_values(problem, turns) for problem in problems}
 
 
 @pytest.mark.parametrize("turns", [1, 2, 3])
@@ -443,7 +454,7 @@ def test_exact_values_of_a_team_that_follows_one_plan(text: str, turns: int) -> 
     problem = parse_team_file(text)
     for seat in (0, 1):
         other = f"joint-plan:horizon={turns}"
-        assert check_first_values(problem, turns, other, seat=seat) == EXACT_VALUES
+        assert check_first_values(problem, turns, other, seat=seat) == Accuracy.EXACT
 
 
 TEAMS = {
@@ -518,8 +529,8 @@ def check_best_reply(problem: Problem, seat: int, partner: str, turns: int) -> N
     players = ("human", partner) if seat == 0 else (partner, "human")
     agent = find_hint_provider(problem, AdviceQuestion(seat, turns, players))
     assert agent is not None
-    assert (agent.label, agent.players) == ("best-response", f"with {partner}")
-    assert agent.values_name == EXACT_VALUES
+    assert (agent.label, agent.basis.players) == ("best-response", f"with {partner}")
+    assert agent.basis.accuracy is Accuracy.EXACT
     policy, reply = agent.policy, BestReply(problem, seat, partner)
     rng, memory = np.random.default_rng(7), policy.initial_memory(np.full(1, -1))
     history: History = []
@@ -626,8 +637,8 @@ def test_a_best_response_too_large_to_plan_leaves_the_joint_plan_and_says_so() -
         question = AdviceQuestion(0, turns, ("human", partner))
         agent = find_hint_provider(parse_team_file(format_dectiger()), question)
         assert agent is not None
-        assert agent.players == "if the whole team follows the plan"
-        assert agent.values_name != EXACT_VALUES
+        assert agent.basis.players == "if the whole team follows the plan"
+        assert agent.basis.accuracy is not Accuracy.EXACT
 
 
 @pytest.mark.parametrize("partner", ["optimal", "random"])
@@ -663,7 +674,10 @@ def test_advice_in_a_hunt_follows_the_belief_and_the_action_of_the_partner(
     for turns in (1, 3):
         agent = find_hint_provider(hunt, AdviceQuestion(seat, turns, players))
         assert agent is not None
-        assert (agent.players, agent.values_name) == (f"with {other}", UPPER_BOUNDS)
+        assert (agent.basis.players, agent.basis.accuracy) == (
+            f"with {other}",
+            Accuracy.UPPER_BOUND,
+        )
         evaluation = Evaluation(hunt, agent.policy, partner)
         memory = agent.policy.initial_memory(np.array([-1]))
         key = evaluation.key_of(partner.initial_memory(np.array([-1])))
@@ -693,7 +707,7 @@ def test_upper_bounds_are_no_smaller_than_the_returns_of_constant_teams() -> Non
     problem = dmplay.load_problem("collaborative-predator-prey:circle")
     agent = find_hint_provider(problem, AdviceQuestion(0, None, ("human", "random")))
     assert agent is not None
-    assert agent.policy.values_name == UPPER_BOUNDS
+    assert agent.basis.accuracy is Accuracy.UPPER_BOUND
     bounds = agent.policy.action_values(agent.policy.initial_memory(np.array([0])))
     assert bounds is not None
     states, belief = (
@@ -720,7 +734,7 @@ def test_every_hint_provider_says_how_accurate_its_values_are() -> None:
                 people = ("human",) * len(variant.agents)
                 agent = find_hint_provider(variant, AdviceQuestion(0, turns, people))
                 assert agent is not None
-                if agent.policy.values_name == "values":
+                if agent.basis.accuracy is Accuracy.UNKNOWN:
                     session = Session(variant, dmplay.SeededUniforms(7), turn_limit=turns)
                     memory = agent.policy.initial_memory(
                         np.asarray(session.observation_after(0, 0))[None]

@@ -12,7 +12,7 @@ import pytest
 
 import dmplay
 from dmplay import Labels, Outcome, Tables, Tabular
-from dmplay.agents.base import EXACT_VALUES
+from dmplay.core.action_values import Accuracy
 from dmplay.core.arrays import Array
 from dmplay.core.chance import Categorical, Chance
 from dmplay.core.problem import Problem, enumerate_outcomes
@@ -132,14 +132,14 @@ def test_the_reward_now_and_the_values_after_each_outcome_sum_to_an_exact_value(
         assert hint.action is not None
         for action in list_legal_actions(game.session)[:6]:
             parts = provider.break_down_action(action)
-            if provider.values_name != EXACT_VALUES or parts is None:
+            if hint.values_basis.accuracy is not Accuracy.EXACT or parts is None:
                 break
             assert hint.values is not None
             after = sum(item.probability * item.value_after for item in parts.outcomes)
             reward = sum(item.probability * item.reward for item in parts.outcomes)
             value = reward + game.problem.discount * after
             assert value == pytest.approx(hint.values[action], abs=1e-6)
-            if not provider.scope and action < MAX_REPLAYED_ACTIONS:
+            if not hint.values_basis.scope and action < MAX_REPLAYED_ACTIONS:
                 assert_outcomes_match_the_session(game, parts)
         game.choose(hint.action)
         if game.session.over:

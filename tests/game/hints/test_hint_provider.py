@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 import dmplay
-from dmplay.agents.base import LOWER_BOUNDS, UPPER_BOUNDS, AdviceQuestion
+from dmplay.agents.base import AdviceQuestion
+from dmplay.core.action_values import Accuracy
 from dmplay.core.arrays import Reals
 from dmplay.core.best_actions import mark_best_actions
 from dmplay.core.policy import Policy
@@ -64,7 +65,7 @@ def create_hint_policy(name: str, seat: int) -> Policy:
     named_policy = agents.find_hint_provider(
         problem, AdviceQuestion(seat, TURN_LIMIT, tuple(create_game(name, seat).player_names))
     )
-    return named_policy[1] if named_policy else dmplay.load_agent(problem, seat, "random")
+    return named_policy.policy if named_policy else dmplay.load_agent(problem, seat, "random")
 
 
 def compute_action_values(game: Game, seat: int) -> Reals | None:
@@ -243,11 +244,14 @@ def test_a_review_values_each_action_as_the_hint_did(name: str, seat: int) -> No
     )
     for move, row, advice in zip(reviewed, available_values, recommended, strict=True):
         labels = episode.problem.actions[seat].labels
-        expected_row = round_ratings(np.asarray(row, float), move.values_name)
+        expected_row = round_ratings(np.asarray(row, float), move.basis)
         assert move.values == {label: expected_row[labels.index(label)] for label in move.values}
         assert advice in move.best
         if move.regret is None:
-            assert move.scope or move.values_name in {LOWER_BOUNDS, UPPER_BOUNDS}
+            assert move.basis.scope or move.basis.accuracy in {
+                Accuracy.LOWER_BOUND,
+                Accuracy.UPPER_BOUND,
+            }
             continue
         assert move.regret == pytest.approx(max(move.values.values()) - move.values[move.chosen])
 

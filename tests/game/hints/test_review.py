@@ -4,6 +4,7 @@ import pytest
 
 import dmplay
 from dmplay.agents.base import AdviceQuestion
+from dmplay.core.action_values import Accuracy, ValuesBasis
 from dmplay.core.session import Session
 from dmplay.core.uniforms import SeededUniforms
 from dmplay.game.hints.review import ReviewedAction, format_table, review_actions, total_regret
@@ -62,10 +63,11 @@ def test_the_total_regret_is_the_expected_return_that_the_actions_lose() -> None
 
 
 @pytest.mark.parametrize(
-    ("values_name", "word"), [("exact values", "expected"), ("estimated values", "estimated")]
+    ("accuracy", "word"), [(Accuracy.EXACT, "expected"), (Accuracy.ESTIMATED, "estimated")]
 )
-def test_a_regret_of_estimates_is_called_estimated(values_name: str, word: str) -> None:
-    action = make_reviewed_action(1, "agent", "down", 1.0)._replace(values_name=values_name)
+def test_a_regret_of_estimates_is_called_estimated(accuracy: Accuracy, word: str) -> None:
+    basis = ValuesBasis(accuracy)
+    action = make_reviewed_action(1, "agent", "down", 1.0)._replace(basis=basis)
     assert f", total {word} regret (value lost) 1.00, " in format_table([action])[2]
 
 

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 import dmplay
-from dmplay.agents.base import EXACT_VALUES, AdviceQuestion, SeatPolicy
+from dmplay.agents.base import AdviceQuestion, SeatPolicy
 from dmplay.cli.parsed_command_runner import interpret_command
+from dmplay.core.action_values import Accuracy
 from dmplay.core.session import Session
 from dmplay.evaluation.grading import grade_files
 from dmplay.game.game_series import GameController
@@ -215,9 +216,9 @@ def test_values_assume_the_opponent_of_the_game_unless_it_searches(
     for game in (RandomRivalGame(), Nim()):
         agent = find_hint_provider(game, AdviceQuestion(0, 2, ("human", opponent)))
         assert agent is not None
-        assert agent.players.startswith(players)
-        assert (agent.values_name == EXACT_VALUES) is (opponent != "search")
-        assert (agent.scope == "") is (opponent != "search")
+        assert agent.basis.players.startswith(players)
+        assert (agent.basis.accuracy is Accuracy.EXACT) is (opponent != "search")
+        assert (agent.basis.scope == "") is (opponent != "search")
 
 
 def test_values_of_all_states_are_those_of_the_turns_left() -> None:
@@ -312,7 +313,7 @@ def test_values_have_regrets_only_against_a_rule_that_can_be_planned_against(
         dmplay.load_problem(name), AdviceQuestion(0, turns, ("human", opponent))
     )
     assert hint_agent is not None
-    assert hint_agent.has_regrets is (is_exact or (turns, opponent) == (1, "best-response"))
+    assert hint_agent.basis.has_regrets is (is_exact or (turns, opponent) == (1, "best-response"))
 
 
 @pytest.mark.parametrize(
@@ -345,7 +346,7 @@ def test_hint_values_and_review_name_the_other_players(
         f"2 turns left, {players}",
         f"1 turn left, {players}",
     ]
-    assert {move.scope for move in reviewed} == {players * (not is_real)}
+    assert {move.basis.scope for move in reviewed} == {players * (not is_real)}
 
 
 @pytest.mark.parametrize(
@@ -364,13 +365,13 @@ def test_values_against_an_agent_without_a_known_rule_say_that_it_plays_none_of_
     for opponent in {*load_roster(problem, 1).agents} - {"axelrod"}:
         agent = find_hint_provider(problem, AdviceQuestion(0, turns, ("human", opponent)))
         assert agent is not None
-        assert (agent.values_name == EXACT_VALUES) == (opponent not in unknown), opponent
+        assert (agent.basis.accuracy is Accuracy.EXACT) == (opponent not in unknown), opponent
         note = f" rules and not {opponent}" if opponent in unknown else f"against {opponent}"
-        assert agent.players.endswith(note)
+        assert agent.basis.players.endswith(note)
     for player in ("human", "bot:./player"):
         agent = find_hint_provider(problem, AdviceQuestion(0, turns, ("human", player)))
         assert agent is not None
-        assert agent.players.endswith(" rules")
+        assert agent.basis.players.endswith(" rules")
 
 
 def test_the_turns_ahead_of_a_cart_are_those_that_are_left() -> None:
@@ -408,12 +409,15 @@ def test_a_prey_is_assumed_to_be_chased() -> None:
         dmplay.load_problem("predator-prey"), AdviceQuestion(1, 5, ("human", "human"))
     )
     assert hint_agent is not None
-    assert hint_agent.scope == "if the other agent plays chase"
+    assert hint_agent.basis.scope == "if the other agent plays chase"
     two_prey = dmplay.load_problem("predator-prey", prey=2)
     policy = dmplay.load_agent(two_prey, 0, "best-response")
     assert isinstance(policy, SeatPolicy)
-    assert policy.describe_assumed_players(["flee", "search"]) == "if the other agents play flee"
-    assert policy.describe_assumed_players(["flee", "flee"]) == ""
+    for players, scope in (
+        (("human", "flee", "search"), "if the other agents play flee"),
+        (("human", "flee", "flee"), ""),
+    ):
+        assert policy.values_basis(AdviceQuestion(0, None, players)).scope == scope
 
 
 @pytest.mark.parametrize(

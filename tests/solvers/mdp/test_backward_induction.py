@@ -290,7 +290,7 @@ def test_iteration_continues_until_ending_the_game_becomes_cheaper() -> None:
 def test_the_optimal_agent_gives_hints_and_rejects_simultaneous_games() -> None:
     hint_agent = find_hint_provider(Nim(), AdviceQuestion(0))
     assert hint_agent is not None
-    assert hint_agent[0] == "optimal"
+    assert hint_agent.name == "optimal"
     assert [*load_roster(Nim()).agents] == ["optimal", "random", "search"]
     optimal = load_agent(Nim(), 0, "optimal")
     # a state that no game reaches

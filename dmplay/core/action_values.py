@@ -1,0 +1,95 @@
+"""The basis of action values: how exact they are, and which turns and players they are about."""
+
+from enum import Enum
+from typing import NamedTuple, Self
+
+from dmplay.core.text import format_count
+
+TURN_LIMIT_IGNORED, DISCOUNT_IGNORED = "turn limit ignored", "discount ignored"
+# the rules for ties
+ENDS_SOONEST, PAYS_SOONEST = "tie broken by earliest end", "tie broken by earliest reward"
+
+
+class Accuracy(Enum):
+    """The accuracy of action values: their name on the screen, and in data."""
+
+    UNKNOWN = "values", ""
+    EXACT = "exact values", "exact"
+    CONDITIONAL = "conditional values", "conditional"  # exact if others play as they assume
+    ESTIMATED = "estimated values", "estimated"
+    LOWER_BOUND = "lower bounds", "lower bounds"
+    UPPER_BOUND = "upper bounds", "upper bounds"
+    RATING = "ratings, not points", "ratings, not points"  # numbers that only compare actions
+
+    def __init__(self, words: str, data_name: str) -> None:
+        self.words, self.data_name = words, data_name
+
+    @property
+    def data(self) -> dict[str, str]:
+        """The accuracy as data, for example `exact`; {} if it is unknown."""
+        return {"accuracy": self.data_name} if self.data_name else {}
+
+
+class Horizon(Enum):
+    """The turns whose rewards action values count, in words around a number of turns."""
+
+    GAME = ""  # as many as the game has left
+    PLAN = "in plans of {}"  # those of a plan that then begins again
+    AHEAD = "{} ahead"  # the next ones, of which the game may have fewer
+    AT_MOST = "at most {} ahead"
+    ROUND = "for one round"  # of a repeated game
+
+
+class ValuesBasis(NamedTuple):
+    """The basis of the action values of one seat, in the game of a question.
+
+    By default, values of unknown accuracy are about the turns that the game has left.
+    """
+
+    accuracy: Accuracy = Accuracy.UNKNOWN
+    horizon: Horizon = Horizon.GAME
+    horizon_turns: int = 0  # the turns of the plan, or those ahead
+    ignores_turn_limit: bool = False
+    ignores_discount: bool = False
+    opponents: tuple[str, ...] = ()  # players of the game of whom the agent has a model
+    preposition: str = "against"  # before their names
+    assumed_players: str = ""  # other players that the values assume in their place, in words
+    has_regrets: bool = True  # False if the values guess the other players
+    tie_rule: str = ""  # that chooses among several best actions, '' for the first
+    method: str = ""  # by which they are computed, '' if the agent's name says enough
+
+    def with_plan(self, turns: int, turn_limit: int | None) -> Self:
+        """Return the basis of a plan of `turns` turns that begins again if the game goes on."""
+        is_game = turns == turn_limit
+        return self if is_game else self._replace(horizon=Horizon.PLAN, horizon_turns=turns)
+
+    @property
+    def turns_scope(self) -> str:
+        """The turns that they are about, '' if these are as many as the game has left."""
+        turns = self.horizon.value.format(format_count(self.horizon_turns, "turn"))
+        notes = (
+            TURN_LIMIT_IGNORED * self.ignores_turn_limit,
+            DISCOUNT_IGNORED * self.ignores_discount,
+        )
+        return ", ".join(filter(None, (turns, *notes)))
+
+    @property
+    def scope(self) -> str:
+        """The game that they are about, '' if it is that of the question."""
+        return ", ".join(filter(None, (self.turns_scope, self.assumed_players)))
+
+    @property
+    def players(self) -> str:
+        """The other players that they are about, '' if the agent has no model of them."""
+        if self.assumed_players or not self.opponents:
+            return self.assumed_players
+        return f"{self.preposition} {' and '.join(dict.fromkeys(self.opponents))}"
+
+    @property
+    def has_exact_regrets(self) -> bool:
+        """True if their differences are the regrets in this game: no guesses, and no bounds."""
+        are_bounds = self.accuracy in {Accuracy.LOWER_BOUND, Accuracy.UPPER_BOUND}
+        return self.has_regrets and not are_bounds and not self.turns_scope
+
+
+UNKNOWN_BASIS = ValuesBasis()
