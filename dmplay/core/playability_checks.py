@@ -12,7 +12,7 @@ import numpy as np
 from dmplay.core import table_checks
 from dmplay.core.arrays import Array
 from dmplay.core.chance import Categorical, Chance, DiscreteUniform, Normal, Uniform, sample_all
-from dmplay.core.problem import ContinuousStates, Outcome, Problem
+from dmplay.core.problem import ContinuousStates, Outcome, Problem, StatePart, StateParts
 from dmplay.core.spaces import Interval, Labels, RealVector, TextLine, normalize_label
 from dmplay.core.state_grid import GridAxis, StateGrid
 from dmplay.core.tabular import Tabular
@@ -228,6 +228,30 @@ def _check_start(problem: Problem) -> CheckResults:
     yield from check_parsed_state(problem, s[0], text)
 
 
+def _check_state_parts(problem: Problem) -> CheckResults:
+    """Yield checks that parts of a hidden state give the index of a label for each state."""
+    seats = range(len(problem.agents)) if problem.partially_observable else ()
+    for parts in (problem.state_parts(seat) for seat in seats):
+        expected = "StateParts with a name of all parts and a list of StatePart, or None"
+        is_valid = isinstance(parts, StateParts) and isinstance(parts.parts, list | tuple)
+        yield expect(parts is None or is_valid, "state_parts", parts, expected)
+        for part in parts.parts if parts else ():
+            expected = "a StatePart with a list of labels and an array of their indices"
+            is_valid = isinstance(part, StatePart) and isinstance(part.labels, list | tuple)
+            yield expect(is_valid, "state_parts", part, expected)
+            indices, last = part.value_of_state, len(part.labels) - 1
+            is_valid = (
+                isinstance(indices, np.ndarray)
+                and indices.shape == (problem.state_count,)
+                and indices.dtype.kind in "iu"
+            )
+            expected = f"whole numbers of shape {(problem.state_count,)}, one for each state"
+            yield expect(is_valid, "state_parts", indices, expected)
+            is_valid = bool(((indices >= 0) & (indices <= last)).all())
+            expected = f"0 to {last}, the indices of its labels"
+            yield expect(is_valid, "state_parts", indices, expected)
+
+
 def _check_state_indices(problem: Problem, attribute: str, s: Array) -> CheckResults:
     """Yield checks that state indices are whole numbers below the number of states."""
     if isinstance(problem.state_count, int) and len(s):
@@ -401,7 +425,7 @@ CHECK_STAGES: tuple[
         table_checks.check_observations,
         table_checks.check_start_belief,
     ),
-    (_check_start,),
+    (_check_start, _check_state_parts),
     (_check_first_turn,),
 )
 

@@ -1,5 +1,6 @@
 """The belief update in steps, compared with the session's belief and with T and O."""
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,7 @@ from dmplay.core.arrays import Reals
 from dmplay.core.problem import Problem, enumerate_outcomes, next_state_indices
 from dmplay.core.session import Session
 from dmplay.core.tabular import joint_actions, tabulate
+from dmplay.errors import BadParameter
 from tests.support.document_examples import TIGER_SOURCE
 from tests.support.formulas import assert_formula_adds_up
 from tests.support.games import make_session, play_actions
@@ -136,10 +138,9 @@ def test_the_hunt_shows_marginals_of_the_joint_belief() -> None:
     assert labels == ["prey (-1,2)", "predator2 (-1,2)", "predator1 (-1,2)"]
 
 
-def test_a_users_file_divides_its_state_into_parts(tmp_path: Path) -> None:
-    source = (
-        TIGER_SOURCE
-        + """
+PARTS_SOURCE = (
+    TIGER_SOURCE
+    + """
 
     def state_parts(self, seat):
         import numpy as np
@@ -147,8 +148,32 @@ def test_a_users_file_divides_its_state_into_parts(tmp_path: Path) -> None:
         doors = StatePart(["left door", "right door"], np.array([0, 1]))
         return StateParts("things", [doors, StatePart(["here"], np.array([0, 0]))])
 """
-    )
-    (tmp_path / "parts.py").write_text(source)
+)
+
+
+@pytest.mark.parametrize(
+    ("part", "wrong", "message"),
+    [
+        ('StateParts("things", [doors', "([doors", "expected StateParts with a name"),
+        ("[doors, StatePart", "[7, StatePart", "state_parts: got 7, expected a StatePart"),
+        ("np.array([0, 0])", "[0, 0]", "got [0, 0], expected whole numbers of shape (2,)"),
+        ("np.array([0, 0])", "np.zeros(3, int)", "expected whole numbers of shape (2,)"),
+        ("np.array([0, 0])", "np.array([0, 1])", "got array([0, 1]), expected 0 to 0, the indices"),
+    ],
+)
+def test_invalid_parts_of_a_state_are_refused_with_their_line(
+    part: str, wrong: str, message: str, tmp_path: Path
+) -> None:
+    file = tmp_path / "parts.py"
+    file.write_text(PARTS_SOURCE.replace(part, wrong))
+    line = PARTS_SOURCE[: PARTS_SOURCE.index("def state_parts")].count("\n") + 1
+    with pytest.raises(BadParameter, match=re.escape(message)) as error:
+        dmplay.load_problem(file)
+    assert f"parts.py:{line} state_parts" in str(error.value)
+
+
+def test_a_users_file_divides_its_state_into_parts(tmp_path: Path) -> None:
+    (tmp_path / "parts.py").write_text(PARTS_SOURCE)
     start, *_ = watch(dmplay.load_problem(tmp_path / "parts.py"))
     tables = [table for table in start.pictures if isinstance(table, BeliefTable)]
     assert [[*table.state_labels] for table in tables] == [["left door", "right door"], ["here"]]
