@@ -194,9 +194,10 @@ def check(
 ) -> object:
     """Check your own problem, or your own agent, for errors.
 
-    The checks of a problem cover arrays, labels, probabilities, states, agents and
-    drawing. dmplay prints each violation with the line number in your file. If there
-    is a violation, the exit code is 2.
+    The checks of a problem cover arrays, labels, probabilities, states, agents,
+    drawing, and all else that it defines: solution, figures, puzzles and quantities.
+    dmplay prints each violation with the line number in your file. If there is a
+    violation, the exit code is 2.
 
     With --agent, the agent plays the problem. Its choices must be legal, the same
     alone and in a batch of games, and the same in other processes. dmplay prints the

@@ -1,14 +1,21 @@
 """Plots of the values and the best actions of states that one agent sees."""
 
+from collections.abc import Sequence
+from itertools import product
+
 import numpy as np
 
+from dmplay.algorithms.finite_mdp import FiniteMdp, build_finite_mdp, find_grid, find_mdp_obstacle
+from dmplay.algorithms.value_iteration import MAX_SWEEPS, is_converged
 from dmplay.core.arrays import Reals
 from dmplay.core.best_actions import mark_best_actions
 from dmplay.core.hexgrid import HexMap, find_hex_map
 from dmplay.core.problem import Problem
+from dmplay.core.state_grid import StateGrid
 from dmplay.core.tabular import tabulate
 from dmplay.core.text import format_count, format_score
-from dmplay.plots.plot_data import HexPanel, Plot, PlottedHex, TablePanel
+from dmplay.core.work_budget import ARRAY_CALL_WORK, Budget
+from dmplay.plots.plot_data import GridPanel, HexPanel, Plot, PlottedHex, TablePanel
 from dmplay.plots.plotted_problem import (
     VALUE_LABEL,
     PlottedProblem,
@@ -17,14 +24,23 @@ from dmplay.plots.plotted_problem import (
 )
 from dmplay.solvers.mdp import mdp_values
 from dmplay.views.toolkit.canvas import format_signed
+from dmplay.views.toolkit.plots import Axis
 
 MAX_LISTED_STATES = 60
+MAX_MAPS = 4  # of a grid with more than two axes
+EQUAL_LABEL = "several equally good"
+PLOTTED_NOUNS = {"values": "values", "policy": "best action"}
 
 
 def plot_states(subject: PlottedProblem, what: str) -> Plot:
-    """Return the values and the best actions of all states: on a map of hexes, or as a table."""
-    hex_map = find_hex_map(subject.problem)
-    return _plot_hex_map(subject, hex_map) if hex_map else _plot_state_table(subject, what)
+    """Return the values and the best actions of all states.
+
+    They are on a map of hexes, on maps of a grid over states of real numbers, or in a table.
+    """
+    hex_map, grid = find_hex_map(subject.problem), find_grid(subject.problem)
+    if hex_map:
+        return _plot_hex_map(subject, hex_map)
+    return _plot_grid(subject, what, grid) if grid else _plot_state_table(subject, what)
 
 
 def compute_state_action_values(subject: PlottedProblem) -> Reals:
@@ -66,6 +82,85 @@ def build_hex_value_panel(subject: PlottedProblem, hex_map: HexMap, title: str =
             directions = np.flatnonzero(mark_best_actions(action_values)).tolist()
             cells.append(PlottedHex(hex_, value, directions, f"{value:.2f}"))
     return HexPanel(title, cells, VALUE_LABEL)
+
+
+def _plot_grid(subject: PlottedProblem, what: str, grid: StateGrid) -> Plot:
+    """Return the values, or the best actions, on maps of a grid over states of real numbers.
+
+    There is a map for each drawn point of the axes other than x and y.
+    """
+    obstacle = find_mdp_obstacle(subject.problem)
+    if obstacle:
+        raise subject.refuse(what, obstacle)
+    others = [axis for index, axis in enumerate(grid.axes) if index not in (grid.x, grid.y)]
+    slices = [*product(*(axis.points if axis.drawn is None else axis.drawn for axis in others))]
+    if len(slices) > MAX_MAPS:
+        reason = f"its state_grid has {len(slices)} maps, expected at most {MAX_MAPS}"
+        raise subject.refuse(what, f"{reason}; set drawn of the other axes")
+    mdp = build_finite_mdp(subject.problem)
+    q, categories = _iterate_values(mdp, subject), ()
+    plotted = q.max(axis=1)
+    if what == "policy":
+        plotted = index_best_actions(q, subject.problem.reward_scale)
+        plotted[mdp.terminal] = np.nan
+        categories = (*subject.problem.actions[0].labels, EQUAL_LABEL)
+    panels = [_build_grid_panel(grid, numbers, plotted, categories) for numbers in slices]
+    points = " x ".join(map(str, grid.shape))
+    notes = [f"value iteration on {points} points", *filter(None, [grid.note])]
+    title = f"{subject.title}: {PLOTTED_NOUNS[what]}, {subject.horizon_text}"
+    return Plot(title, panels, notes=[*notes, *subject.horizon_notes])
+
+
+def _iterate_values(mdp: FiniteMdp, subject: PlottedProblem) -> Reals:
+    """Return Q `[S, A]` for the turns left; without end, until the values are close to optimal."""
+    budget = Budget("value iteration on a grid", "use fewer points in state_grid", 2e10)
+    values, scale = np.zeros(len(mdp.states)), subject.problem.reward_scale
+    for _ in range(subject.horizon or MAX_SWEEPS):
+        budget.spend_work(ARRAY_CALL_WORK + mdp.probabilities.size)
+        q = mdp.compute_action_values(values)
+        previous, values = values, np.where(mdp.terminal, 0.0, q.max(axis=1))
+        change = float(np.abs(values - previous).max())
+        if subject.horizon is None and is_converged(mdp.discount, change, scale):
+            break
+    return np.where(mdp.terminal[:, None], 0.0, q)
+
+
+def _build_grid_panel(
+    grid: StateGrid, numbers: Sequence[float], plotted: Reals, categories: Sequence[str]
+) -> GridPanel:
+    """Return the map of what is plotted `[S]` at these numbers of the axes other than x and y.
+
+    Its points are evenly spaced. Values are interpolated; categories are those of the nearest
+    point of the grid.
+    """
+    all_points = [axis.points for axis in grid.axes]
+    coordinates = [np.linspace(points[0], points[-1], len(points)) for points in all_points]
+    others = [index for index in range(len(grid.axes)) if index not in (grid.x, grid.y)]
+    for index, number in zip(others, numbers, strict=True):
+        coordinates[index] = np.array([number])
+    states = np.stack(np.meshgrid(*coordinates, indexing="ij"), axis=-1)  # [.., .., ..., d]
+    states = np.moveaxis(states, (grid.x, grid.y), (0, 1)).reshape(-1, len(grid.axes))
+    corners, weights = grid.find_corners(states)
+    if categories:
+        numbers_on_map = plotted[corners[np.arange(len(states)), weights.argmax(axis=1)]]
+    else:
+        numbers_on_map = (plotted[corners] * weights).sum(axis=1)
+    x, y = coordinates[grid.x], coordinates[grid.y]
+    return GridPanel(
+        ", ".join(f"{grid.axes[i].name} {n:g}" for i, n in zip(others, numbers, strict=True)),
+        Axis(grid.axes[grid.x].name, float(x[0]), float(x[-1])),
+        Axis(grid.axes[grid.y].name, float(y[0]), float(y[-1])),
+        numbers_on_map.reshape(len(x), len(y)),
+        "" if categories else VALUE_LABEL,
+        categories,
+    )
+
+
+def index_best_actions(q: Reals, scale: float = 1.0) -> Reals:
+    """Return the index of the best action `[N]` of Q `[N, A]`; A if several are equally good."""
+    is_best = mark_best_actions(q, scale)
+    best = np.where(is_best.sum(axis=1) > 1, q.shape[1], is_best.argmax(axis=1))
+    return np.asarray(best, float)
 
 
 def _plot_state_table(subject: PlottedProblem, what: str) -> Plot:

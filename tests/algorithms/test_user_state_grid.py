@@ -2,10 +2,14 @@
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from dmplay.algorithms.finite_mdp import build_finite_mdp
 from dmplay.errors import BadParameter
+from dmplay.plots.plot_data import GridPanel
+from dmplay.plots.report import PlotRequest, build_plot
+from dmplay.plots.state_values import PLOTTED_NOUNS
 from dmplay.registry.problems import load_problem
 from tests.support.programs import run_dmplay
 
@@ -81,6 +85,29 @@ def test_watch_names_the_points_and_the_slice_of_the_users_grid(tmp_path: Path) 
     result = run_dmplay(tmp_path, "watch", "value-iteration", "./glider.py", "--iterations", "1")
     assert "V is interpolated between 5 x 2 x 9 grid points" in result.stdout
     assert "Drawn: wind 1." in result.stdout
+
+
+def test_plot_draws_the_values_and_the_best_actions_on_the_users_grid() -> None:
+    (values,), (policy,) = (
+        build_plot(PlotRequest(what, "./glider.py", turns=2)).panels for what in PLOTTED_NOUNS
+    )
+    assert isinstance(values, GridPanel)
+    assert isinstance(policy, GridPanel)
+    assert (values.title, values.x.label, values.y.label) == ("wind 1", "distance", "height")
+    # with two turns left from the height 2, one stay and one dive sink 0.5 + 2
+    assert values.values.tolist() == [[0.0, 2.0, 2.5, 4.0, 4.0]] * 9
+    actions = [[*policy.categories].index(name) for name in ("dive", "stay")]
+    assert policy.values[0, [4, 2]].tolist() == actions
+    assert np.isnan(policy.values[:, 0]).all()
+
+
+def test_a_grid_with_too_many_maps_is_refused() -> None:
+    points = "np.arange(5.0), is_interpolated=False"
+    Path("windy.py").write_text(
+        GLIDER_SOURCE.replace("np.array([0.0, 1.0]), is_interpolated=False, drawn=(1.0,)", points)
+    )
+    with pytest.raises(BadParameter, match="its state_grid has 5 maps, expected at most 4"):
+        build_plot(PlotRequest("values", "./windy.py"))
 
 
 @pytest.mark.parametrize(

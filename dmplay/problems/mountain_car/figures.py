@@ -2,11 +2,10 @@
 
 import numpy as np
 
-from dmplay.core.arrays import Reals
-from dmplay.core.best_actions import mark_best_actions
 from dmplay.game.plot_kinds import Figure
 from dmplay.plots.plot_data import GridPanel, Label, Plot, Polyline, Shape, ShapesPanel
 from dmplay.plots.plotted_problem import VALUE_LABEL, PlottedProblem
+from dmplay.plots.state_values import EQUAL_LABEL, index_best_actions
 from dmplay.solvers.mdp import grid_value_iteration
 from dmplay.views.toolkit.plots import Axis
 
@@ -15,7 +14,6 @@ from .rules import LEFT_WALL, RIGHT_WALL, TOP_SPEED, MountainCar
 from .view import VALLEY_FLOOR_X, compute_hill_height
 
 HILL_POINTS = 181
-EQUAL_LABEL = "several equally good"
 POSITIONS = Axis("position (track units)", LEFT_WALL, RIGHT_WALL)
 SPEEDS = Axis("speed (track units per turn)", -TOP_SPEED, TOP_SPEED)
 GRID_SHAPE = VALUE_GRID.point_counts
@@ -67,18 +65,11 @@ def _plot_policy(subject: PlottedProblem) -> Plot:
     problem, states = subject.problem, VALUE_GRID.list_states()
     values = solve_on_grid(problem, VALUE_GRID).values
     q = grid_value_iteration.compute_action_values(problem, VALUE_GRID, values, states)
-    best = _index_best_actions(q)
+    best = index_best_actions(q)
     best[problem.terminal(states)] = np.nan
     categories = (*problem.actions[0].labels, EQUAL_LABEL)
     panel = GridPanel("", POSITIONS, SPEEDS, best.reshape(GRID_SHAPE), categories=categories)
     return Plot(f"{subject.title}: best action, infinite horizon", [panel], notes=[METHOD])
-
-
-def _index_best_actions(q: Reals) -> Reals:
-    """Return the index of the best action `[N]` of Q `[N, A]`; A if several are equally good."""
-    is_best = mark_best_actions(q)
-    best = np.where(is_best.sum(axis=1) > 1, q.shape[1], is_best.argmax(axis=1))
-    return np.asarray(best, float)
 
 
 FIGURES = {
