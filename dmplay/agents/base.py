@@ -29,6 +29,9 @@ def address_opponent(description: str) -> str:
     return description.replace("the opponent's", "your").replace("the opponent", "you")
 
 
+SCRIPTED_PLAYERS = ("script", "replay")  # players that repeat listed actions
+
+
 @dataclass(frozen=True)
 class AdviceQuestion:
     """The game that advice is about: whose seat, how many turns, and which other players.
@@ -42,11 +45,18 @@ class AdviceQuestion:
     players: tuple[str, ...] = ()  # the name of each seat's player; () if unknown
     assumes_players: bool = False  # whether a person chose the other players as an assumption
     earlier_turns: int = 0  # first turns, in which other players had some of the seats
+    scripts: "tuple[SeatPolicy, ...]" = ()  # the policies of players that repeat listed actions
 
     @classmethod
-    def about(cls, session: Session, seat: int, players: Sequence[str] = ()) -> Self:
+    def about(
+        cls,
+        session: Session,
+        seat: int,
+        players: Sequence[str] = (),
+        scripts: "tuple[SeatPolicy, ...]" = (),
+    ) -> Self:
         """Return the question about a seat of a session with these players in its seats."""
-        return cls(seat, session.turn_limit, tuple(players))
+        return cls(seat, session.turn_limit, tuple(players), scripts=scripts)
 
     @property
     def opponents(self) -> tuple[str, ...]:

@@ -234,7 +234,10 @@ class BestResponseInTeam(HorizonPolicy, GreedyPolicy, PartnerBeliefPolicy):
                 likelihoods.append(likelihood[rows])
                 beliefs.append(posterior[rows])
                 budget.check_memory(32.0 * len(beliefs) * b.size)
-        next_q = self._look_up_values(np.concatenate(beliefs), turns_left - 1, budget)
+        next_beliefs = np.concatenate(beliefs)
+        if not len(next_beliefs):  # The script of the partner is over, and so is the game.
+            return q
+        next_q = self._look_up_values(next_beliefs, turns_left - 1, budget)
         weights = np.concatenate(likelihoods) * next_q.max(axis=1)
         future = np.bincount(np.concatenate(cells), weights, q.size).reshape(q.shape)
         return np.asarray(q + self.problem.discount * future)

@@ -10,11 +10,16 @@ from typing import NamedTuple
 import numpy as np
 
 from dmplay.agents.base import AdviceQuestion, GreedyPolicy, SeatPolicy
+from dmplay.agents.script import Script
 from dmplay.core.action_values import Accuracy, ValuesBasis
 from dmplay.core.arrays import Array, Ints, Reals
 from dmplay.core.best_actions import compute_tolerance
 from dmplay.core.policy import Memory, Percept, required_fields, requires_fields
-from dmplay.core.problem import enumerate_possible_outcomes, initial_state_distribution
+from dmplay.core.problem import (
+    enumerate_possible_outcomes,
+    initial_state_distribution,
+    mark_inactive_agents,
+)
 from dmplay.core.work_budget import ARRAY_CALL_WORK, Budget
 from dmplay.errors import BadPolicy
 from dmplay.solvers.mdp.transition_graph import (
@@ -96,6 +101,13 @@ class BestResponsePlan(GreedyPolicy, SeatPolicy):
         policy, own_memory = next(
             pair for pair in self._split_memories(memory[1:]) if pair[0].seat == seat
         )
+        if isinstance(policy, Script):  # Past its end, no action is possible: the game is over.
+            chances = policy.choice_probabilities(own_memory)
+            assert chances is not None
+            if seat_legal is not None:
+                is_inactive = mark_inactive_agents(self.problem, memory[1])[:, seat]
+                chances[is_inactive] = seat_legal[is_inactive]
+            return chances
         if not policy.uniform_count:
             choices = policy.choose(own_memory, seat_legal, np.zeros((len(memory[0]), 0)))
             return np.asarray(np.eye(self.problem.action_counts[seat])[np.asarray(choices, int)])

@@ -43,8 +43,23 @@ class Script(SeatPolicy):
         actions = self._action_array
         return np.asarray(actions[np.minimum(positions, len(actions) - 1)])
 
+    def choice_probabilities(self, memory: Memory) -> Reals | None:
+        """Return the probability `[B, A]` of each action; all are 0 past the end.
+
+        None if the actions have no labels.
+        """
+        labels = self.problem.actions[self.seat].labels
+        if not labels:
+            return None
+        actions = np.asarray(self._actions_at(memory[0]), np.int64)
+        return np.asarray(np.eye(len(labels))[actions] * self.has_actions(memory)[:, None])
+
+    def has_actions(self, memory: Memory) -> Bools:
+        """Return whether the script has another action, for each row."""
+        return np.asarray(memory[0] < len(self.actions))
+
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
         """Return the actions at the current positions; raise EndOfScript past the end."""
-        if memory[0].max(initial=-1) >= len(self.actions):
+        if not self.has_actions(memory).all():
             raise EndOfScript(f"the script ended after {format_count(len(self.actions), 'action')}")
         return self._actions_at(memory[0])

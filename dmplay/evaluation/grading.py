@@ -18,7 +18,7 @@ from dmplay.evaluation.assignment import Assignment
 from dmplay.game.game import REPEATED_UNIFORMS_PREFIX
 from dmplay.game.hints.ghost_agent import GHOST_NOTE_PREFIX
 from dmplay.game.hints.review import ReviewedAction, review_actions, total_regret
-from dmplay.game.seats import HUMAN, list_human_seats
+from dmplay.game.seats import HUMAN, list_human_seats, list_scripts
 from dmplay.game.transcript_files import load_transcript_problem, verify
 from dmplay.registry import agents
 from dmplay.transcript.concealment import RESUMABLE_END_REASONS, is_concealed
@@ -203,6 +203,7 @@ def _grade_file(
                 session.turn_limit,
                 tuple(names),
                 earlier_turns=header.turns_before_these_players,
+                scripts=list_scripts(session, names),
             )
             grade = _add_regret(
                 grade, session, question, can_review=uniforms_key[:2] not in unreviewable_problems

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, cast
 from rich.text import Text
 
 from dmplay.agents.base import AdviceQuestion
-from dmplay.agents.script import EndOfScript
+from dmplay.agents.script import EndOfScript, Script
 from dmplay.core.arrays import Array
 from dmplay.core.problem import Problem
 from dmplay.core.safe_files import MAX_FILE_BYTES
@@ -32,6 +32,7 @@ from dmplay.game.launch_requests import GameRequest
 from dmplay.game.narration import Narrator
 from dmplay.game.saves import SaveRemoval
 from dmplay.game.seat_snapshot import SeatSnapshot
+from dmplay.game.seats import list_scripts, name_without_actions
 from dmplay.game.verdict import Verdict, compute_verdict
 from dmplay.registry.agents import load_roster
 from dmplay.registry.problem_name_kinds import names_bot
@@ -247,11 +248,21 @@ class Game:
     def advice_question(self, seat: int) -> AdviceQuestion:
         """Return the question that all advice for a seat answers: its turns and other players."""
         players = tuple(
-            self.assumed_players.get(other, name) for other, name in enumerate(self.player_names)
+            self.assumed_players.get(other, name_without_actions(name))
+            for other, name in enumerate(self.player_names)
         )
-        is_assumption = any(other != seat for other in self.assumed_players)
-        turn_limit, earlier_turns = self.session.turn_limit, self.earlier_turns
-        return AdviceQuestion(seat, turn_limit, players, is_assumption, earlier_turns)
+        return AdviceQuestion(
+            seat,
+            self.session.turn_limit,
+            players,
+            assumes_players=any(other != seat for other in self.assumed_players),
+            earlier_turns=self.earlier_turns,
+            scripts=self._list_scripts(),
+        )
+
+    def _list_scripts(self) -> tuple[Script, ...]:
+        """Return the policies of the players that repeat listed actions."""
+        return list_scripts(self.session, self.player_names)
 
     @property
     def advice_questions(self) -> list[AdviceQuestion]:

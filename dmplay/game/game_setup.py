@@ -36,10 +36,12 @@ from dmplay.game.saves import STDOUT_PATH, load_transcript, resolve_dash
 from dmplay.game.seats import (
     HUMAN,
     list_human_seats,
+    list_scripts,
     load_resumed_players,
     make_header,
     make_seat_policy,
     name_in_transcript,
+    name_without_actions,
 )
 from dmplay.game.transcript_files import describe_problem_change, load_transcript_problem
 from dmplay.registry import agents, problem_name_kinds, problems
@@ -140,7 +142,9 @@ def _make_predictor(
         raise BadParameter("--predict: real time leaves no time to predict; leave out --rate")
     if request.prediction == VALUE and request.strict == "hints":
         raise BadParameter("--predict value: this game forbids hints (--strict=hints)")
-    question = AdviceQuestion.about(session, seats[0], player_names)
+    players = [*map(name_without_actions, player_names)]
+    scripts = list_scripts(session, player_names)
+    question = AdviceQuestion.about(session, seats[0], players, scripts)
     provider = HintProvider(session, question)
     return Predictor(request.prediction, session, seats[0], provider)
 

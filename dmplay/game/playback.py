@@ -1,18 +1,21 @@
 """The replay of a recorded game, turn by turn."""
 
+from contextlib import suppress
 from pathlib import Path
 
+from dmplay.agents.base import SCRIPTED_PLAYERS
+from dmplay.agents.script import Script
 from dmplay.core.notebook_display import NotebookDisplay
 from dmplay.core.session import Session
 from dmplay.core.text import format_count
-from dmplay.errors import BadParameter
+from dmplay.errors import BadParameter, DmplayError
 from dmplay.game.action_input import Keyboard
 from dmplay.game.game import Game
 from dmplay.game.hints.review import ReviewedAction, review_actions
 from dmplay.game.key_preferences import DEFAULT_KEY_PREFERENCES
 from dmplay.game.launch_requests import format_settings
 from dmplay.game.saves import load_transcript
-from dmplay.game.seats import list_human_seats
+from dmplay.game.seats import list_human_seats, list_scripts
 from dmplay.game.transcript_files import describe_problem_change, load_transcript_problem
 from dmplay.transcript.concealment import disclose_transcript
 from dmplay.transcript.replay import start_session
@@ -36,6 +39,10 @@ class Playback(NotebookDisplay, Game):
         self._blocks = [first_block, *hint_blocks, *other_blocks]
         self._first_index = self._next_index = 1 + len(hint_blocks)
         seats = list(self.transcript.header.seats.values())
+        self._scripts: tuple[Script, ...] = ()
+        if {*seats} & {*SCRIPTED_PLAYERS}:
+            with suppress(DmplayError):  # The game is shown up to the error.
+                self._scripts = list_scripts(self._session_before(len(self._blocks)), seats)
         keyboard = Keyboard(loaded_problem.problem, [], DEFAULT_KEY_PREFERENCES)  # no human seats
         super().__init__(
             loaded_problem.name, self._session_before(self._first_index), seats, keyboard
@@ -54,6 +61,9 @@ class Playback(NotebookDisplay, Game):
         for index in range(1, block_index):
             self._batch_replayer.apply_block(index)
         return session
+
+    def _list_scripts(self) -> tuple[Script, ...]:
+        return self._scripts
 
     @property
     def settings(self) -> list[str]:

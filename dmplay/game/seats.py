@@ -3,11 +3,12 @@
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from dmplay.agents.base import SeatPolicy
+from dmplay.agents.base import SCRIPTED_PLAYERS, SeatPolicy
 from dmplay.agents.script import Script
 from dmplay.core.policy import Policy
 from dmplay.core.problem import Problem
 from dmplay.core.safe_files import read_bytes
+from dmplay.core.session import Session
 from dmplay.core.text import escape_unprintable
 from dmplay.errors import BadParameter, DmplayError
 from dmplay.game.action_input import parse_action_text
@@ -27,12 +28,37 @@ from dmplay.transcript.header import HEADER_LINES, Header
 from dmplay.transcript.replay import replay
 
 HUMAN = HUMAN_PLAYER
-UNVERIFIABLE_PLAYERS = (*EXTERNAL_PLAYERS, "script", "replay")  # their actions cannot be recomputed
+# their actions cannot be recomputed
+UNVERIFIABLE_PLAYERS = (*EXTERNAL_PLAYERS, *SCRIPTED_PLAYERS)
 
 
 def list_human_seats(player_names: Sequence[str]) -> list[int]:
     """Return the seats that a person or a language model plays."""
     return [seat for seat, player in enumerate(player_names) if player in EXTERNAL_PLAYERS]
+
+
+def list_scripts(session: Session, player_names: Sequence[str]) -> tuple[Script, ...]:
+    """Return the scripts that play seats of a session.
+
+    The scripts of a recorded game are its actions, if these reach its turn limit.
+    """
+    policies = [seated_policy and seated_policy.policy for seated_policy in session.seated_policies]
+    scripts = [policy for policy in policies if isinstance(policy, Script)]
+    if len(session.turns) == session.turn_limit:
+        scripts += [
+            Script(
+                session.problem, seat, tuple(turn.actions[seat].item() for turn in session.turns)
+            )
+            for seat, name in enumerate(player_names)
+            if name in SCRIPTED_PLAYERS
+        ]
+    return tuple(scripts)
+
+
+def name_without_actions(player: str) -> str:
+    """Return a player's name; that of a `script:` or `replay:` without its actions or its file."""
+    kind = player.partition(":")[0]
+    return kind if kind in SCRIPTED_PLAYERS else player
 
 
 def make_seat_policy(
@@ -176,12 +202,10 @@ def make_header(
     `script:` and `replay:` players are recorded without the actions or the file.
     """
     players = [
-        player.partition(":")[0]
-        if player.startswith(("script:", "replay:"))
-        else name_in_transcript(player, path)
-        for player in (
-            request.person_label if player == HUMAN else player for player in player_names
+        name_in_transcript(
+            request.person_label if player == HUMAN else name_without_actions(player), path
         )
+        for player in player_names
     ]
     values = {line.field: getattr(request, line.field) for line in HEADER_LINES}
     values |= {

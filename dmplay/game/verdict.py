@@ -11,7 +11,7 @@ from typing import cast
 
 import numpy as np
 
-from dmplay.agents.base import AdviceQuestion
+from dmplay.agents.base import SCRIPTED_PLAYERS, AdviceQuestion
 from dmplay.core.action_values import Accuracy, ValuesBasis
 from dmplay.core.policy import Policy
 from dmplay.core.session import Session
@@ -39,7 +39,7 @@ MAX_SECONDS = 1.0  # seconds of processor time of each part of a verdict that no
 COMPARISON_TASK = TaskInfo("comparing your score with other games", is_after_game=True)
 RETURN_TOLERANCE = 1e-9  # differences of returns that count as equal
 RANDOM_AGENT = "random"
-UNREPEATABLE_PLAYERS = ("script", "replay", SEARCH_AGENT)  # too slow, or only for one game
+UNREPEATABLE_PLAYERS = (*SCRIPTED_PLAYERS, SEARCH_AGENT)  # too slow, or only for one game
 NATURAL_END_REASONS = ("terminal", "horizon", "turn limit")
 
 

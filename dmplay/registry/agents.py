@@ -13,8 +13,15 @@ import numpy as np
 
 from dmplay.agents import agents_by_method
 from dmplay.agents.available_agents import HINT_PROVIDER_ROLE, PARTNER_ROLE, Roster
-from dmplay.agents.base import AdviceQuestion, SeatPolicy, find_values_basis, models_opponents
+from dmplay.agents.base import (
+    SCRIPTED_PLAYERS,
+    AdviceQuestion,
+    SeatPolicy,
+    find_values_basis,
+    models_opponents,
+)
 from dmplay.agents.random_agent import AGENTS_FOR_ANY_PROBLEM
+from dmplay.agents.script import Script
 from dmplay.core.action_values import Accuracy, Horizon, ValuesBasis
 from dmplay.core.arrays import Array
 from dmplay.core.parameter_parsing import parse_parameter
@@ -50,7 +57,9 @@ class HintAgent:
     @cached_property
     def basis(self) -> ValuesBasis:
         """The basis of its values."""
-        return find_values_basis(self.policy, self.question)
+        basis = find_values_basis(self.policy, self.question)
+        is_renamed = self.question.scripts and basis.opponents and not basis.assumed_players
+        return basis._replace(opponents=(*self._list_opponents(),)) if is_renamed else basis
 
     @property
     def basis_with_players(self) -> ValuesBasis | None:
@@ -62,6 +71,14 @@ class HintAgent:
             return None
         basis = find_values_basis(self.policy, replace(self.question, assumes_players=False))
         return None if basis.assumed_players else basis
+
+    def _list_opponents(self) -> Iterator[str]:
+        """Yield the names of the other players, with the number of actions that one repeats."""
+        for seat, name in enumerate(self.question.players):
+            script = find_script(self.question, seat)
+            count = f" of {format_count(len(script.actions), 'action')}" if script else ""
+            if seat != self.question.seat:
+                yield f"{name}{count}"
 
     def describe_game(self, turns_done: int) -> str:
         """Return the turns left and the other players that its values are about, as text."""
@@ -206,7 +223,8 @@ def _plan_best_response(agent: HintAgent) -> HintAgent | None:
     problem, question = agent.policy.problem, agent.question
     others = [(seat, name) for seat, name in enumerate(question.players) if seat != question.seat]
     is_known = [
-        name.partition(":")[0] in load_roster(problem, seat).agents for seat, name in others
+        find_script(question, seat) or name.partition(":")[0] in load_roster(problem, seat).agents
+        for seat, name in others
     ]
     is_large = agent.name == "search" and not isinstance(problem.state_count, int)
     if is_large or not others or not all(is_known):
@@ -232,14 +250,30 @@ def _make_best_response(problem: Problem, question: AdviceQuestion) -> tuple[Sea
     if problem.partially_observable:
         from dmplay.agents.best_response_in_team import BestResponseInTeam
 
-        team_policy = BestResponseInTeam(problem, seat, to=names[0], horizon=turns or 0)
-        return team_policy.with_policy_lookup(partial(_make_opponent, problem)), np.full(1, -1)
+        def make_partner(other: int, name: str) -> SeatPolicy | None:
+            """Return the policy of the partner; None for random play."""
+            return find_script(question, other) or _make_opponent(problem, other, name)
+
+        script = find_script(question, 1 - seat)
+        horizon = turns or (len(script.actions) if script else 0)
+        team_policy = BestResponseInTeam(problem, seat, to=names[0], horizon=horizon)
+        return team_policy.with_policy_lookup(make_partner), np.full(1, -1)
     from dmplay.agents.best_response_plan import BestResponsePlan
 
     others = [other for other in range(len(problem.agents)) if other != seat]
-    policies = [_make_roster_agent(problem, *pair) for pair in zip(others, names, strict=True)]
+    policies = [
+        find_script(question, other) or _make_roster_agent(problem, other, name)
+        for other, name in zip(others, names, strict=True)
+    ]
     plan = BestResponsePlan(problem, seat, names, turns, tuple(policies))
     return plan, initial_state_distribution(problem)[1]
+
+
+def find_script(question: AdviceQuestion, seat: int) -> Script | None:
+    """Return the policy of a seat that repeats listed actions; None if it does not."""
+    is_scripted = question.players[seat] in SCRIPTED_PLAYERS  # not if another player is assumed
+    scripts = (script for script in question.scripts if isinstance(script, Script))
+    return next((script for script in scripts if is_scripted and script.seat == seat), None)
 
 
 def load_hint_agent(problem: Problem, question: AdviceQuestion, name: str) -> HintAgent:

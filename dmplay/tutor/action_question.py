@@ -19,7 +19,7 @@ from dmplay.core.text import format_count
 from dmplay.errors import UnknownName
 from dmplay.game.hints.review import RIGHT_LOSS_PERCENT
 from dmplay.game.seats import HUMAN
-from dmplay.registry.agents import HintAgent, default_parameters, load_roster
+from dmplay.registry.agents import HintAgent, default_parameters, find_script, load_roster
 from dmplay.registry.problem_module_exports import find_export
 from dmplay.registry.problem_name_kinds import names_data_file, names_python_file
 from dmplay.tutor.answers import AnswerCheck
@@ -338,11 +338,16 @@ def describe_agent(position: PositionInGame, seat: int, name: str) -> str:
     """Return sentences with an agent's name, parameters and description."""
     problem, (short_name, _, settings) = position.problem, name.partition(":")
     agent_class = load_roster(problem, seat).agents.get(short_name)
+    script = find_script(position.question, seat)
+    if script:
+        listed = [problem.format_action(seat, a) for a in script.actions[:MAX_LISTED_ACTIONS]]
+        listed += ["..."] * (len(script.actions) > MAX_LISTED_ACTIONS)
+        return f"{problem.agents[seat]} plays this list of actions: {', '.join(listed)}."
     if agent_class is None:
         return f"{problem.agents[seat]} is the agent {name}."
     set_values = dict(setting.split("=") for setting in settings.split(",") if setting)
     parameters = {**default_parameters(agent_class), **set_values}
-    listed = ", ".join(f"{key} {value}" for key, value in parameters.items())
+    settings = ", ".join(f"{key} {value}" for key, value in parameters.items())
     description = " ".join((agent_class.__doc__ or "").partition("\n\n")[0].split())
     for key, value in parameters.items():
         description = description.replace(f"`{key}`", str(value))
@@ -353,7 +358,7 @@ def describe_agent(position: PositionInGame, seat: int, name: str) -> str:
     if issubclass(agent_class, Random) and len(labels) <= MAX_LISTED_ACTIONS and all_legal:
         description += f" Each of {_join_labels(labels, 'and')} has probability 1/{len(labels)}."
     text = (
-        f"{problem.agents[seat]} is the agent {short_name}{listed and f' ({listed})'}, "
+        f"{problem.agents[seat]} is the agent {short_name}{settings and f' ({settings})'}, "
         f"which {description[:1].lower()}{description[1:]}"
     )
     seated = position.session.seated_policies[seat]

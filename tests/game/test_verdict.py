@@ -247,6 +247,20 @@ def test_two_people_with_different_rewards_are_not_compared() -> None:
     assert [choices.regret for choices in verdict.choices] == [None, None]
 
 
+def test_a_script_is_known_in_the_game_and_in_its_review(tmp_path: Path) -> None:
+    moves = "cooperate,defect,cooperate"
+    game = play("prisoners-dilemma", ["cooperate", "defect", "cooperate"], f"script:{moves}")
+    (choices,) = judge(game).choices
+    assert (choices.count, choices.best_count, choices.regret) == (3, 1, 2.0)
+    arguments = ("prisoners-dilemma", "--turns", "3", "--vs", f"script:{moves}", "-o", "p.dmt")
+    run_dmplay(tmp_path, *arguments, stdin=moves.replace(",", "\n"))
+    reviewed = json.loads(run_dmplay(tmp_path, "review", "p.dmt", "--json").stdout)
+    assert [move["regret"] for move in reviewed["actions"]] == [1.0, 0.0, 1.0]
+    run_dmplay(tmp_path, *arguments, "--force", stdin="cooperate\nquit\n")
+    summary = run_dmplay(tmp_path, "review", "p.dmt").stdout
+    assert "and not script" in summary  # what it would have played is not in the file
+
+
 @pytest.mark.parametrize("opponent", ["script:cooperate", "search"])
 def test_a_score_is_not_compared_if_the_opponents_cannot_play_many_games(opponent: str) -> None:
     game = play("prisoners-dilemma", ["cooperate"], opponent)

@@ -14,6 +14,7 @@ import pytest
 
 import dmplay
 from dmplay.agents.base import AdviceQuestion, SeatPolicy
+from dmplay.agents.script import Script
 from dmplay.core.action_values import Accuracy
 from dmplay.core.arrays import Array, Reals
 from dmplay.core.belief import initial_belief
@@ -468,9 +469,13 @@ Particle = tuple[float, Array, Memory]  # a weight, a state, and the memory of t
 class BestReply:
     """The best return of a seat beside a partner, by expectimax over the seat's own histories."""
 
-    def __init__(self, problem: Problem, seat: int, partner: str) -> None:
+    def __init__(self, problem: Problem, seat: int, partner: str | Script) -> None:
         self.problem, self.seat = problem, seat
-        self.partner = cast(SeatPolicy, load_agent(problem, 1 - seat, partner))
+        self.partner = (
+            cast(SeatPolicy, load_agent(problem, 1 - seat, partner))
+            if isinstance(partner, str)
+            else partner
+        )
 
     def split(
         self, particles: list[Particle], action: int
@@ -524,12 +529,14 @@ class BestReply:
         return values
 
 
-def check_best_reply(problem: Problem, seat: int, partner: str, turns: int) -> None:
+def check_best_reply(problem: Problem, seat: int, partner: str | Script, turns: int) -> None:
     """Compare values, forecasts and beliefs with those of the best reply, along one game."""
-    players = ("human", partner) if seat == 0 else (partner, "human")
-    agent = find_hint_provider(problem, AdviceQuestion(seat, turns, players))
+    name, scripts = (partner, ()) if isinstance(partner, str) else ("script", (partner,))
+    players = ("human", name) if seat == 0 else (name, "human")
+    agent = find_hint_provider(problem, AdviceQuestion(seat, turns, players, scripts=scripts))
     assert agent is not None
-    assert (agent.label, agent.basis.players) == ("best-response", f"with {partner}")
+    count = "".join(f" of {len(script.actions)} actions" for script in scripts)
+    assert (agent.label, agent.basis.players) == ("best-response", f"with {name}{count}")
     assert agent.basis.accuracy is Accuracy.EXACT
     policy, reply = agent.policy, BestReply(problem, seat, partner)
     rng, memory = np.random.default_rng(7), policy.initial_memory(np.full(1, -1))
@@ -562,6 +569,64 @@ def test_exact_values_in_a_team_are_those_of_the_best_reply_to_the_partner(
 ) -> None:
     for seat in (0, 1):
         check_best_reply(parse_team_file(TEAMS[name]), seat, partner, turns)
+
+
+@pytest.mark.parametrize("name", TEAMS)
+def test_exact_values_in_a_team_are_those_of_the_best_reply_to_a_script(name: str) -> None:
+    problem, rng = parse_team_file(TEAMS[name]), np.random.default_rng(7)
+    for seat in (0, 1):
+        actions = rng.integers(problem.action_counts[1 - seat], size=3)
+        check_best_reply(problem, seat, Script(problem, 1 - seat, tuple(actions.tolist())), 3)
+
+
+def find_script_values(problem: Problem, seat: int, turns: int | None, *actions: str) -> Reals:
+    """Return the exact values of a seat's first actions beside a script of these actions."""
+    script = Script(
+        problem, 1 - seat, tuple(problem.parse_action(1 - seat, action) for action in actions)
+    )
+    players = ("human", "script") if seat == 0 else ("script", "human")
+    agent = find_hint_provider(problem, AdviceQuestion(seat, turns, players, scripts=(script,)))
+    assert agent is not None
+    assert (agent.label, agent.basis.scope) == ("best-response", "")
+    assert agent.basis.accuracy is Accuracy.EXACT
+    _, states = initial_state_distribution(problem)
+    observation = np.full(1, -1) if problem.partially_observable else states
+    values = agent.policy.action_values(agent.policy.initial_memory(observation))
+    assert values is not None
+    return np.asarray(values[0])
+
+
+def test_a_script_is_answered_with_the_turn_in_mind() -> None:
+    problem = dmplay.load_problem("prisoners-dilemma")
+    turns = ("cooperate", "defect", "cooperate")
+    assert find_script_values(problem, 0, 3, *turns).tolist() == [-4.0, -3.0]
+    assert find_script_values(problem, 1, 3, *turns).tolist() == [-4.0, -3.0]
+
+
+@pytest.mark.parametrize(
+    ("name", "action"), [("prisoners-dilemma", "defect"), ("multicaregiver-crying-baby", "feed")]
+)
+def test_a_game_is_over_when_a_script_ends(name: str, action: str) -> None:
+    problem = dmplay.load_problem(name)
+    values = find_script_values(problem, 0, 2, action, action).tolist()
+    assert find_script_values(problem, 0, 10, action, action).tolist() == values
+    if name == "multicaregiver-crying-baby":
+        assert find_script_values(problem, 0, None, action, action).tolist() == values
+
+
+def test_a_script_has_no_action_for_the_turns_of_others() -> None:
+    """Beside a script that takes one stone a turn, each move is worth what a search finds."""
+
+    def find_value(stones: int) -> float:
+        """Return 1 if the left player, to move, takes the last stone, else -1."""
+        return max(find_action_value(stones, taken) for taken in (1, 2) if taken <= stones)
+
+    def find_action_value(stones: int, taken: int) -> float:
+        remaining = stones - taken
+        return (1.0 if remaining == 0 else -1.0) if remaining < 2 else find_value(remaining - 1)
+
+    values = find_script_values(Nim(), 0, None, *["one"] * 7)
+    assert values[:2].tolist() == [find_action_value(7, 1), find_action_value(7, 2)]
 
 
 LIGHTHOUSE_SOURCE = """\
