@@ -63,19 +63,21 @@ def test_no_name_is_a_banned_word() -> None:
         if name.strip("_").lower() in BANNED_NAMES
         and (str(path.relative_to(ROOT)), name) not in DATA_NAMES
     ]
-    assert not banned, "\n".join(banned)
+    advice = "expected names that say what they mean; BANNED_NAMES in tests/test_glossary.py"
+    assert not banned, "\n".join([*banned, advice])
 
 
 def test_no_docstring_begins_with_a_question_word() -> None:
     openers = [
-        f"{path.relative_to(ROOT)} {docstring.splitlines()[0]}"
+        f"{path.relative_to(ROOT)}:{getattr(node, 'lineno', 1)} {docstring.splitlines()[0]}"
         for path in list_python_files()
         for node in ast.walk(parse(path))
         if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef)
         and (docstring := ast.get_docstring(node))
         and QUESTION_WORD.match(docstring)
     ]
-    assert not openers, "\n".join(openers)
+    advice = "expected a verb or a noun first; QUESTION_WORD in tests/test_glossary.py"
+    assert not openers, "\n".join([*openers, advice])
 
 
 def test_a_class_name_is_used_once_except_for_one_role_per_problem() -> None:
@@ -89,7 +91,7 @@ def test_a_class_name_is_used_once_except_for_one_role_per_problem() -> None:
         for name, paths in homes.items()
         if sum(path.parts[-3:][::2] != ("problems", "agents.py") for path in paths) > 1
     }
-    assert not repeated, repeated
+    assert not repeated, f"expected another name in one of these files: {repeated}"
 
 
 def list_parameters(owner: type, name: str) -> list[str]:
@@ -114,7 +116,7 @@ def list_renamed_parameters(kind: type) -> list[str]:
     """Return the methods of a class whose parameters have other names than in a base class."""
     bases = [base for base in kind.__mro__[1:] if base.__module__.startswith("dmplay.")]
     return [
-        f"{kind.__module__} {kind.__qualname__}.{name}: expected {parameters}"
+        f"{kind.__module__.replace('.', '/')}.py {kind.__qualname__}.{name}: expected {parameters}"
         for name in vars(kind)
         if not name.startswith("__")
         for base in bases

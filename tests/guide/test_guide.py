@@ -41,6 +41,12 @@ TOPIC_PARAMETERS = [
 ]
 
 
+def topic_file(name: str) -> Path:
+    """Return the file of a topic, relative to the project."""
+    (file,) = GUIDE_FOLDER.glob(f"[0-9][0-9]-{name}.md")
+    return file.relative_to(PROJECT_ROOT)
+
+
 @pytest.mark.parametrize("name", TOPIC_PARAMETERS)
 def test_the_examples_of_a_topic_run_as_documented(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -50,14 +56,17 @@ def test_the_examples_of_a_topic_run_as_documented(
 
 @each_topic
 def test_every_block_of_a_topic_is_run(name: str) -> None:
-    assert read_topic(name).count("```") == 2 * len(parse_blocks(read_topic(name)))
-    assert all(block.runs for block in parse_blocks(read_topic(name)))
+    blocks = parse_blocks(read_topic(name))
+    assert read_topic(name).count("```") == 2 * len(blocks), f"see {topic_file(name)}"
+    for block in blocks:
+        assert block.runs, f"see {topic_file(name)}: {block.code}"
 
 
 @each_topic
 def test_a_topic_refers_only_to_existing_topics(name: str) -> None:
     references = [text.split()[0] for text in read_topic(name).split("`dmplay guide ")[1:]]
-    assert {word.rstrip("`:.,") for word in references} <= {*list_topics()}
+    unknown = {word.rstrip("`:.,") for word in references} - {*list_topics()}
+    assert not unknown, f"see {topic_file(name)}"
 
 
 def test_the_first_problem_of_the_guide_is_no_longer_than_fifteen_lines() -> None:
@@ -86,12 +95,13 @@ def test_the_architecture_topic_names_only_existing_files_and_definitions() -> N
         if re.search(r"NAME|STEM|FAMILY|GAME\b|TURN\b", word):  # a placeholder
             continue
         if re.match("(dmplay|tests|transcripts)/", word):
-            assert (PROJECT_ROOT / word).exists(), word
+            assert (PROJECT_ROOT / word).exists(), f"{word}: see {topic_file('architecture')}"
         elif re.fullmatch(r"\w+\.\w+|\w*[_A-Z]\w*", word) and not word.endswith(".md"):
             name = word.rpartition(".")[2]
-            assert re.search(rf"\b(def|class) {name}\b|^ *{name}\b.* = ", source, re.MULTILINE), (
-                word
+            is_defined = re.search(
+                rf"\b(def|class) {name}\b|^ *{name}\b.* = ", source, re.MULTILINE
             )
+            assert is_defined, f"{word}: see {topic_file('architecture')}"
 
 
 def test_the_architecture_topic_lists_the_layers_in_the_order_of_imports() -> None:
@@ -103,15 +113,17 @@ def test_the_architecture_topic_lists_the_layers_in_the_order_of_imports() -> No
         for name in re.findall(r"`(\w+)(?:/|\.py)`", entry.partition(":")[0])
     ]
     source = (PROJECT_ROOT / "tests" / "test_layers.py").read_text(encoding="utf-8")
-    assert layers == re.findall(r"\w+", source.partition("LAYERS = (")[2].partition(")")[0])
+    expected = re.findall(r"\w+", source.partition("LAYERS = (")[2].partition(")")[0])
+    assert layers == expected, f"see {topic_file('architecture')} and tests/test_layers.py"
 
 
 def test_each_term_of_the_glossary_is_two_lines_and_names_a_problem() -> None:
     entries = re.findall(r"^- \*\*.*?(?=\n- |\n\n|\Z)", read_topic("glossary"), re.M | re.S)
     assert len(entries) > 50
     for entry in entries:
-        assert len(entry.strip().splitlines()) == 2, entry
-        assert re.search(rf"\b(?:{'|'.join(problem_names())})\b", entry), entry
+        advice = f"see {topic_file('glossary')}: {entry}"
+        assert len(entry.strip().splitlines()) == 2, advice
+        assert re.search(rf"\b(?:{'|'.join(problem_names())})\b", entry), advice
 
 
 def test_the_error_for_an_unknown_topic_suggests_the_nearest() -> None:
@@ -135,7 +147,8 @@ def test_text_fits_40_columns_and_code_80_and_the_ascii_form_is_ascii(name: str)
     code_rows = {f"    {row}".rstrip().replace("±", "+-") for row in rows}
     terminal = PIPE_TERMINAL._replace(ascii=True, width=40)
     text = guide_pages.render_topic(name, terminal)
-    assert all(len(row) <= (80 if row in code_rows else 40) for row in text.plain.split("\n"))
+    for row in text.plain.split("\n"):
+        assert len(row) <= (80 if row in code_rows else 40), f"see {topic_file(name)}"
     assert "…" not in text.plain
     assert render_for_terminal(text, terminal).isascii()
 

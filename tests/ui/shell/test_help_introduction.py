@@ -19,24 +19,23 @@ from tests.support.user_problems import Key
 def test_a_lesson_is_three_sentences_and_an_example_turn_independent_of_the_game(name: str) -> None:
     others = ["random"] * (len(dmplay.load_problem(name).agents) - 1)
     lines = lesson_lines(make_game(name, "human", *others, seed=1))
-    assert all(row.endswith(".") for row in lines)
+    advice = f"see lesson in dmplay/problems/{name_to_stem(name)}/view.py"
+    assert all(row.endswith(".") for row in lines), advice
     for row, beginning in zip(lines, ("You ", "You want "), strict=False):
         assert row.startswith(beginning), (
-            f"expected a sentence that begins with {beginning!r}, got {row!r}; "
-            f"see lesson in dmplay/problems/{name_to_stem(name)}/view.py"
+            f"expected a sentence that begins with {beginning!r}, got {row!r}; {advice}"
         )
-    assert re.match(
-        "For example, (one turn|(in|with|from) .*): .* The reward is -?[0-9.]+", lines[-1]
-    )
+    pattern = "For example, (one turn|(in|with|from) .*): .* The reward is -?[0-9.]+"
+    assert re.match(pattern, lines[-1]), advice
     other_game = make_game(name, "human", *others, seed=2)
-    assert lesson_lines(other_game) == lines
+    assert lesson_lines(other_game) == lines, advice
     legal_actions = [
         label
         for _, label, is_legal in other_game.keyboard.list_actions_with_keys(other_game.view())
         if is_legal
     ]
     run_line(GameController(other_game), legal_actions[0] if legal_actions else "0.5")
-    assert lesson_lines(other_game) == lines
+    assert lesson_lines(other_game) == lines, advice
 
 
 @pytest.mark.parametrize(
