@@ -3,6 +3,7 @@
 import ast
 import inspect
 import os
+import re
 import sysconfig
 import traceback
 from collections.abc import Sequence
@@ -22,6 +23,9 @@ INSTALLED_PREFIXES = (
 # folders of installed packages, also in other environments
 LIBRARY_FOLDERS = {"site-packages", "dist-packages"}
 
+# the name of a module of a file, which contains its path, and the path after it in import errors
+FILE_MODULE_PATTERN = re.compile(r"[\w.]+\.(file|folder)_((?:[0-9a-f]{2})+)([.\w]*)")
+
 
 def describe_error_location(error: BaseException) -> str:
     """Return the line of user-defined code that an error comes from, and the error; "" if none.
@@ -32,9 +36,24 @@ def describe_error_location(error: BaseException) -> str:
     user_frames = [frame for frame in frames if not _is_installed(frame.filename)]
     if not user_frames:
         return ""
-    error_text = f"{type(error).__name__}: {error}".partition("\n")[0].removesuffix(": ")
+    error_text = f"{type(error).__name__}: {name_files(str(error))}"
+    error_text = error_text.partition("\n")[0].removesuffix(": ")
     location = format_location(user_frames[-1].filename, user_frames[-1].lineno)
     return f"{location}: {clip_message(error_text)}"
+
+
+def name_files(text: str) -> str:
+    """Return a text in which modules that are named by their path are the paths of their files."""
+    return FILE_MODULE_PATTERN.sub(_format_module_path, text)
+
+
+def _format_module_path(match: re.Match[str]) -> str:
+    """Return the file of a module that is named by its path, and the name of an object in it."""
+    kind, path, names = match[1], bytes.fromhex(match[2]).decode(), match[3].strip(".")
+    if kind == "folder" and names:
+        part, _, names = names.partition(".")
+        path = os.path.join(path, f"{part}.py")
+    return format_location(path, None) + f":{names}" * bool(names)
 
 
 def describe_user_exit(error: SystemExit) -> str:

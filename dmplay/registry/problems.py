@@ -250,19 +250,17 @@ def _load_installed(name: str) -> LookupResult:
 
 
 def _load_user_problem(name: str) -> LookupResult:
-    """Return the problem of user code: the one that is named, else the only one."""
+    """Return the problem of user code: the one that is named, else the only one, or a variant."""
     source, _, selection = name.partition(":")
     module = user_code.load_named_module(name)
+    if selection and hasattr(module, selection):
+        problem = problem_module_exports.to_problem(name, getattr(module, selection))
+        return LookupResult(name, problem)
     attribute_name, _, variant = selection.partition(":")
-    if not hasattr(module, attribute_name) and selection in (
-        "",
-        *problem_module_exports.module_variants(module),
-    ):
-        return LookupResult(name, _problem_of_module(module, source, selection))
-    if variant:
-        return LookupResult(name, _problem_of_module(module, source, variant))
+    names = [key for key, value in vars(module).items() if isinstance(value, Problem)]
+    names += problem_module_exports.problem_classes(module)
     return LookupResult(
-        name, problem_module_exports.to_problem(name, user_code.load_named_attribute(name))
+        name, _problem_of_module(module, source, variant or attribute_name, tuple(names))
     )
 
 
@@ -289,16 +287,23 @@ def _raise_unknown_problem(name: str) -> LookupResult:
     raise UnknownName("problem", name.partition(":")[0], [*problem_names(), *entry_point_targets()])
 
 
-def _problem_of_module(module: ModuleType, name: str, variant: str) -> Problem:
-    """Return the only problem of a module, or one of its variants."""
+def _problem_of_module(
+    module: ModuleType, name: str, variant: str, other_names: Collection[str] = ()
+) -> Problem:
+    """Return the only problem of a module, or one of its variants.
+
+    The error for an unknown variant also suggests `other_names`, of problems in the module.
+    """
     variants_by_name = problem_module_exports.module_variants(module)
+    classes = problem_module_exports.problem_classes(module)
+    if not (classes or variants_by_name or other_names):
+        raise BadParameter(f"{name} defines no Problem")
     if variant and variant != "standard":
         if variant not in variants_by_name:
-            raise UnknownName(
-                "variant", variant, ["standard", *variants_by_name], error_prefix=name
-            )
+            category = "problem or variant" if other_names else "variant"
+            names = ["standard", *variants_by_name, *other_names]
+            raise UnknownName(category, variant, names, error_prefix=name)
         return variants_by_name[variant]
-    classes = problem_module_exports.problem_classes(module)
     if len(classes) > 1:
         choices = " or ".join(f"{name}:{kind}" for kind in classes)
         raise BadParameter(f"{name}: got several problems, expected {choices}")

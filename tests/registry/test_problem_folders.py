@@ -139,6 +139,17 @@ def test_an_import_error_in_any_file_of_a_folder_is_a_violation(tmp_path: Path) 
         file.write_text(text)
 
 
+def test_an_import_error_in_a_folder_names_the_users_files(tmp_path: Path) -> None:
+    copy_folder(bandit, tmp_path / "arms")
+    for imported, part in (("Nothing", "rules"), ("x", "nothing")):
+        (tmp_path / "arms" / "agents.py").write_text(f"from .{part} import {imported}\n")
+        for command in ("agents", "check"):
+            result = run_dmplay(tmp_path, command, "./arms/")
+            (line, *_) = (result.stdout + result.stderr).splitlines()
+            assert f"'./arms/{part}.py'" in line
+            assert "module_loader" not in line
+
+
 def list_violations(name: str) -> list[dict[str, str]]:
     """Return the violations that `dmplay check --json` reports."""
     report = check_report.report_violations(name, {}, json=True)
@@ -219,6 +230,8 @@ def test_an_agent_of_a_folder_is_named_by_its_file(tmp_path: Path) -> None:
     [
         ("arms", "got a folder, expected ./arms/ for the problem in it"),
         ("./arms", "got a folder, expected ./arms/ for the problem in it"),
+        ("./arms/:equl", "unknown problem or variant 'equl'; did you mean equal?"),
+        ("./arms/:Bandot", "unknown problem or variant 'Bandot'; did you mean Bandit?"),
         ("./none/", "expected one with the file rules.py, which defines a problem"),
         ("./", "got a folder without the file rules.py, which defines a problem"),
     ],

@@ -89,7 +89,7 @@ def test_every_built_in_problem_loads_under_its_name() -> None:
         (
             "dmplay.core.problem:Problm",
             {},
-            "dmplay.core.problem: unknown attribute 'Problm'; did you mean Problem",
+            "dmplay.core.problem: unknown problem or variant 'Problm'; did you mean Problem",
         ),
         (
             "dmplay.core.problem:Labels",
