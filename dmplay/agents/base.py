@@ -4,11 +4,11 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import ClassVar, NamedTuple, Self
+from typing import ClassVar, Self
 
 import numpy as np
 
-from dmplay.core.action_values import UNKNOWN_BASIS, Accuracy, ValuesBasis
+from dmplay.core.action_values import UNKNOWN_BASIS, Accuracy, ActionValues, ValuesBasis
 from dmplay.core.arrays import Array, Bools, Ints, Reals
 from dmplay.core.best_actions import select_greedy_actions
 from dmplay.core.parameters import check_parameters
@@ -16,11 +16,8 @@ from dmplay.core.policy import Memory, Percept, Policy, requires_fields
 from dmplay.core.problem import Problem
 from dmplay.core.session import DEFAULT_TURN_LIMIT, Session
 from dmplay.core.text import format_count
-from dmplay.errors import BadPolicy
+from dmplay.errors import BadParameter
 
-MIN_LEAD_ERRORS = 2.0  # standard errors by which an estimate must lead to be the best
-# n samples hardly ever miss all outcomes whose probability is more than this / n together.
-MAX_UNSEEN_SAMPLES = 3.0
 MAX_TABULAR_STATES = 1000  # maximum number of states for which a table of all states is computed
 
 
@@ -77,31 +74,6 @@ class AdviceQuestion:
         if limit is None or limit == DEFAULT_TURN_LIMIT or turns_done >= limit:
             return ""
         return f"{format_count(limit - turns_done, 'turn')} left"
-
-
-class ReturnEstimates(NamedTuple):
-    """The mean returns of the K first actions that a search tried, with standard errors."""
-
-    actions: Array  # [K]
-    means: Reals  # [K]
-    errors: Reals  # [K], infinite if unknown
-    bounds: tuple[float, float] | None = None  # of a return, if they are known
-    sample_count: int = 1  # of each action
-
-    def find_clear_best(self) -> float | None:
-        """Return the action of greatest mean; None if it may be another one.
-
-        It must lead by more than two standard errors, and by more than the outcomes that all
-        samples missed can be worth. Their probability is at most 3 / n, as a rule.
-        """
-        best = int(self.means.argmax())
-        leads = self.means[best] - self.means
-        margins = MIN_LEAD_ERRORS * np.hypot(self.errors, self.errors[best])
-        if self.bounds is not None:
-            unseen = np.maximum(self.bounds[1] - self.means, self.means[best] - self.bounds[0])
-            margins = np.maximum(margins, MAX_UNSEEN_SAMPLES / self.sample_count * unseen)
-        is_clear = np.delete(leads > margins, best).all()
-        return float(self.actions[best]) if is_clear else None
 
 
 @dataclass(frozen=True)
@@ -170,8 +142,8 @@ class SeatPolicy(Policy):
 
     def estimate_returns(
         self, memory: Memory, legal: Bools | None, u: Reals
-    ) -> ReturnEstimates | None:
-        """Return estimates of the value of each action; None if it makes none.
+    ) -> ActionValues | None:
+        """Return estimates of the value of each action by sampling; None if it makes none.
 
         `memory`, `legal` and the uniforms of a choice have one row.
         """
@@ -239,12 +211,12 @@ def find_values_basis(policy: Policy, question: AdviceQuestion) -> ValuesBasis:
     """Return the basis of a policy's action values in the game of a question.
 
     Exact values are conditional unless the other players are those of the game. A policy without
-    `values_basis` has values of unknown accuracy. Raise BadPolicy if it returns anything else.
+    `values_basis` has values of unknown accuracy. Raise BadParameter if it returns anything else.
     """
     basis = getattr(policy, "values_basis", lambda question: UNKNOWN_BASIS)(question)
     if not isinstance(basis, ValuesBasis):
         location = f"{type(policy).__name__}.values_basis"
-        raise BadPolicy(f"{location}: got {basis!r}, expected a ValuesBasis")
+        raise BadParameter(f"{location}: got {basis!r}, expected a ValuesBasis")
     is_assumption = bool(basis.assumed_players) or question.assumes_players
     is_conditional = basis.accuracy is Accuracy.EXACT and is_assumption
     return basis._replace(accuracy=Accuracy.CONDITIONAL) if is_conditional else basis

@@ -9,10 +9,10 @@ import numpy as np
 
 from dmplay.agents._particle_filter import N_PARTICLES, ParticleFilter, sample_states
 from dmplay.agents.available_agents import HINT_PROVIDER_ROLE, PARTNER_ROLE
-from dmplay.agents.base import AdviceQuestion, PolicyLookup, ReturnEstimates
+from dmplay.agents.base import AdviceQuestion, PolicyLookup
 from dmplay.agents.belief_policy import BeliefPolicy
 from dmplay.core import belief
-from dmplay.core.action_values import ValuesBasis
+from dmplay.core.action_values import UNKNOWN_BASIS, ActionValues, ValuesBasis
 from dmplay.core.arrays import Array, Bools, Ints, Reals
 from dmplay.core.best_actions import mark_best_actions
 from dmplay.core.chance import sample_masked_index
@@ -341,7 +341,7 @@ class TreeSearch(BeliefPolicy):
 
     def estimate_returns(
         self, memory: Memory, legal: Bools | None, u: Reals
-    ) -> ReturnEstimates | None:
+    ) -> ActionValues | None:
         """Return the mean return of each legal action over sampled outcomes; None for real actions.
 
         One search tries actions that begin badly too seldom, stores only some of the random
@@ -366,9 +366,10 @@ class TreeSearch(BeliefPolicy):
         # Rare outcomes may be missing: the extreme ones count once more.
         extremes = np.stack([returns.min(axis=1), returns.max(axis=1)], axis=1)
         deviations = np.hstack([returns, extremes]).std(axis=1, ddof=1)
-        errors = deviations / np.sqrt(count)
-        bounds = self.problem.return_bounds
-        return ReturnEstimates(actions, returns.mean(axis=1), errors, bounds, count)
+        q, errors = np.full(action_count, np.nan), np.full(action_count, np.inf)
+        q[actions], errors[actions] = returns.mean(axis=1), deviations / np.sqrt(count)
+        scale, bounds = self.problem.reward_scale, self.problem.return_bounds
+        return ActionValues(q, UNKNOWN_BASIS, scale, errors, bounds, count)
 
     @cached_property
     def _outcome_search(self) -> "TreeSearch":

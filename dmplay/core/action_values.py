@@ -1,11 +1,17 @@
-"""The basis of action values: how exact they are, and which turns and players they are about."""
+"""Action values of one seat: their accuracy, and the turns and players that they are about."""
 
 from enum import Enum
 from typing import NamedTuple, Self
 
+import numpy as np
+
+from dmplay.core.arrays import Ints, Reals
+from dmplay.core.best_actions import VALUE_TOLERANCE
 from dmplay.core.text import format_count
 
 TURN_LIMIT_IGNORED, DISCOUNT_IGNORED = "turn limit ignored", "discount ignored"
+MIN_LEAD_ERRORS = 2.0  # standard errors by which an estimate must lead to be the best
+MAX_UNSEEN_SAMPLES = 3.0  # n times the probability of outcomes that n samples hardly ever miss
 # the rules for ties
 ENDS_SOONEST, PAYS_SOONEST = "tie broken by earliest end", "tie broken by earliest reward"
 
@@ -93,3 +99,46 @@ class ValuesBasis(NamedTuple):
 
 
 UNKNOWN_BASIS = ValuesBasis()
+
+
+class ActionValues(NamedTuple):
+    """The values of one seat's actions. Estimates by sampling have standard errors."""
+
+    q: Reals  # [A], nan for illegal actions
+    basis: ValuesBasis = UNKNOWN_BASIS
+    scale: float = 1.0  # of the problem's rewards
+    errors: Reals | None = None  # [A], infinite if unknown
+    return_bounds: tuple[float, float] | None = None  # of the samples, if they are known
+    sample_count: int = 1  # of each action
+
+    @property
+    def regrets(self) -> Reals:
+        """The best value minus the value of each action `[A]`; nan for illegal actions."""
+        finite = np.where(np.isfinite(self.q), self.q, np.nan)
+        differences = np.fmax.reduce(finite) - finite
+        return np.where(differences <= VALUE_TOLERANCE * self.scale, 0.0, differences)
+
+    @property
+    def best_actions(self) -> Ints:
+        """The actions of the greatest value; of estimates, all actions that may have it.
+
+        The greatest estimate must lead by more than two standard errors, and by more than the
+        outcomes that all n samples missed can be worth, whose probability is hardly above 3 / n.
+        """
+        regrets = self.regrets
+        if self.errors is None:
+            return np.flatnonzero(regrets == 0.0)
+        best = int(np.nanargmin(regrets))
+        margins = MIN_LEAD_ERRORS * np.hypot(self.errors, self.errors[best])
+        if self.return_bounds is not None:
+            low, high = self.return_bounds
+            unseen = np.fmax(high - self.q, self.q[best] - low)
+            margins = np.fmax(margins, MAX_UNSEEN_SAMPLES / self.sample_count * unseen)
+        margins[best] = 0.0
+        return np.flatnonzero(regrets <= margins)
+
+    def rank_actions(self, first: float | None = None) -> list[int]:
+        """Return the actions with finite values, best first; of equals, `first` first."""
+        regrets = self.regrets.tolist()
+        finite = np.flatnonzero(np.isfinite(self.q)).tolist()
+        return sorted(finite, key=lambda action: (regrets[action], action != first))

@@ -22,8 +22,8 @@ from dmplay.agents.base import (
 )
 from dmplay.agents.random_agent import AGENTS_FOR_ANY_PROBLEM
 from dmplay.agents.script import Script
-from dmplay.core.action_values import Accuracy, Horizon, ValuesBasis
-from dmplay.core.arrays import Array
+from dmplay.core.action_values import Accuracy, ActionValues, Horizon, ValuesBasis
+from dmplay.core.arrays import Array, Bools, Reals
 from dmplay.core.parameter_parsing import parse_parameter
 from dmplay.core.parameters import INTEGER_TYPES
 from dmplay.core.policy import Policy, forbid_exit
@@ -79,6 +79,18 @@ class HintAgent:
             count = f" of {format_count(len(script.actions), 'action')}" if script else ""
             if seat != self.question.seat:
                 yield f"{name}{count}"
+
+    def join_values(self, q: Reals | None, legal: Bools | None) -> ActionValues | None:
+        """Return its values `[A]` with their basis; None if it has none.
+
+        Those of illegal actions are nan. Ratings are whole numbers, as they are not more exact.
+        """
+        problem, seat = self.policy.problem, self.question.seat
+        if q is None or not problem.actions[seat].labels:
+            return None
+        q = q.round() if self.basis.accuracy is Accuracy.RATING else q
+        legal_q = q if legal is None else np.where(legal, q, np.nan)
+        return ActionValues(legal_q, self.basis, problem.reward_scale)
 
     def describe_game(self, turns_done: int) -> str:
         """Return the turns left and the other players that its values are about, as text."""

@@ -89,16 +89,15 @@ class _ValueExplainer:
         self._session: Session = provider.session
         assert hint.values is not None
         assert hint.action is not None
-        self._values = hint.values
-        self._decimals, self._tolerance = hint.value_decimals, VALUE_TOLERANCE * hint.scale
+        self._values, self._tolerance = hint.values.q, VALUE_TOLERANCE * hint.values.scale
+        self._decimals = hint.value_decimals
         order = np.argsort(-self._values, kind="stable").tolist()
         ranked = [action for action in order if np.isfinite(self._values[action])]
         self._legal_actions = ranked
         self._suggested = self._best = int(hint.action)
         if self._values[self._best] < self._values[ranked[0]] - self._tolerance:
-            self._best = ranked[
-                0
-            ]  # A search keeps its usual action unless another is clearly better.
+            # A search keeps its usual action unless another is clearly better.
+            self._best = ranked[0]
         self._breakdowns = self._break_down_actions()
 
     def _break_down_actions(self) -> dict[int, ActionBreakdown]:

@@ -1,17 +1,16 @@
 """Hints: the recommended action of a strong agent for a seat, and that agent's action values."""
 
 import inspect
-import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from math import ceil, floor, isfinite, isnan, log10
+from math import ceil, floor, isfinite, log10
 from typing import TypeVar
 
 import numpy as np
 
-from dmplay.agents.base import AdviceQuestion, ReturnEstimates, SeatPolicy, models_opponents
-from dmplay.core.action_values import UNKNOWN_BASIS, Accuracy, Horizon, ValuesBasis
+from dmplay.agents.base import AdviceQuestion, SeatPolicy, models_opponents
+from dmplay.core.action_values import UNKNOWN_BASIS, Accuracy, ActionValues, Horizon, ValuesBasis
 from dmplay.core.arrays import Reals
 from dmplay.core.best_actions import VALUE_TOLERANCE
 from dmplay.core.session import SeatedPolicy, Session, Turn
@@ -88,11 +87,6 @@ def format_fixed(value: float, decimals: int) -> str:
     return f"{round(value, decimals) + 0.0:.{decimals}f}"
 
 
-def round_ratings(values: Reals, basis: ValuesBasis) -> Reals:
-    """Return ratings as whole numbers, because they are not more exact; other values unchanged."""
-    return values.round() if basis.accuracy is Accuracy.RATING else values
-
-
 @dataclass(frozen=True, eq=False)
 class Hint:
     """The recommended action before a turn, and the action values if the agent has them."""
@@ -100,12 +94,10 @@ class Hint:
     basis: str  # the agent's name, then the game and the assumptions of its values
     recommended_action: str  # its name; a real action is rounded
     labels: Sequence[str]
-    values: Reals | None  # [A], nan for illegal actions
+    values: ActionValues | None
     action: float | None = None  # the recommended action; None if several are equally good
     action_name: str = ""  # the name of `action` with all digits
     game: str = ""  # the turns and the other players that the values are about
-    values_basis: ValuesBasis = UNKNOWN_BASIS
-    scale: float = 1.0  # of the problem's rewards
 
     def __str__(self) -> str:
         """Return the hint on one line."""
@@ -137,20 +129,19 @@ class Hint:
     @property
     def data(self) -> dict[str, object]:
         """The hint as data: the agent, the action, and the finite values by action."""
-        numbers = [] if self.values is None else self.values.tolist()
-        finite_values = {
-            name: value
-            for name, value in zip(self.labels, numbers, strict=False)
-            if isfinite(value)
-        }
         return {
             "by": self.basis,
             "action": self.action_name or None,
             **({} if self.action_name else {"reason": self.recommended_action}),
-            "values": finite_values,
+            "values": {} if self.values is None else _name_values(self.values, self.labels),
             **({"about": self.game} if self.game else {}),
             **self.values_basis.accuracy.data,
         }
+
+    @property
+    def values_basis(self) -> ValuesBasis:
+        """The basis of the values."""
+        return self.values.basis if self.values else UNKNOWN_BASIS
 
     @property
     def regrets(self) -> Reals | None:
@@ -158,40 +149,32 @@ class Hint:
 
         None if the agent has no values, or if they assume how the other agents play.
         """
-        return self._value_gaps if self.values_basis.has_regrets else None
-
-    @cached_property
-    def _value_gaps(self) -> Reals | None:
-        """The best value minus the value of each action `[A]`; None if there are no values."""
-        if self.values is None or not np.isfinite(self.values).any():
-            return None
-        finite = np.where(np.isfinite(self.values), self.values, np.nan)
-        differences: Reals = np.nanmax(finite) - finite
-        return np.where(differences <= VALUE_TOLERANCE * self.scale, 0.0, differences)
+        return self.values.regrets if self.values and self.values_basis.has_regrets else None
 
     @property
     def ranked_actions(self) -> list[tuple[int, float]]:
         """The legal actions with their regrets, smallest first; of equals, the recommended one
         first. Empty if there are no regrets.
         """
-        return self._actions_by_value if self.values_basis.has_regrets else []
+        regrets = self.regrets
+        if regrets is None:
+            return []
+        return [(action, float(regrets[action])) for action in self._actions_by_value]
 
     @cached_property
-    def _actions_by_value(self) -> list[tuple[int, float]]:
-        """The legal actions with the differences of their values to the best one, best first."""
-        regret_list = [] if self._value_gaps is None else self._value_gaps.tolist()
-        legal_pairs = [pair for pair in enumerate(regret_list) if not isnan(pair[1])]
-        return sorted(legal_pairs, key=lambda pair: (pair[1], pair[0] != self.action))
+    def _actions_by_value(self) -> list[int]:
+        """The legal actions, best first."""
+        return self.values.rank_actions(self.action) if self.values else []
 
     @cached_property
     def value_decimals(self) -> int:
         """The number of decimals of the values on the line of the hint."""
-        listed = [action for action, _ in self._actions_by_value][:MAX_LISTED_VALUES]
         if self.values is None:
             return MIN_DECIMALS
-        if self.values_basis.accuracy is Accuracy.RATING:
+        if self.values.basis.accuracy is Accuracy.RATING:
             return 0
-        return count_decimals([float(self.values[action]) for action in listed], self.scale)
+        listed = self.values.q[self._actions_by_value[:MAX_LISTED_VALUES]]
+        return count_decimals(listed.tolist(), self.values.scale)
 
     @cached_property
     def value_rows(self) -> list[tuple[str, str]]:
@@ -204,7 +187,7 @@ class Hint:
         At most the 10 best actions are listed, by value if `ordered` is true or some are omitted,
         else in the problem's order.
         """
-        best_first = [action for action, _ in self._actions_by_value]
+        best_first = self._actions_by_value
         if self.values is None or not best_first:
             return []
         order = (
@@ -212,12 +195,23 @@ class Hint:
             if ordered or len(best_first) > MAX_LISTED_VALUES
             else sorted(best_first)
         )
-        pairs = [(self.labels[action], float(self.values[action])) for action in order]
-        are_short = ordered or self.values_basis.accuracy is Accuracy.RATING
-        decimal_count = (count_hint_decimals if are_short else count_decimals)(
-            [value for _, value in pairs], self.scale
-        )
-        return [(label, format_fixed(value, decimal_count)) for label, value in pairs]
+        listed = self.values.q[order].tolist()
+        are_short = ordered or self.values.basis.accuracy is Accuracy.RATING
+        count = count_hint_decimals if are_short else count_decimals
+        decimal_count = count(listed, self.values.scale)
+        return [
+            (self.labels[action], format_fixed(value, decimal_count))
+            for action, value in zip(order, listed, strict=True)
+        ]
+
+
+def _name_values(values: ActionValues, labels: Sequence[str]) -> dict[str, float]:
+    """Return the finite values by label."""
+    return {
+        label: value
+        for label, value in zip(labels, values.q.tolist(), strict=True)
+        if isfinite(value)
+    }
 
 
 class HintProvider:
@@ -301,8 +295,6 @@ class HintProvider:
             action,
             action_name,
             self.describe_game(),
-            self.values_basis,
-            self.session.problem.reward_scale,
         )
         self._cached_hint = (*self._turn_key, hint)
         return str(hint)
@@ -419,16 +411,15 @@ class HintProvider:
         If estimates are too close to call, there is no action, and the text lists them.
         """
         estimates = self._query_agent(self._estimate_returns)
-        if estimates is None or len(estimates.means) < 2:
+        if estimates is None or np.isfinite(estimates.q).sum() < 2:
             action = self._query_agent(SeatedPolicy.choose)
+        elif len(estimates.best_actions) > 1:
+            return None, self._format_estimates(estimates)
         else:
-            best = estimates.find_clear_best()
-            if best is None:
-                return None, self._format_estimates(estimates)
-            action = best
+            action = float(estimates.best_actions[0])
         return action, self._format_recommended_action(action)
 
-    def _estimate_returns(self, seated: SeatedPolicy) -> ReturnEstimates | None:
+    def _estimate_returns(self, seated: SeatedPolicy) -> ActionValues | None:
         """Return the estimates of the hint agent for each action; None if it makes none."""
         policy, session = seated.policy, self.session
         if not isinstance(policy, SeatPolicy):
@@ -440,20 +431,20 @@ class HintProvider:
         memory = seated.current_memory()
         return policy.estimate_returns(memory, None if legal is None else legal[None], u)
 
-    def _format_estimates(self, estimates: ReturnEstimates) -> str:
+    def _format_estimates(self, estimates: ActionValues) -> str:
         """Return the greatest mean returns with their standard errors, best first."""
-        order = np.argsort(-estimates.means, kind="stable")[:MAX_LISTED_VALUES]
-        means, errors = estimates.means[order].tolist(), estimates.errors[order].tolist()
-        decimals = count_decimals([*means, *errors], self.session.problem.reward_scale)
+        assert estimates.errors is not None
+        order = np.argsort(-estimates.q, kind="stable")[:MAX_LISTED_VALUES]
+        order = order[np.isfinite(estimates.q[order])]
+        means, errors = estimates.q[order].tolist(), estimates.errors[order].tolist()
+        decimals = count_decimals([*means, *errors], estimates.scale)
         texts = [
             f"{self.session.format_action(self.seat, action)} {format_fixed(mean, decimals)} "
             f"({format_fixed(error, decimals) if isfinite(error) else 'unknown'})"
-            for action, mean, error in zip(
-                estimates.actions[order].tolist(), means, errors, strict=True
-            )
+            for action, mean, error in zip(order.tolist(), means, errors, strict=True)
         ]
         text = f"{TOO_CLOSE}; mean return (standard error): {', '.join(texts)}"
-        if estimates._replace(bounds=None).find_clear_best() is None:
+        if len(estimates._replace(return_bounds=None).best_actions) > 1:
             return text
         return f"{text}; {estimates.sample_count} samples of each may miss rare outcomes"
 
@@ -471,8 +462,7 @@ class HintProvider:
         with limit_total_work(HINT_WORK_LIMIT):
             basis = self.values_basis
             values = self._legal_values() if basis.tie_rule else None
-            tolerance = VALUE_TOLERANCE * self.session.problem.reward_scale
-            is_tie = values is not None and (values >= np.nanmax(values) - tolerance).sum() > 1
+            is_tie = values is not None and len(values.best_actions) > 1
             name, _, method = (basis.method or self._hint_agent.label).partition(", ")
             parts = [
                 name,
@@ -485,10 +475,8 @@ class HintProvider:
 
     def describe_values(self) -> str:
         """Return the value of each legal action as text; '' if the hint agent has no values."""
-        labels, scale = self.session.action_labels(self.seat), self.session.problem.reward_scale
-        game, basis, values = self.describe_game(), self.values_basis, self._legal_values()
-        hint = Hint("", "", labels, values, values_basis=basis, scale=scale)
-        name = basis.accuracy.words
+        hint = Hint("", "", self.session.action_labels(self.seat), self._legal_values())
+        game, name = self.describe_game(), hint.values_basis.accuracy.words
         return hint.format_values_text(f"{name} ({game})" if game else name)
 
     @property
@@ -499,18 +487,17 @@ class HintProvider:
     def values_by_action(self) -> dict[str, float]:
         """Return the value of each legal action by label; {} if the hint agent has no values."""
         values = self._legal_values()
-        labels = self.session.action_labels(self.seat)
-        pairs = [] if values is None else zip(labels, values.tolist(), strict=True)
-        return {label: value for label, value in pairs if math.isfinite(value)}
+        return {} if values is None else _name_values(values, self.session.action_labels(self.seat))
 
-    def _legal_values(self) -> Reals | None:
-        """Return the value of each action `[A]`, nan if illegal; None if there are no values."""
-        values = self._query_agent(SeatedPolicy.action_values) if self._follower else None
-        if values is None or not self.session.problem.actions[self.seat].labels:
-            return None
-        values = round_ratings(values, self.values_basis)
+    def _legal_values(self) -> ActionValues | None:
+        """Return the value of each legal action; None if there are no values."""
+        return self._query_agent(self._value_actions) if self._follower else None
+
+    def _value_actions(self, seated: SeatedPolicy) -> ActionValues | None:
+        """Return the hint agent's value of each legal action; None if there are no values."""
+        assert self._hint_agent
         legal = self.session.legal_actions_mask(self.seat)
-        return values if legal is None else np.where(legal, values, np.nan)
+        return self._hint_agent.join_values(seated.action_values(), legal)
 
     def build_overlay(self, kind: str, turns_done: int | None = None) -> Overlay | None:
         """Return an overlay of this kind with the values of all states; None if there are none.

@@ -7,14 +7,13 @@ from typing import NamedTuple
 import numpy as np
 
 from dmplay.agents.base import AdviceQuestion
-from dmplay.core.action_values import UNKNOWN_BASIS, Accuracy, ValuesBasis
-from dmplay.core.arrays import Reals
-from dmplay.core.best_actions import VALUE_TOLERANCE, mark_best_actions
+from dmplay.core.action_values import UNKNOWN_BASIS, Accuracy, ActionValues, ValuesBasis
+from dmplay.core.best_actions import VALUE_TOLERANCE
 from dmplay.core.session import SeatedPolicy, Session
 from dmplay.core.text import align_columns, format_count
 from dmplay.core.work_budget import Budget, scale_progress_part
 from dmplay.game.background_tasks import TaskInfo, run_cancellable
-from dmplay.game.hints.hint_provider import count_decimals, format_fixed, round_ratings
+from dmplay.game.hints.hint_provider import count_decimals, format_fixed
 from dmplay.registry import agents
 
 REVIEW_NOTE_PREFIX = "# review "
@@ -108,37 +107,32 @@ def review_actions(
         budget.spend_work(1.0, (number - 1) / len(session.turns))
         for seat, (hint_agent, hint_policy) in hint_agents.items():
             with scale_progress_part(number - 1, len(session.turns)):
-                values = hint_policy.action_values()
+                q, legal = hint_policy.action_values(), replayed.legal_actions_mask(seat)
+                values = hint_agent.join_values(q, legal)
             is_of_players = number > hint_agent.question.earlier_turns
             if values is not None and is_of_players and not replayed.is_inactive(seat):
-                values = round_ratings(values, hint_agent.basis)
                 reviewed = _review_action(replayed, seat, number, int(turn.actions[seat]), values)
                 yield reviewed._replace(
-                    regret=reviewed.regret if hint_agent.basis.has_exact_regrets else None,
                     about=hint_agent.describe_game(number - 1),
-                    basis=hint_agent.basis,
                     discount_factor=problem.discount ** (number - 1),
                 )
         replayed.append_turns([turn])
 
 
 def _review_action(
-    session: Session, seat: int, turn: int, action: int, values: Reals
+    session: Session, seat: int, turn: int, action: int, values: ActionValues
 ) -> ReviewedAction:
     """Return the review of an action against the best legal action."""
     labels = session.action_labels(seat)
-    legal = session.legal_actions_mask(seat)
-    legal_mask = np.ones(len(labels), bool) if legal is None else legal
-    legal_values = np.where(legal_mask, values, -np.inf)
-    scale = session.problem.reward_scale
-    best_labels = tuple(labels[a] for a in np.flatnonzero(mark_best_actions(legal_values, scale)))
-    values_by_label = {labels[a]: float(legal_values[a]) for a in np.flatnonzero(legal_mask)}
-    regret = (
-        0.0 if labels[action] in best_labels else float(legal_values.max() - legal_values[action])
-    )
-    agent = session.problem.agents[seat]
     return ReviewedAction(
-        turn, agent, labels[action], best_labels, regret, values_by_label, scale=scale
+        turn,
+        session.problem.agents[seat],
+        labels[action],
+        tuple(labels[a] for a in values.best_actions),
+        float(values.regrets[action]) if values.basis.has_exact_regrets else None,
+        {labels[a]: float(values.q[a]) for a in np.flatnonzero(~np.isnan(values.q))},
+        basis=values.basis,
+        scale=values.scale,
     )
 
 

@@ -180,10 +180,10 @@ def _iter_ranked_keys(actions: Sequence[ActionKey], hint: Hint | None) -> Iterat
     Yield nothing if the hint has no regrets.
     """
     ranking = hint.ranked_actions if hint else []
-    if not ranking or hint is None:
+    if not ranking or hint is None or hint.values is None:
         return
     max_regret = ranking[-1][1]
-    decimals = count_hint_decimals([regret for _, regret in ranking], hint.scale)
+    decimals = count_hint_decimals([regret for _, regret in ranking], hint.values.scale)
     for with_names, with_bars, with_numbers in RANKED_KEY_FORMS:
         ranked = []
         for action, regret in ranking:

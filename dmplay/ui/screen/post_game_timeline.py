@@ -6,7 +6,7 @@ from math import ceil
 
 import numpy as np
 
-from dmplay.core.action_values import Accuracy
+from dmplay.core.action_values import Accuracy, ActionValues
 from dmplay.core.session import Turn
 from dmplay.core.work_budget import ComputationStopped
 from dmplay.game.game import Game
@@ -114,9 +114,8 @@ class GameTimeline(Game):
             "",
             " or ".join(move.best),
             labels,
-            values,
+            ActionValues(values, move.basis._replace(has_regrets=move.regret is not None)),
             game=move.about,
-            values_basis=move.basis._replace(has_regrets=move.regret is not None),
         )
 
     def review_rows(self, width: int) -> list[str]:

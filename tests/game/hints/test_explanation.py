@@ -98,7 +98,7 @@ def compute_value_of_playing_on(game: Game, session: Session) -> float:
     assert provider.current_hint is not None
     values = provider.current_hint.values
     assert values is not None
-    return float(np.nanmax(values))
+    return float(np.nanmax(values.q))
 
 
 def assert_outcomes_match_the_session(game: Game, parts: ActionBreakdown) -> None:
@@ -138,7 +138,7 @@ def test_the_reward_now_and_the_values_after_each_outcome_sum_to_an_exact_value(
             after = sum(item.probability * item.value_after for item in parts.outcomes)
             reward = sum(item.probability * item.reward for item in parts.outcomes)
             value = reward + game.problem.discount * after
-            assert value == pytest.approx(hint.values[action], abs=1e-6)
+            assert value == pytest.approx(hint.values.q[action], abs=1e-6)
             if not hint.values_basis.scope and action < MAX_REPLAYED_ACTIONS:
                 assert_outcomes_match_the_session(game, parts)
         game.choose(hint.action)

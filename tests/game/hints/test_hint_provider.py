@@ -11,7 +11,7 @@ import pytest
 
 import dmplay
 from dmplay.agents.base import AdviceQuestion
-from dmplay.core.action_values import Accuracy
+from dmplay.core.action_values import Accuracy, ActionValues
 from dmplay.core.arrays import Reals
 from dmplay.core.best_actions import mark_best_actions
 from dmplay.core.policy import Policy
@@ -24,7 +24,6 @@ from dmplay.game.hints.hint_provider import (
     count_decimals,
     count_hint_decimals,
     format_fixed,
-    round_ratings,
 )
 from dmplay.game.hints.review import ReviewedAction, review_actions
 from dmplay.game.launch_requests import GameRequest
@@ -244,7 +243,8 @@ def test_a_review_values_each_action_as_the_hint_did(name: str, seat: int) -> No
     )
     for move, row, advice in zip(reviewed, available_values, recommended, strict=True):
         labels = episode.problem.actions[seat].labels
-        expected_row = round_ratings(np.asarray(row, float), move.basis)
+        is_rating = move.basis.accuracy is Accuracy.RATING
+        expected_row = np.round(row) if is_rating else np.asarray(row)
         assert move.values == {label: expected_row[labels.index(label)] for label in move.values}
         assert advice in move.best
         if move.regret is None:
@@ -276,7 +276,7 @@ def test_a_small_fully_observable_problem_has_an_overlay(name: str) -> None:
 
 def test_actions_of_equal_value_are_listed_after_the_recommended_one() -> None:
     values = np.array([1.0, np.nan, 3.0, 3.0 - 1e-12, 2.0])
-    advice = Hint("optimal", "d", [*"abcde"], values, action=3)
+    advice = Hint("optimal", "d", [*"abcde"], ActionValues(values), action=3)
     assert advice.ranked_actions == [(3, 0.0), (2, 0.0), (4, 1.0), (0, 2.0)]
     assert [label for label, _ in advice.value_rows] == [*"dcea"]
     assert replace(advice, action=None).ranked_actions[0] == (2, 0.0)

@@ -382,7 +382,7 @@ def test_the_turns_ahead_of_a_cart_are_those_that_are_left() -> None:
         assert game.hint_provider.current_hint is not None
         values = game.hint_provider.current_hint.values
         assert values is not None
-        assert values.max() == turns_left
+        assert values.q.max() == turns_left
         game.choose(1)
 
 

@@ -5,7 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from dmplay.agents.base import AdviceQuestion, ReturnEstimates
+from dmplay.agents.base import AdviceQuestion
+from dmplay.core.action_values import ActionValues
 from dmplay.core.session import Session
 from dmplay.core.uniforms import SeededUniforms
 from dmplay.game.hints.explanation import explain_action
@@ -101,7 +102,11 @@ def test_every_question_says_that_estimates_are_too_close(tmp_path: Path) -> Non
 
 
 def test_an_estimate_must_lead_by_two_standard_errors() -> None:
-    actions, means = np.array([3, 5]), np.array([1.0, 2.0])
-    assert ReturnEstimates(actions, means, np.array([0.3, 0.3])).find_clear_best() == 5
-    assert ReturnEstimates(actions, means, np.array([0.4, 0.4])).find_clear_best() is None
-    assert ReturnEstimates(actions, means[[0, 0]], np.zeros(2)).find_clear_best() is None
+    values = np.array([np.nan, 1.0, 2.0])
+    for q, error, best in (
+        (values, 0.3, [2]),
+        (values, 0.4, [1, 2]),
+        (values[[0, 1, 1]], 0, [1, 2]),
+    ):
+        estimates = ActionValues(q, errors=np.array([np.inf, error, error]))
+        assert estimates.best_actions.tolist() == best

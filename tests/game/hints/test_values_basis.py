@@ -10,7 +10,7 @@ from dmplay.agents.base import AdviceQuestion
 from dmplay.core.action_values import ValuesBasis
 from dmplay.core.session import Session
 from dmplay.core.work_budget import limit_total_work
-from dmplay.errors import BadPolicy, BudgetExceeded
+from dmplay.errors import BadParameter, BadPolicy, BudgetExceeded
 from dmplay.game.hints.hint_provider import HintProvider
 from dmplay.registry.agents import load_hint_agent, load_roster
 from dmplay.registry.builtin_names import problem_names
@@ -72,7 +72,7 @@ def test_the_values_of_a_users_agent_are_called_as_it_says(
 
 
 def test_a_users_basis_of_the_wrong_kind_is_named(tmp_path: Path) -> None:
-    with pytest.raises(BadPolicy, match=r"^Mistaken\.values_basis: got 'estimated values', "):
+    with pytest.raises(BadParameter, match=r"^Mistaken\.values_basis: got 'estimated values', "):
         make_provider(tmp_path, "mistaken").describe_values()
 
 

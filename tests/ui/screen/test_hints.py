@@ -69,7 +69,7 @@ def test_the_marks_show_the_regret_of_each_action() -> None:
     values, regret = play_screen.frame_state.hint.values, play_screen.frame_state.hint.regrets
     assert values is not None
     assert regret is not None
-    assert regret.tolist() == (values.max() - values).tolist()
+    assert regret.tolist() == (values.q.max() - values.q).tolist()
 
 
 def test_an_illegal_action_has_no_regret() -> None:
