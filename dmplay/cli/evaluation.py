@@ -51,11 +51,11 @@ def _make_request(
     agent: str = "",
 ) -> Any:
     """Return the evaluation request for a problem and the values of the batch options."""
-    from dmplay.game.launch_requests import GameRequest
+    from dmplay.game.launch_requests import name_variant
     from dmplay.output.evaluation_request import EvaluationRequest
 
     return EvaluationRequest(
-        GameRequest(problem, batch_options["variant"]).problem_name,
+        name_variant(problem, batch_options["variant"]),
         batch_options["set_"],
         agent,
         other_agent=batch_options.get("vs", ""),

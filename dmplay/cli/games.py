@@ -57,25 +57,26 @@ def play(
       printf 'ignore\\nfeed\\nquit\\n' | dmplay play crying-baby
     """
     from dmplay.game.command_line_results import PlayCommand
-    from dmplay.game.launch_requests import AnyGameRequest, GameRequest
+    from dmplay.game.launch_requests import AnyGameRequest, GameRequest, name_variant
     from dmplay.output.tables import format_name
 
     if str(record) == "-" and not quiet:
         raise BadParameter("-o -: expected --quiet too, because the game also prints there")
     if options.option_source(ctx, "player") == "COMMANDLINE" and not format_name(player):
         raise BadParameter(f"--player: got {player!r}, expected a name with a visible character")
-    has_rate_option = options.is_set_by_user(ctx, "rate")
-    if has_rate_option and not terminal_options.motion:
+    typed_options = {
+        name for name in ("rate", "player", "frames") if options.is_set_by_user(ctx, name)
+    }
+    if "rate" in typed_options and not terminal_options.motion:
         raise BadParameter("--rate: real time needs motion; leave out --no-motion")
-    file_options = {name for name in ("player", "frames") if not options.is_set_by_user(ctx, name)}
     typed_request = GameRequest(
-        problem, variant, tuple(set_), seed, episode, agent=agent, other_agent=vs,
+        name_variant(problem, variant), tuple(set_), seed, episode, agent=agent, other_agent=vs,
         seats=tuple(seat), ghost_agent=ghost, prediction=predict, turns=turns,
         record_path=record, kept_megabytes=keep, record_frames=frames, force=force,
         strict="hints" if strict_hints else strict, reveal=reveal, player=player,
         key_preferences=options.configured_keys(keys),
         can_ask=current_terminal(terminal_options).can_ask,
-        has_rate_option=has_rate_option, settings_file_options=frozenset(file_options),
+        typed_options=frozenset(typed_options),
     )  # fmt: skip
     request: AnyGameRequest = typed_request
     if assignment:

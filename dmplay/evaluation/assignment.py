@@ -33,7 +33,7 @@ SEEDS_KEY = "seeds"
 ASSIGNMENT_KEYS = [SEEDS_KEY if key == "seed" else key for key in HEADER_KEYS]
 EXPECTED_SEEDS = f"expected distinct whole numbers from 0 to {MAX_SEED}, such as 7, 8"
 FIXED_OPTIONS = {  # options that a player of an assignment may not set
-    "problem": "PROBLEM", "variant": "--variant", "settings": "--set", "agent": "--agent",
+    "problem": "PROBLEM and --variant", "settings": "--set", "agent": "--agent",
     "other_agent": "--vs", "seats": "--seat", "turns": "--turns", "episode": "--episode",
     "strict": "--strict", "reveal": "--reveal", "ghost_agent": "--ghost",
 }  # fmt: skip
@@ -117,7 +117,7 @@ class Assignment:
             record_frames=options.record_frames,
             force=options.force,
             can_ask=options.can_ask,
-            has_rate_option=options.has_rate_option,
+            typed_options=options.typed_options,
         )
 
     def _choose_next_game(self, options: GameRequest) -> tuple[int, Path]:
@@ -176,8 +176,8 @@ def write_assignment(
     """Write an assignment of these games; return a message with the command that plays it."""
     if not _are_distinct_seeds(seeds):
         raise BadParameter(f"--seeds: got {', '.join(map(str, seeds)) or 'none'}, {EXPECTED_SEEDS}")
-    lookup = problems.resolve_problem(request.problem_name, request.changed_parameters())
-    seats = assign_players(request, lookup)
+    lookup = request.load_problem()
+    seats = assign_players(lookup, request.agent, request.other_agent, request.seats, request.turns)
     if HUMAN not in seats:
         raise BadParameter("assign: agents play all seats; leave a seat to a human player")
     for seat, player in enumerate(seats):

@@ -34,7 +34,7 @@ class PlayCommand(NamedTuple):
     @property
     def has_rate_option(self) -> bool:
         """True if `--rate` was given on the command line, not only in a settings file."""
-        return isinstance(self.request, GameRequest) and self.request.has_rate_option
+        return isinstance(self.request, GameRequest) and "rate" in self.request.typed_options
 
     @property
     def interactive_request(self) -> AnyGameRequest:
@@ -42,11 +42,10 @@ class PlayCommand(NamedTuple):
 
         Raises BadParameter if `--rate` was given: real time needs the full screen.
         """
+        if self.has_rate_option:
+            reason = "the shell cannot play in real time; leave it and use dmplay play"
+            raise BadParameter(f"--rate: {reason}")
         match self.request:
-            case GameRequest(has_rate_option=True):
-                raise BadParameter(
-                    "--rate: the shell cannot play in real time; leave it and use dmplay play"
-                )
             case GameRequest():
                 return replace(self.request, keep_save=True, can_ask=True)
             case ReplayRequest():

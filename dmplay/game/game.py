@@ -123,7 +123,7 @@ class Game:
     @property
     def settings(self) -> list[str]:
         """The parameters that differ from their defaults, as `NAME=VALUE` texts."""
-        return self.request.all_settings if self.request else []
+        return [*self.request.settings] if self.request else []
 
     @property
     def strict(self) -> bool:

@@ -201,7 +201,11 @@ class GameController:
         record = old_request.record_path and next_numbered_path(old_request.record_path)
         keep_save = old_request.keep_save or self.game.recorder is not None
         new_request = replace(
-            old_request, record_path=record, force=False, keep_save=keep_save, has_rate_option=False
+            old_request,
+            record_path=record,
+            force=False,
+            keep_save=keep_save,
+            typed_options=old_request.typed_options - {"rate"},
         )
         new_request = replace(new_request, **changes)  # type: ignore[arg-type] # fields of a request
         uses_same_seed = self.game.pauses_when_left and new_request.seed == old_request.seed

@@ -87,12 +87,14 @@ def start_new_game(request: GameRequest, disclosed_games: Collection[GameKey] = 
 
     If the players have already seen this game's hidden information, it is marked as peeked.
     """
-    loaded_problem = problems.resolve_problem(request.problem_name, request.changed_parameters())
+    loaded_problem = request.load_problem()
     problem = loaded_problem.problem
     resolve_key_maps(
         problem, request.key_preferences
     )  # Raises for invalid keys before a file is written.
-    seats = assign_players(request, loaded_problem)
+    seats = assign_players(
+        loaded_problem, request.agent, request.other_agent, request.seats, request.turns
+    )
     _check_people_can_play(problem, seats, can_ask=request.can_ask)
     if HUMAN not in seats:
         _check_agents_only_options(request)
@@ -138,7 +140,7 @@ def _make_predictor(
     seats = list_human_seats(player_names)
     if len(seats) != 1:
         raise BadParameter(f"--predict: got {len(seats)} human players, expected one")
-    if request.has_rate_option:
+    if "rate" in request.typed_options:
         raise BadParameter("--predict: real time leaves no time to predict; leave out --rate")
     if request.prediction == VALUE and request.strict == "hints":
         raise BadParameter("--predict value: this game forbids hints (--strict=hints)")
@@ -152,16 +154,16 @@ def _make_predictor(
 def _check_agents_only_options(request: GameRequest) -> None:
     """Raise BadParameter for options that a game of agents alone does not support.
 
-    `player` and `frames` of a settings file do not count where they have no use.
+    Those of a settings file do not count where they have no use.
     """
-    if request.player and "player" not in request.settings_file_options:
+    if request.player and "player" in request.typed_options:
         raise BadParameter("--player: no person plays this game")
-    if request.has_rate_option:
+    if "rate" in request.typed_options:
         raise BadParameter(
             "--rate: real time needs a human player; if only agents play, use --speed"
         )
     is_recorded = bool(request.record_path) or request.keep_save
-    if request.record_frames and not is_recorded and "frames" not in request.settings_file_options:
+    if request.record_frames and not is_recorded and "frames" in request.typed_options:
         raise BadParameter("--frames: no transcript is written; add -o FILE")
 
 
@@ -198,35 +200,38 @@ def _with_seed(request: GameRequest) -> tuple[GameRequest, SeededUniforms]:
     return request, SeededUniforms(request.seed, request.episode)
 
 
-def assign_players(request: GameRequest, loaded_problem: problems.LoadedProblem) -> list[str]:
-    """Return the player of each seat, from `--agent`, `--vs` and `--seat`.
+def assign_players(
+    loaded_problem: problems.LoadedProblem,
+    first_agent: str,
+    other_agent: str,
+    seat_settings: Sequence[str],
+    turns: int | None,
+) -> list[str]:
+    """Return the player of each seat, from `--agent`, `--vs`, `--seat` and `--turns`.
 
     Seats without a player get the default partner; the first seat gets the default agent. With a
     turn limit, agents that plan for a horizon plan for that number of turns. Raise BadParameter if
     `--agent` or `--vs` is for no seat, because `--seat` names the players of all its seats.
     """
     problem = loaded_problem.problem
-    if request.other_agent and len(problem.agents) == 1:
+    if other_agent and len(problem.agents) == 1:
         raise BadParameter(f"--vs: {loaded_problem.name} has only one seat; use --agent")
     other_seats = range(1, len(problem.agents))
-    players = [request.agent or agents.default_agent(problem, 0, request.turns)]
+    players = [first_agent or agents.default_agent(problem, 0, turns)]
     players += [
-        request.other_agent or agents.load_roster(problem, seat).default_partner
-        for seat in other_seats
+        other_agent or agents.load_roster(problem, seat).default_partner for seat in other_seats
     ]
     named_seats = set[int]()
-    for name, player in parse_settings(request.seats, "--seat").items():
+    for name, player in parse_settings(seat_settings, "--seat").items():
         named_seats.add(seat := find_seat(problem, name))
         players[seat] = str(player)
-    first_agent = "" if request.agent == HUMAN else request.agent
     for option, agent, seats in (
-        ("--agent", first_agent, range(1)),
-        ("--vs", request.other_agent, other_seats),
+        ("--agent", "" if first_agent == HUMAN else first_agent, range(1)),
+        ("--vs", other_agent, other_seats),
     ):
         if agent and named_seats.issuperset(seats):
             names = " and ".join(problem.agents[seat] for seat in seats)
             raise BadParameter(f"{option}: --seat also sets {names}; leave out one of the options")
-    turns = request.turns
     check_turn_limit(turns)
     if turns is None:
         return players
@@ -477,7 +482,7 @@ def write_game_copy(game: Game, path: Path) -> None:
     """Write the transcript of a game that has no complete file, up to the current turn."""
     request, original = game.request, game.session
     assert request
-    loaded_problem = problems.resolve_problem(request.problem_name, request.changed_parameters())
+    loaded_problem = request.load_problem()
     session = original.copy_at_start()
     with TemporaryDirectory() as folder:
         draft = Path(folder, path.name)

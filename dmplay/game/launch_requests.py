@@ -12,8 +12,13 @@ from dmplay.game.key_preferences import DEFAULT_KEY_PREFERENCES, KeyPreferences
 from dmplay.transcript.external_players import HUMAN_PLAYER
 
 if TYPE_CHECKING:  # A report does not need arrays.
+    from dmplay.registry.problems import LoadedProblem
     from dmplay.transcript.header import Header
 
+# the lines of a header that are options of a game, under the same names
+RECORDED_OPTIONS = (
+    "seed", "episode", "turns", "strict", "reveal", "branched", "earlier", "peeked", "player"
+)  # fmt: skip
 DEFAULT_KEPT_MEGABYTES = 200  # total size of the saved games that are kept
 
 
@@ -21,8 +26,7 @@ DEFAULT_KEPT_MEGABYTES = 200  # total size of the saved games that are kept
 class GameRequest:
     """The options of a new game."""
 
-    problem: str
-    variant: str = ""
+    problem: str  # NAME or NAME:VARIANT
     settings: Sequence[str] = ()  # NAME=VALUE
     seed: int | None = None
     episode: int = 0
@@ -35,20 +39,16 @@ class GameRequest:
     numbered_file_name: str = field(default="", kw_only=True)
     kept_megabytes: float = DEFAULT_KEPT_MEGABYTES  # total size of the saved games to keep
     record_frames: bool = False
-    has_rate_option: bool = field(
-        default=False, kw_only=True
-    )  # --rate is on the command line, not only in a settings file
-    # those of `player` and `frames` that a settings file sets; no error where they have no use
-    settings_file_options: frozenset[str] = field(default=frozenset(), kw_only=True)
+    # those of `rate`, `player` and `frames` that do not come from a settings file; where they have
+    # no use, they are an error
+    typed_options: frozenset[str] = field(default=frozenset(), kw_only=True)
     force: bool = False
     strict: bool | str = False
     reveal: bool = False
     branched: int | None = None
     earlier: Sequence[Mapping[str, object]] = ()  # the players of the first turns, by change
     peeked: bool = False
-    origin: str = ""
     player: str = ""  # the name that the person states
-    parameters: Mapping[str, object] = field(default_factory=dict)
     keep_save: bool = False  # save in the state folder even if only agents play
     is_handed_in: bool = False  # whether leaving pauses the game, which is to be handed in
     key_preferences: KeyPreferences = DEFAULT_KEY_PREFERENCES
@@ -61,24 +61,16 @@ class GameRequest:
     lesson_goal: str = ""  # the goal in a lesson, which then judges the finished game itself
     shows_belief: bool = True  # False if a lesson asks the player to keep the belief itself
 
-    @property
-    def problem_name(self) -> str:
-        """The problem's name with its variant, as `NAME` or `NAME:VARIANT`."""
-        return f"{self.problem}:{self.variant}" if self.variant else self.problem
+    def load_problem(self) -> "LoadedProblem":
+        """Return the problem with these settings."""
+        from dmplay.registry.problems import resolve_problem
 
-    def changed_parameters(self) -> dict[str, object]:
-        """Return the parameters that differ from their defaults, with those of `--set`."""
-        return {**self.parameters, **parse_settings(self.settings, "--set")}
-
-    @property
-    def all_settings(self) -> list[str]:
-        """The parameters that differ from their defaults, as `NAME=VALUE` texts."""
-        return [*format_settings(self.parameters), *self.settings]
+        return resolve_problem(self.problem, parse_settings(self.settings, "--set"))
 
     def format_command(self, problem_name: str, seed: int) -> str:
         """Return the `dmplay` command that plays the same game with this seed."""
         options = {
-            "--set": self.all_settings,
+            "--set": self.settings,
             "--seat": self.seats,
             "--agent": [self.agent] if self.agent != HUMAN_PLAYER else [],
             "--vs": [self.other_agent] if self.other_agent else [],
@@ -135,6 +127,11 @@ class ReplayRequest:
 AnyGameRequest = GameRequest | ResumeRequest | BranchRequest | ReplayRequest
 
 
+def name_variant(problem: str, variant: str) -> str:
+    """Return the name of a problem's variant, `NAME` or `NAME:VARIANT`."""
+    return f"{problem}:{variant}" if variant else problem
+
+
 def split_words(line: str) -> list[str]:
     """Split a line into words with the quoting rules of a shell.
 
@@ -147,8 +144,11 @@ def split_words(line: str) -> list[str]:
 
 
 def format_settings(parameters: Mapping[str, object]) -> list[str]:
-    """Return parameters as `NAME=VALUE` texts, with values in JSON."""
-    return [f"{key}={json.dumps(value)}" for key, value in parameters.items()]
+    """Return parameters as `NAME=VALUE` texts; values that are not texts are in JSON."""
+    return [
+        f"{key}={value if isinstance(value, str) else json.dumps(value)}"
+        for key, value in parameters.items()
+    ]
 
 
 def parse_settings(settings: Sequence[str], option: str) -> dict[str, object]:
@@ -175,7 +175,8 @@ def request_from_header(
     seat_settings = [
         f"{name}={player}" for name, player in zip(header.seats, player_names, strict=True)
     ]
-    options = vars(header) | {"seats": seat_settings}
+    options = {name: getattr(header, name) for name in RECORDED_OPTIONS}
     return GameRequest(
-        **options, record_path=record_path, key_preferences=key_preferences, is_seed_visible=False
-    )
+        header.problem, format_settings(header.parameters), seats=seat_settings,
+        record_path=record_path, key_preferences=key_preferences, is_seed_visible=False, **options,
+    )  # fmt: skip

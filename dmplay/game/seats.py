@@ -12,7 +12,7 @@ from dmplay.core.session import Session
 from dmplay.core.text import escape_unprintable
 from dmplay.errors import BadParameter, DmplayError
 from dmplay.game.action_input import parse_action_text
-from dmplay.game.launch_requests import GameRequest
+from dmplay.game.launch_requests import RECORDED_OPTIONS, GameRequest
 from dmplay.game.saves import load_transcript
 from dmplay.registry import agents, problems
 from dmplay.registry.problem_name_kinds import (
@@ -24,7 +24,7 @@ from dmplay.registry.problem_name_kinds import (
 )
 from dmplay.transcript.concealment import disclose_transcript
 from dmplay.transcript.external_players import EXTERNAL_PLAYERS, HUMAN_PLAYER
-from dmplay.transcript.header import HEADER_LINES, Header
+from dmplay.transcript.header import Header
 from dmplay.transcript.replay import replay
 
 HUMAN = HUMAN_PLAYER
@@ -207,13 +207,11 @@ def make_header(
         )
         for player in player_names
     ]
-    values = {line.field: getattr(request, line.field) for line in HEADER_LINES}
-    values |= {
-        "problem": name_in_transcript(loaded_problem.name, path),
-        "origin": loaded_problem.origin,
-    }
-    values["parameters"] = loaded_problem.parameters
-    values["seats"] = dict(
-        zip(loaded_problem.problem.agents, map(escape_unprintable, players), strict=True)
+    agents = loaded_problem.problem.agents
+    return Header(
+        problem=name_in_transcript(loaded_problem.name, path),
+        origin=loaded_problem.origin,
+        parameters=loaded_problem.parameters,
+        seats=dict(zip(agents, map(escape_unprintable, players), strict=True)),
+        **{name: getattr(request, name) for name in RECORDED_OPTIONS},
     )
-    return Header(**values)

@@ -15,7 +15,7 @@ from dmplay.evaluation.solutions.solution import Row
 from dmplay.evaluation.statistics import Estimate
 from dmplay.game.command_line_results import Printout
 from dmplay.game.game_setup import assign_players, check_turn_limit
-from dmplay.game.launch_requests import GameRequest, parse_settings
+from dmplay.game.launch_requests import parse_settings
 from dmplay.game.seats import HUMAN, make_seat_policy
 from dmplay.registry import agents, problems
 from dmplay.simulation.worker_pool import WorkerCount
@@ -93,14 +93,9 @@ def make_lineup(request: EvaluationRequest) -> Lineup:
     """
     loaded = request.load_problem()
     problem = loaded.problem
-    game_request = GameRequest(
-        "",
-        agent=request.agent,
-        other_agent=request.other_agent,
-        seats=request.seats,
-        turns=request.turn_limit,
+    names = assign_players(
+        loaded, request.agent, request.other_agent, request.seats, request.turn_limit
     )
-    names = assign_players(game_request, loaded)
     if HUMAN in names:
         seat_name = problem.agents[names.index(HUMAN)]
         raise BadParameter(f"{seat_name}: a person cannot play many games; name an agent")

@@ -1,7 +1,7 @@
 """The header of a transcript: the key, the type and the default of each line.
 
-A new line requires a new field of `Header`, and a field of the same name in
-`game.requests.GameRequest`.
+A new line requires a new field of `Header`. If it is an option of a game, a field of `GameRequest`
+has the same name, which `RECORDED_OPTIONS` of `game/launch_requests.py` lists.
 """
 
 from collections.abc import Callable, Mapping, Sequence

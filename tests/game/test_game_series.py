@@ -97,7 +97,9 @@ def test_a_restart_has_the_same_seed_and_a_new_game_another(tmp_path: Path) -> N
 
 
 def test_another_agent_or_parameter_has_the_same_seed(tmp_path: Path) -> None:
-    controller = create_controller(tmp_path, has_rate_option=True)  # not needed by agents alone
+    controller = create_controller(
+        tmp_path, typed_options=frozenset({"rate"})
+    )  # not needed by agents alone
     start = controller.game.narrator.describe_situation(controller.game.snapshot())
     for line in ("agent optimal", "set discount 0.5", "agent human"):
         run_line(controller, line)

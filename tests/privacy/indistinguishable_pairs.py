@@ -16,7 +16,7 @@ from dmplay.core.problem import Problem
 from dmplay.core.uniforms import NATURE_STREAM, generate_uniforms
 from dmplay.game.game import Game
 from dmplay.game.game_setup import start_new_game
-from dmplay.game.launch_requests import GameRequest
+from dmplay.game.launch_requests import GameRequest, format_settings
 from tests.support.problem_cases import (
     CASE_NAMES,
     LARGE_MAP_PROBLEMS,
@@ -84,7 +84,7 @@ class Pair(NamedTuple):
         game = start_new_game(
             GameRequest(
                 self.name,
-                parameters=get_parameters(self.name),
+                settings=format_settings(get_parameters(self.name)),
                 seed=side.seed,
                 seats=[f"{agent}={player}" for agent, player in players.items()],
                 turns=TURN_COUNT,

@@ -12,7 +12,7 @@ import pytest
 from dmplay.core import safe_files
 from dmplay.errors import BadTranscript, DmplayError
 from dmplay.game.game_setup import resume_game, start_new_game
-from dmplay.game.launch_requests import GameRequest, ResumeRequest
+from dmplay.game.launch_requests import GameRequest, ResumeRequest, format_settings
 from dmplay.game.playback import Playback
 from dmplay.game.transcript_files import rewrite_file, verify
 from dmplay.transcript.reader import parse_transcript
@@ -130,7 +130,11 @@ def test_an_oversized_problem_is_not_replayed(case: OversizedCase, tmp_path: Pat
 )
 def test_an_oversized_game_is_not_started(case: OversizedCase) -> None:
     request = GameRequest(
-        case.problem, agent=case.agent, seed=1, turns=100_000, parameters=case.parameters
+        case.problem,
+        agent=case.agent,
+        seed=1,
+        turns=100_000,
+        settings=format_settings(case.parameters),
     )
     with pytest.raises(DmplayError, match=re.escape(case.message)):
         run_with_call_limit(partial(play_first_turn, request))
