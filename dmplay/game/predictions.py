@@ -10,13 +10,14 @@ from typing import NamedTuple
 
 import numpy as np
 
+from dmplay.agents.base import AdviceQuestion
 from dmplay.core.problem import ContinuousStates, Problem
 from dmplay.core.session import Session, Turn
 from dmplay.core.spaces import Labels
 from dmplay.core.text import format_count, format_score
 from dmplay.errors import BadParameter, DmplayError, UnknownName
 from dmplay.game.hints.hint_provider import HintProvider
-from dmplay.game.hints.outcome_forecast import forecast_outcomes
+from dmplay.game.position import Position
 
 BELIEF, OUTCOME, VALUE = "belief", "outcome", "value"
 PREDICTION_KINDS = (BELIEF, OUTCOME, VALUE)
@@ -136,7 +137,8 @@ class Predictor:
         The observations take turns, so that unlikely ones come up too.
         """
         problem = self._session.problem
-        forecast = forecast_outcomes(self._session, self._seat, action)
+        question = AdviceQuestion.about(self._session, self._seat)
+        forecast = Position.follow(self._session, question, None).forecast(action)
         assert forecast.beliefs is not None
         row = (turn - 1) % len(forecast.outcomes)
         belief = self._session.view(self._seat).belief

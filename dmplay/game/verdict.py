@@ -20,13 +20,9 @@ from dmplay.core.work_budget import ComputationStopped, limit_total_work, stop_a
 from dmplay.errors import DmplayError
 from dmplay.game.background_tasks import TaskInfo, run_cancellable
 from dmplay.game.hints.ghost_agent import Ghost, describe_ghost_result
-from dmplay.game.hints.hint_provider import (
-    HINT_WORK_LIMIT,
-    SEARCH_AGENT,
-    count_decimals,
-    format_fixed,
-)
+from dmplay.game.hints.hint_provider import count_decimals, format_fixed
 from dmplay.game.hints.review import ReviewedAction, append_scope, run_review, total_regret
+from dmplay.game.position import ADVICE_WORK_LIMIT, SEARCH_AGENT
 from dmplay.registry import agents
 from dmplay.registry.problem_name_kinds import names_bot
 
@@ -204,7 +200,7 @@ def compute_verdict(
     """
     if session.end_reason not in NATURAL_END_REASONS:
         return Verdict()
-    with limit_total_work(HINT_WORK_LIMIT):
+    with limit_total_work(ADVICE_WORK_LIMIT):
         verdicts = [*iter_verdicts(session, questions, ghost, MAX_SECONDS)]
     return verdicts[-1] if verdicts else Verdict()
 

@@ -18,15 +18,15 @@ from dmplay.core.spaces import normalize_label
 from dmplay.core.text import format_count
 from dmplay.errors import UnknownName
 from dmplay.game.hints.review import RIGHT_LOSS_PERCENT
+from dmplay.game.position import PossibleOutcome
+from dmplay.game.rules_of_thumb import build_seat_payoffs, is_repeated_game, merge_by_text
 from dmplay.game.seats import HUMAN
 from dmplay.registry.agents import HintAgent, default_parameters, find_script, load_roster
 from dmplay.registry.problem_module_exports import find_export
 from dmplay.registry.problem_name_kinds import names_data_file, names_python_file
 from dmplay.tutor.answers import AnswerCheck
-from dmplay.tutor.game_quantities import opponent_payoffs, own_payoffs
 from dmplay.tutor.positions import PositionInGame
 from dmplay.tutor.truth import format_number
-from dmplay.tutor.valued_position import ActionOutcome, ValuedPosition, is_repeated_game
 from dmplay.views.protocol import Lesson, load_view_module
 from dmplay.views.toolkit.hexgrid import describe_map
 
@@ -47,12 +47,14 @@ class ActionQuestion:
     """
 
     def __init__(
-        self, position: PositionInGame, hint_agent: HintAgent, *, obvious_action: int | None = None
+        self, game: PositionInGame, hint_agent: HintAgent, *, obvious_action: int | None = None
     ) -> None:
-        self.valued_position = ValuedPosition(position, hint_agent)
-        self.position, self.problem, self.seat = position, position.problem, position.seat
-        self.values: Reals = self.valued_position.values  # [A]
-        self.labels = tuple(self.valued_position.labels)
+        self.game, self.position = game, game.ask(hint_agent)
+        self.problem, self.seat = game.problem, game.seat
+        values = self.position.values()
+        assert values is not None
+        self.values: Reals = np.where(np.isnan(values.q), -np.inf, values.q)  # [A]
+        self.labels = tuple(self.position.labels)
         self.obvious_action = obvious_action
 
     @cached_property
@@ -110,7 +112,7 @@ class ActionQuestion:
         if problem.partially_observable:
             start = self.format_belief(initial_belief(problem))
             rules.append(f"The probabilities of the hidden states at the start are {start}.")
-        name = self.position.problem_name
+        name = self.game.problem_name
         if names_data_file(name) or names_python_file(name):
             rules.append(f"All probabilities and rewards are in {name}.")
         if self._lists_payoffs:
@@ -126,7 +128,7 @@ class ActionQuestion:
     @cached_property
     def _lesson(self) -> Lesson:
         """The sentences that introduce the problem."""
-        return load_view_module(self.problem).lesson(self.position.session.view(self.seat))
+        return load_view_module(self.problem).lesson(self.position.view)
 
     @property
     def has_map(self) -> bool:
@@ -137,11 +139,11 @@ class ActionQuestion:
         """Yield sentences on each other player."""
         for seat, name in enumerate(self.position.question.players):
             if seat != self.seat and name != HUMAN:
-                yield describe_agent(self.position, seat, name)
+                yield describe_agent(self.game, seat, name)
 
     def ask(self) -> str:
         """Return the question, with the number of turns that are left."""
-        turns_left, word = self.valued_position.turns_left, find_turn_word(self.problem)
+        turns_left, word = self.position.turns_left, find_turn_word(self.problem)
         limit = (
             "The game has no turn limit."
             if turns_left is None
@@ -160,19 +162,19 @@ class ActionQuestion:
 
         It is [] in a repeated game, whose situation is its history.
         """
-        problem, session = self.problem, self.position.session
+        problem, view = self.problem, self.position.view
         if problem.state_count == 1:
             return []
         if not hasattr(find_export(problem, "VIEW"), "describe_situation"):
-            return [f"The state is {problem.format_state(session.state)}."]
-        text = load_view_module(problem).describe_situation(session.view(self.seat))
+            return [f"The state is {problem.format_state(self.game.session.state)}."]
+        text = load_view_module(problem).describe_situation(view)
         situation = f"{text[:1].upper()}{text[1:]}"
         hexes = list_hexes(problem)
         return [*describe_map(hexes), situation] if hexes else [situation]
 
     def _describe_payoffs(self) -> list[str]:
         """Return the rewards of each pair of actions in sentences; [] if there are many."""
-        payoffs, other_payoffs = own_payoffs(self.position), opponent_payoffs(self.position)
+        payoffs, other_payoffs = build_seat_payoffs(self.problem, self.seat)
         replies = self.problem.actions[1 - self.seat].labels
         if payoffs.size > MAX_LISTED_PAYOFFS:
             return []
@@ -228,7 +230,10 @@ class ActionQuestion:
 
     def explain_action(self, action: int, *, with_beliefs: bool = False) -> list[str]:
         """Return the outcomes of an action: probability, reward and later value, one a line."""
-        outcomes = self.valued_position.list_outcomes(action)
+        outcomes = [
+            outcome._replace(text=self._describe_event(outcome))
+            for outcome in merge_by_text(self.position.outcomes(action))
+        ]
         if len(outcomes) > MAX_LISTED_OUTCOMES:
             outcomes = [*outcomes[: MAX_LISTED_OUTCOMES - 1], _merge_outcomes(outcomes)]
         return [
@@ -237,16 +242,25 @@ class ActionQuestion:
             for item in outcomes
         ]
 
-    def _describe_outcome(self, outcome: ActionOutcome, *, with_beliefs: bool) -> str:
+    def _describe_outcome(self, outcome: PossibleOutcome, *, with_beliefs: bool) -> str:
         """Return an outcome as text: what the player perceives, the reward and the later value."""
-        belief = ""
-        if with_beliefs and outcome.belief is not None and not outcome.ends_game:
+        belief, ends_game = "", outcome.ends_problem or self.position.turns_left == 1
+        if with_beliefs and outcome.belief is not None and not ends_game:
             belief = f", belief {self.format_belief(outcome.belief)}"
         end = "the game ends"
-        if not outcome.ends_game:
+        if not ends_game:
             end = f"then worth {self._format_value(outcome.value_after)}"
         name = "mean reward" if self.problem.partially_observable else "reward"
         return f"{outcome.text}: {name} {self._format_value(outcome.reward)}{belief}, {end}"
+
+    def _describe_event(self, outcome: PossibleOutcome) -> str:
+        """Return the perceived part of an outcome as text: a move, an observation, or a reply."""
+        if self.problem.partially_observable:
+            return outcome.text
+        if self.problem.state_count != 1:
+            return f"to {outcome.text}"
+        agents = self.problem.agents
+        return f"{agents[1 - self.seat] if len(agents) == 2 else 'the others'} plays {outcome.text}"
 
     def describe_solution(self, explained_actions: Collection[int] = ()) -> list[str]:
         """Return the belief, and the outcomes of the obvious action and of the best one.
@@ -258,14 +272,14 @@ class ActionQuestion:
             actions.insert(0, self.obvious_action)
         lines = []
         if self.problem.partially_observable:
-            belief = self.position.session.view(self.seat).belief
+            belief = self.position.view.belief
             lines.append(f"Your belief over the hidden states is now {self.format_belief(belief)}.")
         for action in actions:
             is_explained = action in explained_actions and not self.problem.partially_observable
             lines.append(f"{self._describe_value(action)}{'.' if is_explained else ':'}")
             if not is_explained:
                 lines += self.explain_action(action, with_beliefs=True)
-        if self.valued_position.turns_left != 1:
+        if self.position.turns_left != 1:
             discount = self.problem.discount
             factor = f"{format_number(discount)} x " * (discount < 1.0)
             lines.append(f"Each value is the mean of reward + {factor}later worth.")
@@ -379,16 +393,16 @@ def _join_labels(labels: Sequence[str], conjunction: str) -> str:
     return f" {conjunction} ".join(filter(None, [", ".join(labels[:-1]), labels[-1]]))
 
 
-def _merge_outcomes(outcomes: Sequence[ActionOutcome]) -> ActionOutcome:
+def _merge_outcomes(outcomes: Sequence[PossibleOutcome]) -> PossibleOutcome:
     """Return all outcomes but the likeliest ones as one, with their mean reward and value."""
     remaining = outcomes[MAX_LISTED_OUTCOMES - 1 :]
     total = sum(item.probability for item in remaining)
-    return ActionOutcome(
-        total,
+    return PossibleOutcome(
         f"one of {len(remaining)} other outcomes, on average",
+        total,
         sum(item.probability * item.reward for item in remaining) / total,
         sum(item.probability * item.value_after for item in remaining) / total,
-        all(item.ends_game for item in remaining),
+        ends_problem=all(item.ends_problem for item in remaining),
     )
 
 

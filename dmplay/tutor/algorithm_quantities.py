@@ -9,6 +9,7 @@ from dmplay.core.best_actions import mark_best_actions
 from dmplay.core.problem import Problem, enumerate_possible_outcomes
 from dmplay.core.tabular import Tables, tabulate
 from dmplay.core.text import format_count
+from dmplay.core.typed_text import parse_number
 from dmplay.core.uniforms import SeededUniforms
 from dmplay.errors import BadParameter
 from dmplay.solvers.mdp.mdp_values import (
@@ -25,7 +26,6 @@ from dmplay.tutor.state_quantities import (
     list_outcomes,
 )
 from dmplay.tutor.truth import Truth, format_number, list_best_labels, list_values
-from dmplay.tutor.typed_text import parse_number
 
 MAX_SWEEPS = 1000
 MAX_SIMULATIONS = 2000  # of one search, so that an answer is checked within seconds

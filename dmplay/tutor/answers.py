@@ -3,13 +3,7 @@
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from dmplay.errors import BadParameter
-from dmplay.tutor.lesson import Prediction
-from dmplay.tutor.positions import PositionInGame
-from dmplay.tutor.quantity import Quantity, compute_truth, find_quantity
-from dmplay.tutor.state_quantities import format_briefly
-from dmplay.tutor.truth import Truth, format_number
-from dmplay.tutor.typed_text import (
+from dmplay.core.typed_text import (
     describe_distribution,
     find_label,
     parse_distribution,
@@ -17,6 +11,12 @@ from dmplay.tutor.typed_text import (
     parse_whole_number,
     split_labels,
 )
+from dmplay.errors import BadParameter
+from dmplay.tutor.lesson import Prediction
+from dmplay.tutor.positions import PositionInGame
+from dmplay.tutor.quantity import Quantity, compute_truth, find_quantity
+from dmplay.tutor.state_quantities import format_briefly
+from dmplay.tutor.truth import Truth, format_number
 
 DEFAULT_TOLERANCE = 1e-9
 MAX_LISTED_LABELS = 10

@@ -8,13 +8,13 @@ from dmplay.core.arrays import Reals
 from dmplay.core.best_actions import mark_best_actions
 from dmplay.core.tabular import tabulate
 from dmplay.core.text import format_count
+from dmplay.core.typed_text import find_label, parse_distribution, parse_number
 from dmplay.errors import BadParameter
 from dmplay.solvers.pomdp.exact_pomdp import AlphaVectorStage, compute_action_values, solve_stages
 from dmplay.tutor.beliefs import compute_belief, parse_history
 from dmplay.tutor.positions import PositionInGame
 from dmplay.tutor.state_quantities import find_action
 from dmplay.tutor.truth import Truth, format_number
-from dmplay.tutor.typed_text import find_label, parse_distribution, parse_number
 
 BISECTIONS = 50
 ROUNDED_DIFFERENCE = 0.002  # between a probability and the same one as it is typed

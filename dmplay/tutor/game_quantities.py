@@ -12,15 +12,15 @@ from dmplay.core.policy import Policy
 from dmplay.core.problem import enumerate_possible_outcomes
 from dmplay.core.session import SeatedPolicy, Session
 from dmplay.core.tabular import Tabular
+from dmplay.core.typed_text import parse_distribution, parse_number
 from dmplay.core.uniforms import SeededUniforms
 from dmplay.errors import BadParameter
+from dmplay.game.rules_of_thumb import build_seat_payoffs
 from dmplay.registry import agents
-from dmplay.solvers.games.bimatrix_game import build_payoffs
 from dmplay.tutor.beliefs import describe_belief, remember_history
 from dmplay.tutor.positions import PositionInGame, load_agent
 from dmplay.tutor.state_quantities import find_action, find_state
 from dmplay.tutor.truth import Truth, format_number, list_best_labels, list_values
-from dmplay.tutor.typed_text import parse_distribution, parse_number
 
 UNIFORM = "uniform"
 EQUILIBRIUM = "equilibrium"
@@ -31,7 +31,7 @@ def expected_payoff(position: PositionInGame, action: str, opponent: str) -> Tru
 
     `opponent` is an action, "uniform", or probabilities such as "rock 0.5 paper 0.5".
     """
-    payoffs, mix = own_payoffs(position), _parse_mix(position, opponent)
+    (payoffs, _), mix = _payoffs(position), _parse_mix(position, opponent)
     row = payoffs[_index(position, action)]
     reason = "it is the average reward, weighted by the probabilities of the other's actions"
     return Truth(float(row @ mix), lambda _: reason)
@@ -39,7 +39,7 @@ def expected_payoff(position: PositionInGame, action: str, opponent: str) -> Tru
 
 def best_reply(position: PositionInGame, opponent: str) -> Truth:
     """Return the actions with the greatest expected reward in one round against a strategy."""
-    payoffs, mix = own_payoffs(position), _parse_mix(position, opponent)
+    (payoffs, _), mix = _payoffs(position), _parse_mix(position, opponent)
     values = payoffs @ mix
     labels = position.problem.actions[position.seat].labels
     payoffs_by_label = dict(zip(labels, map(float, values), strict=True))
@@ -71,7 +71,7 @@ def level_k_action(position: PositionInGame, level: int) -> Truth:
 
 def equilibrium_probability(position: PositionInGame, action: str) -> Truth:
     """Return the probability of an action in a Nash equilibrium, in which no change pays."""
-    nash, payoffs = _nash(position)[position.seat], opponent_payoffs(position)
+    nash, (_, payoffs) = _nash(position)[position.seat], _payoffs(position)
     index = _index(position, action)
 
     def explain(answer: str) -> str:
@@ -95,7 +95,7 @@ def equilibrium_probability(position: PositionInGame, action: str) -> Truth:
 
 def equilibrium_payoff(position: PositionInGame) -> Truth:
     """Return the player's expected reward of one round in a Nash equilibrium."""
-    nash, payoffs = _nash(position), own_payoffs(position)
+    nash, (payoffs, _) = _nash(position), _payoffs(position)
     labels = _labels(position)
 
     def explain(answer: str) -> str:
@@ -130,8 +130,7 @@ def agent_action(position: PositionInGame, agent: str, rounds: Sequence[str]) ->
             return sentence
         last = rounds[-1].split()[position.seat]
         cell = _index(position, last), labels.index(answer)
-        earned = format_number(float(opponent_payoffs(position)[cell]))
-        player_reward = format_number(float(own_payoffs(position)[cell]))
+        player_reward, earned = (format_number(float(table[cell])) for table in _payoffs(position))
         change = f"Had it played {answer} in that round, it would have got {earned}"
         return f"{sentence}. Your last action was {last}. {change}, and you {player_reward}"
 
@@ -319,18 +318,9 @@ def _replay_rounds(position: PositionInGame, rounds: Sequence[str]) -> Session:
     return session
 
 
-def own_payoffs(position: PositionInGame) -> Reals:
-    """Return the player's rewards `[own actions, other actions]` of a game of two agents."""
-    if len(position.problem.agents) != 2 or position.problem.state_count != 1:
-        raise BadParameter(f"{position.problem_name} has no payoff table of two agents")
-    payoffs = build_payoffs(position.problem)[:, :, position.seat]
-    return payoffs if position.seat == 0 else payoffs.T
-
-
-def opponent_payoffs(position: PositionInGame) -> Reals:
-    """Return the other agent's rewards `[own actions, other actions]`."""
-    payoffs = build_payoffs(position.problem)[:, :, 1 - position.seat]
-    return payoffs if position.seat == 0 else payoffs.T
+def _payoffs(position: PositionInGame) -> tuple[Reals, Reals]:
+    """Return the player's and the other's rewards `[own actions, other actions]`."""
+    return build_seat_payoffs(position.problem, position.seat)
 
 
 def _nash(position: PositionInGame) -> list[Reals]:

@@ -6,8 +6,8 @@ from pathlib import Path
 
 
 @dataclass(frozen=True)
-class Position:
-    """A position of a game: the problem, the random numbers, the players and the first turns."""
+class PositionText:
+    """A position as a lesson states it: problem, random numbers, players and first turns."""
 
     problem: str  # a name with its variant, or the path of a file
     parameters: Mapping[str, object] = field(default_factory=dict)
@@ -74,7 +74,7 @@ class LessonStep:
     """One step of a lesson: a few lines of text and one thing to do."""
 
     text: tuple[str, ...]
-    position: Position
+    position: PositionText
     task: Prediction | GameTask
     hint: str
     learned: str

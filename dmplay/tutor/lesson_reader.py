@@ -16,7 +16,7 @@ from dmplay.registry.problems import LoadedProblem, resolve_problem
 from dmplay.tutor.lesson import (
     GameTask,
     LessonStep,
-    Position,
+    PositionText,
     Prediction,
     QuantityCall,
     TutorLesson,
@@ -250,10 +250,10 @@ def _read_step(
     return step
 
 
-def _read_position(data: Mapping[str, object], location: str) -> Position:
+def _read_position(data: Mapping[str, object], location: str) -> PositionText:
     """Return the position of a table."""
     table = TableReader(data, location)
-    position = Position(
+    position = PositionText(
         table.text("problem"),
         table.table("parameters") or {},
         table.whole_number("seed") or 0,

@@ -11,7 +11,7 @@ from dmplay.core.text import escape_newlines
 from dmplay.core.uniforms import SeededUniforms
 from dmplay.errors import BadParameter, DmplayError
 from dmplay.tutor import answers, game_checks, progress
-from dmplay.tutor.lesson import GameTask, LessonStep, Position, Prediction, TutorLesson
+from dmplay.tutor.lesson import GameTask, LessonStep, PositionText, Prediction, TutorLesson
 from dmplay.tutor.positions import PositionInGame, open_position
 from dmplay.tutor.progress import PASSED, REVEALED, StepRecord
 from dmplay.tutor.truth import Truth
@@ -74,7 +74,7 @@ class LessonRun:
             self._cached_position = self._open(self.step.position)
         return self._cached_position
 
-    def _open(self, position: Position) -> PositionInGame:
+    def _open(self, position: PositionText) -> PositionInGame:
         """Return the game at a position."""
         with self._name_faulty_step():
             return open_position(position, self.lesson.path.parent, trusted=self.trusted)

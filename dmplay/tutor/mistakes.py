@@ -9,6 +9,7 @@ from dmplay.errors import BadParameter, DmplayError
 from dmplay.game.hints.review import ReviewedAction, run_review
 from dmplay.game.narration import Narrator
 from dmplay.game.playback import Playback
+from dmplay.game.position import find_exact_agent
 from dmplay.game.saves import list_saves
 from dmplay.game.seat_snapshot import SeatSnapshot
 from dmplay.game.seats import list_human_seats
@@ -21,7 +22,6 @@ from dmplay.tutor.progress import QuestionProgress
 from dmplay.tutor.puzzle_mining import describe_situation
 from dmplay.tutor.repetition import load_question_progress
 from dmplay.tutor.truth import format_number
-from dmplay.tutor.valued_position import find_exact_agent
 
 MAX_MISTAKES = 5  # asked at a time
 MAX_SEARCHED_GAMES = 50  # newest saved games that are searched
@@ -47,7 +47,7 @@ def list_mistakes(path: Path, *, trusted: bool = False) -> list[Exercise]:
     by_position: dict[object, Exercise] = {}
     for _, exercise in sorted(exercises, key=lambda pair: -pair[0]):
         question = exercise.question
-        situation = describe_situation(question.valued_position)
+        situation = describe_situation(question.position)
         by_position.setdefault((question.seat, situation, question.best_action), exercise)
     return [*by_position.values()]
 

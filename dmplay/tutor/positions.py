@@ -12,12 +12,13 @@ from dmplay.core.uniforms import SeededUniforms
 from dmplay.errors import BadParameter
 from dmplay.game.hints.ghost_agent import Ghost, create_ghost
 from dmplay.game.launch_requests import GameRequest, format_settings
+from dmplay.game.position import Position
 from dmplay.game.seats import HUMAN, list_scripts, make_seat_policy, name_without_actions
 from dmplay.registry import agents
 from dmplay.registry.problem_name_kinds import names_bot
 from dmplay.registry.problems import LoadedProblem, resolve_problem
 from dmplay.transcript.format import resolve_turn_limit
-from dmplay.tutor.lesson import GameTask, Position
+from dmplay.tutor.lesson import GameTask, PositionText
 from dmplay.views.protocol import load_view_module
 
 
@@ -41,8 +42,12 @@ class PositionInGame:
         """The seat of the player."""
         return self.question.seat
 
+    def ask(self, agent: agents.HintAgent | None = None) -> Position:
+        """Return the player's knowledge here, with an agent, by default that of the hints."""
+        return Position.of_session(self.session, self.question, agent)
 
-def open_position(position: Position, folder: Path, *, trusted: bool = False) -> PositionInGame:
+
+def open_position(position: PositionText, folder: Path, *, trusted: bool = False) -> PositionInGame:
     """Return the game at a position, without a transcript.
 
     Paths of problem files are relative to `folder`. Code outside dmplay runs only if it is
@@ -53,7 +58,7 @@ def open_position(position: Position, folder: Path, *, trusted: bool = False) ->
 
 
 def open_loaded_position(
-    loaded: LoadedProblem, position: Position, *, trusted: bool
+    loaded: LoadedProblem, position: PositionText, *, trusted: bool
 ) -> PositionInGame:
     """Return the game of a loaded problem at a position."""
     problem, players = loaded.problem, _choose_players(loaded.problem, position, trusted=trusted)
@@ -107,12 +112,12 @@ def finish_ghost(position: PositionInGame, ghost: Ghost) -> Ghost:
     return ghost
 
 
-def _load_problem(position: Position, folder: Path, *, trusted: bool) -> LoadedProblem:
+def _load_problem(position: PositionText, folder: Path, *, trusted: bool) -> LoadedProblem:
     """Return the problem of a position, whose path is relative to `folder`."""
     return resolve_problem(position.problem, position.parameters, trusted=trusted, folder=folder)
 
 
-def _choose_players(problem: Problem, position: Position, *, trusted: bool) -> list[str]:
+def _choose_players(problem: Problem, position: PositionText, *, trusted: bool) -> list[str]:
     """Return the player of each seat at a position; one of them is a person."""
     named = {find_seat(problem, name): agent for name, agent in position.seats.items()}
     for seat, agent in named.items():
@@ -135,7 +140,7 @@ def _choose_players(problem: Problem, position: Position, *, trusted: bool) -> l
 
 
 def make_game_request(
-    position: Position, folder: Path, task: GameTask, *, trusted: bool = False
+    position: PositionText, folder: Path, task: GameTask, *, trusted: bool = False
 ) -> GameRequest:
     """Return the request for the game of a task, which begins like a position.
 

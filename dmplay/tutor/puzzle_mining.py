@@ -9,17 +9,18 @@ import numpy as np
 
 from dmplay.core.arrays import Reals
 from dmplay.core.problem import Problem
+from dmplay.core.session import SeatedPolicy
 from dmplay.core.text import VALUE_DECIMALS
 from dmplay.core.violation import has_shape
 from dmplay.errors import BadParameter
+from dmplay.game.position import Position, find_exact_agent
+from dmplay.game.rules_of_thumb import RuleOfThumb, apply_rule, is_repeated_game, list_rules
 from dmplay.registry import agents
 from dmplay.registry.problem_module_exports import load_exported_list
 from dmplay.registry.problems import LoadedProblem, resolve_problem
 from dmplay.tutor.action_question import describe_history
-from dmplay.tutor.lesson import Position
+from dmplay.tutor.lesson import PositionText
 from dmplay.tutor.positions import PositionInGame, open_loaded_position
-from dmplay.tutor.rules_of_thumb import RuleOfThumb, list_rules
-from dmplay.tutor.valued_position import ValuedPosition, find_exact_agent, is_repeated_game
 
 MAX_PUZZLES = 24  # of one problem
 MAX_SIMILAR = 4  # puzzles against the same players with the same rule's action and best action
@@ -45,7 +46,7 @@ REPEATED_GAME_OPPONENTS = ("frequency", "tit-for-tat", "grim", "win-stay-lose-sh
 class Candidate(NamedTuple):
     """A position in which a rule of thumb loses."""
 
-    position: Position
+    position: PositionText
     rule: RuleOfThumb
     rule_action: str  # the label of the rule's action
     best_action: str  # the label of the first of the best actions
@@ -113,7 +114,7 @@ def list_setups(problem: Problem) -> Sequence[GameSetup]:
 
 def open_game(loaded: LoadedProblem, setup: GameSetup, seed: int) -> PositionInGame:
     """Return the start of a game with this seed."""
-    position = Position(loaded.name, seed=seed, turns=setup.turns, seats=setup.seats)
+    position = PositionText(loaded.name, seed=seed, turns=setup.turns, seats=setup.seats)
     return open_loaded_position(loaded, position, trusted=True)
 
 
@@ -124,7 +125,7 @@ def _iter_candidates(
     visited: set[object] = set()
     for seed in range(GAMES_PER_SETUP):
         game = open_game(loaded, setup, seed)
-        start = Position(loaded.name, {}, seed, setup.turns, setup.seats)
+        start = PositionText(loaded.name, {}, seed, setup.turns, setup.seats)
         rules = list_rules(game.problem)
         if not rules:
             return
@@ -132,83 +133,77 @@ def _iter_candidates(
             exact_situation = _describe_exact_situation(position)
             if exact_situation not in visited:
                 visited.add(exact_situation)
-                yield from _examine_position(position, start, rules)
+                yield from _examine_position(game, position, start, rules)
 
 
 def iter_positions(
     game: PositionInGame, hint_agent: agents.HintAgent, rules: Sequence[RuleOfThumb], seed: int
-) -> Iterator[ValuedPosition]:
+) -> Iterator[Position]:
     """Play a game, and yield its position before each turn.
 
     The player's actions are random in some turns, and follow one of the rules of thumb in others.
     """
     session, seat = game.session, game.seat
-    position = ValuedPosition(game, hint_agent)
+    follower = SeatedPolicy(session, seat, hint_agent.policy)
     is_visible = not game.problem.partially_observable and game.problem.state_count != 1
     max_turns = MAX_WALK_TURNS if is_visible else MAX_HISTORY_TURNS
     while not session.over and len(session.turns) <= max_turns:
         actions: list[float | None] = [None] * len(game.problem.agents)
         if not session.is_inactive(seat):
+            memory = follower.current_memory()
+            position = Position.follow(session, game.question, hint_agent, memory)
             yield position
-            actions[seat] = _choose_next_action(position, rules[seed % len(rules)])
+            actions[seat] = _choose_next_action(game, position, rules[seed % len(rules)])
         session.advance(actions)
 
 
 def _examine_position(
-    position: ValuedPosition, start: Position, rules: Sequence[RuleOfThumb]
+    game: PositionInGame, position: Position, start: PositionText, rules: Sequence[RuleOfThumb]
 ) -> Iterator[Candidate]:
     """Yield a candidate for each action that a rule of thumb chooses and that loses enough."""
-    session, seat, values = position.session, position.seat, position.values
-    scale = position.problem.reward_scale
-    after = tuple(
-        position.problem.format_action(seat, turn.actions[seat]) for turn in session.turns
-    )
+    problem, values, scale = position.problem, _get_values(position), position.problem.reward_scale
+    after = tuple(problem.format_action(position.seat, a) for a in position.view.actions)
     for action, rule in find_losing_rules(position, rules):
         yield Candidate(
             replace(start, after=after),
             rule,
             position.labels[action],
-            position.labels[int(np.argmax(values))],
-            scale * round(float(values.max() - values[action]) / scale, VALUE_DECIMALS),
+            position.labels[int(np.nanargmax(values))],
+            scale * round(float(np.nanmax(values) - values[action]) / scale, VALUE_DECIMALS),
             describe_situation(position),
-            _describe_question(position),
+            _describe_question(game, position),
         )
 
 
 def find_losing_rules(
-    position: ValuedPosition, rules: Sequence[RuleOfThumb]
+    position: Position, rules: Sequence[RuleOfThumb]
 ) -> Iterator[tuple[int, RuleOfThumb]]:
     """Yield the legal actions that lose, each with the first rule that chooses it."""
-    values = position.values
-    finite = values[np.isfinite(values)]
-    min_loss = max(
-        MIN_LOSS * position.problem.reward_scale,
-        MIN_LOSS_SHARE * float(finite.max() - finite.min()),
-    )
-    if finite.max() - finite.min() < min_loss:
+    values = _get_values(position)
+    best, spread = float(np.nanmax(values)), float(np.nanmax(values) - np.nanmin(values))
+    min_loss = max(MIN_LOSS * position.problem.reward_scale, MIN_LOSS_SHARE * spread)
+    if spread < min_loss:
         return
     tried_actions = set[int]()
     for rule in rules:
-        action = _apply_rule(position, rule)
+        action = apply_rule(position, rule)
         if action is None or action in tried_actions or not position.legal_actions_mask[action]:
             continue
         if rule.excludes is not None and rule.excludes(position, action):
             continue
         tried_actions.add(action)
-        if values.max() - values[action] >= min_loss:
+        if best - values[action] >= min_loss:
             yield action, rule
 
 
-def _apply_rule(position: ValuedPosition, rule: RuleOfThumb) -> int | None:
-    """Return the action that a rule chooses, or None; raise BadParameter if it is no action."""
-    action = rule.choose(position)
-    if action is None or action in range(len(position.labels)):
-        return action
-    expected = f"expected None or 0 to {len(position.labels) - 1}"
-    raise BadParameter(f"rule of thumb {rule.text!r}: got {action!r}, {expected}")
+def _get_values(position: Position) -> Reals:
+    """Return the values `[A]` of a position whose agent has exact ones, nan if illegal."""
+    values = position.values()
+    assert values is not None
+    return values.q
 
 
-def find_rule_belief(position: ValuedPosition, rule: RuleOfThumb) -> Reals | None:
+def find_rule_belief(position: Position, rule: RuleOfThumb) -> Reals | None:
     """Return the belief `[S]` on which a rule of thumb acts; None if it is the player's own.
 
     Raise BadParameter for anything else.
@@ -216,59 +211,54 @@ def find_rule_belief(position: ValuedPosition, rule: RuleOfThumb) -> Reals | Non
     if rule.find_belief is None:
         return None
     belief = rule.find_belief(position)
-    if not has_shape(belief, position.session.view(position.seat).belief.shape):
+    if not has_shape(belief, position.view.belief.shape):
         expected = "expected an array with a probability of each state"
         raise BadParameter(f"rule of thumb {rule.text!r}: got the belief {belief!r}, {expected}")
     return belief
 
 
-def _describe_question(position: ValuedPosition) -> object:
+def _describe_question(game: PositionInGame, position: Position) -> object:
     """Return a key that is equal in positions with the same question."""
-    session, problem = position.session, position.problem
-    state = "" if problem.partially_observable else problem.format_state(session.state)
-    players, history = position.position.question.players, describe_history(position.position)
-    return players, position.turns_left, state, history
+    problem = position.problem
+    state = "" if problem.partially_observable else problem.format_state(position.state)
+    return position.question.players, position.turns_left, state, describe_history(game)
 
 
-def describe_situation(position: ValuedPosition) -> object:
+def describe_situation(position: Position) -> object:
     """Return a key that is equal in positions that are nearly the same puzzle."""
-    session, problem = position.session, position.problem
+    problem, players = position.problem, position.question.players
     if problem.partially_observable:
         if position.turns_left == 1:  # what is learned in the last turn is of no use
             return "last turn"
-        return tuple(np.round(session.view(position.seat).belief, 1))
+        return tuple(np.round(position.view.belief, 1))
     if problem.state_count != 1:
-        return position.position.question.players, problem.format_state(session.state)
-    players, policy = position.position.question.players, position.hint_agent.policy
-    predicted = [
-        policy.predict_actions(position.memory, other)
-        for other in range(len(problem.agents))
-        if other != position.seat
-    ]
-    predictions = tuple(() if p is None else tuple(np.round(p[0], 1)) for p in predicted)
+        return players, problem.format_state(position.state)
+    others = [seat for seat in range(len(problem.agents)) if seat != position.seat]
+    predicted = map(position.predict_actions, others)
+    predictions = tuple(() if p is None else tuple(np.round(p, 1)) for p in predicted)
     return players, position.turns_left == 1, predictions
 
 
-def _describe_exact_situation(position: ValuedPosition) -> object:
+def _describe_exact_situation(position: Position) -> object:
     """Return a key that is equal in positions whose values are equal."""
-    session, problem = position.session, position.problem
+    problem = position.problem
     if problem.partially_observable:
-        return position.turns_left, session.view(position.seat).belief.tobytes()
+        return position.turns_left, position.view.belief.tobytes()
     if problem.state_count != 1:
-        return position.turns_left, problem.format_state(session.state)
-    return position.turns_left, position.values.tobytes()
+        return position.turns_left, problem.format_state(position.state)
+    return position.turns_left, _get_values(position).tobytes()
 
 
-def _choose_next_action(position: ValuedPosition, rule: RuleOfThumb) -> int:
+def _choose_next_action(game: PositionInGame, position: Position, rule: RuleOfThumb) -> int:
     """Return the player's action on the way: a random one, or that of a rule, or the best."""
-    session = position.session
+    session = game.session
     stream = 1 + position.seat  # the player's own, which nothing else uses
     u, v = session.uniform_source.generate_uniforms(stream, len(session.turns) + 1, 0, 2)[0]
-    legal = np.flatnonzero(position.legal_actions_mask)
+    legal = position.legal_actions
     if u < RANDOM_SHARE:
-        return int(legal[int(v * len(legal))])
-    action = _apply_rule(position, rule)
-    return int(np.argmax(position.values)) if action is None or action not in legal else action
+        return legal[int(v * len(legal))]
+    action = apply_rule(position, rule)
+    return int(np.nanargmax(_get_values(position))) if action not in legal else action
 
 
 def _select_different(candidates: Sequence[Candidate]) -> list[Candidate]:

@@ -5,19 +5,19 @@ from functools import cache, lru_cache
 from typing import NamedTuple
 
 from dmplay.errors import BadParameter
+from dmplay.game.position import find_exact_agent
+from dmplay.game.rules_of_thumb import RuleOfThumb
 from dmplay.registry.builtin_names import problem_names
 from dmplay.registry.problem_module_exports import find_export
 from dmplay.registry.problem_name_kinds import CURRENT_FOLDER
 from dmplay.registry.problems import load_problem
 from dmplay.tutor.action_question import ActionQuestion, describe_history
 from dmplay.tutor.exercise import Exercise
-from dmplay.tutor.lesson import Position
+from dmplay.tutor.lesson import PositionText
 from dmplay.tutor.positions import open_position
 from dmplay.tutor.puzzle_mining import find_rule_belief, mine_candidates
 from dmplay.tutor.repetition import load_question_progress
-from dmplay.tutor.rules_of_thumb import RuleOfThumb
 from dmplay.tutor.truth import format_number
-from dmplay.tutor.valued_position import find_exact_agent
 
 KEY_PREFIX = "puzzle "  # of keys in the file of progress
 
@@ -26,7 +26,7 @@ class Puzzle(NamedTuple):
     """A position, and a rule of thumb that loses there."""
 
     code: str  # such as "catch:7"
-    position: Position
+    position: PositionText
     rule: RuleOfThumb
     rule_action: str  # the label of the rule's action
     loss: float  # the best value minus that of the rule's action
@@ -114,7 +114,7 @@ def make_exercise(puzzle: Puzzle) -> Exercise:
     question = ActionQuestion(position, hint_agent, obvious_action=labels.index(puzzle.rule_action))
     loss, rule = format_number(puzzle.loss, position.problem.reward_scale), puzzle.rule
     learned = [f"Rule of thumb: {rule.text}. Here it says {puzzle.rule_action} and loses {loss}."]
-    belief = find_rule_belief(question.valued_position, rule)
+    belief = find_rule_belief(question.position, rule)
     if belief is not None:
         learned.append(f"The rule acts on the belief {question.format_belief(belief)}.")
     introduction = tuple(filter(None, [describe_history(position)]))

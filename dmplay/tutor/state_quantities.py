@@ -11,12 +11,12 @@ from dmplay.core.best_actions import VALUE_TOLERANCE
 from dmplay.core.problem import ContinuousStates, enumerate_possible_outcomes
 from dmplay.core.session import SeatedPolicy
 from dmplay.core.text import format_count
+from dmplay.core.typed_text import list_spellings, parse_distribution
 from dmplay.errors import BadParameter
 from dmplay.registry import agents
 from dmplay.tutor.beliefs import remember_history
 from dmplay.tutor.positions import PositionInGame
 from dmplay.tutor.truth import Truth, format_number, list_best_labels, list_values
-from dmplay.tutor.typed_text import list_spellings, parse_distribution
 
 
 def state_value(position: PositionInGame, state: str = "", turns_left: int = 0) -> Truth:

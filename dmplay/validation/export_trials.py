@@ -19,6 +19,8 @@ from dmplay.errors import BadParameter, BudgetExceeded, DmplayError
 from dmplay.evaluation.solutions.options import SolveOptions, use_solve_options
 from dmplay.evaluation.solutions.solve import solve_by_own_code
 from dmplay.game.plot_kinds import Figure, load_figures
+from dmplay.game.position import find_exact_agent
+from dmplay.game.rules_of_thumb import RuleOfThumb, list_rules
 from dmplay.plots.plotted_problem import PlottedProblem, draw_figure
 from dmplay.registry.problem_module_exports import (
     defines_export,
@@ -29,12 +31,10 @@ from dmplay.registry.problem_module_exports import (
 )
 from dmplay.registry.problems import LoadedProblem
 from dmplay.tutor import puzzle_mining
-from dmplay.tutor.lesson import Position, QuantityCall
+from dmplay.tutor.lesson import PositionText, QuantityCall
 from dmplay.tutor.positions import PositionInGame, open_loaded_position
 from dmplay.tutor.puzzle_mining import GameSetup
 from dmplay.tutor.quantity import Quantity, compute_truth, load_problem_quantities
-from dmplay.tutor.rules_of_thumb import RuleOfThumb, list_rules
-from dmplay.tutor.valued_position import find_exact_agent
 
 MAX_SECONDS = 5.0  # of processor time, of one trial
 SIMULATED_GAMES = 2  # of a solution that simulates games
@@ -143,7 +143,7 @@ def _compute_quantity(problem: Problem, name: str, quantity: Quantity) -> None:
         if parameter.annotation not in ARGUMENT_TYPES:
             got, expected = parameter_name, "expected the type str, int, float or Sequence[str]"
             raise BadParameter(f"{got}: got the type {parameter.annotation}, {expected}")
-    position = open_loaded_position(_load(problem), Position(name), trusted=True)
+    position = open_loaded_position(_load(problem), PositionText(name), trusted=True)
     arguments = {
         parameter.name: _choose_argument(position, quantity, parameter)
         for parameter in quantity.parameters.values()

@@ -15,7 +15,7 @@ from dmplay.core.spaces import Labels
 from dmplay.errors import DmplayError
 from dmplay.registry.builtin_names import problem_names
 from dmplay.tutor.answers import check_answer, describe_expected_answer, describe_right_answer
-from dmplay.tutor.lesson import Position, Prediction, QuantityCall
+from dmplay.tutor.lesson import PositionText, Prediction, QuantityCall
 from dmplay.tutor.positions import PositionInGame, open_position
 from dmplay.tutor.quantity import (
     FEATURES,
@@ -39,7 +39,7 @@ ANSWERS = ("0", "1", "-1e300", "0.5", "x", "", "(1,1)", "feed", "nan", "0.5 0.5"
 @cache
 def open_problem(name: str) -> PositionInGame:
     """Return the start of a game of a problem with few turns."""
-    return open_position(Position(name, turns=5), Path())
+    return open_position(PositionText(name, turns=5), Path())
 
 
 @cache

@@ -82,7 +82,7 @@ def sweep(name: str, seats: tuple[tuple[str, str], ...], turns: int) -> Sweeps:
     problem, seat = question.problem, question.seat
     states = problem.enumerate_states()
     actions = np.zeros((len(states), len(problem.agents)), np.int64)
-    for other, seated in enumerate(question.position.session.seated_policies):
+    for other, seated in enumerate(question.game.session.seated_policies):
         if seated:
             actions[:, other] = seated.policy.choose((states,), None, np.zeros((len(states), 0)))
     rows = []
@@ -108,9 +108,9 @@ def sweep(name: str, seats: tuple[tuple[str, str], ...], turns: int) -> Sweeps:
 
 def sweep_of(puzzle: Puzzle, question: ActionQuestion) -> tuple[Sweeps, int, int]:
     """Return the sweeps for a puzzle on a map, its turns left, and the index of its state."""
-    turns = question.valued_position.turns_left or ENDLESS_SWEEPS
+    turns = question.position.turns_left or ENDLESS_SWEEPS
     seats = tuple(puzzle.position.seats.items())
-    state = np.asarray(question.position.session.state)[None]
+    state = np.asarray(question.game.session.state)[None]
     return (
         sweep(name_of(puzzle), seats, turns),
         turns,
@@ -122,14 +122,14 @@ def sweep_of(puzzle: Puzzle, question: ActionQuestion) -> tuple[Sweeps, int, int
 def bounds_of(name: str) -> BeliefBounds:
     """Return bounds on the values of a problem with hidden states."""
     questions = [ask(puzzle) for puzzle in list_puzzles(name)]
-    turns = max(question.valued_position.turns_left or 0 for question in questions)
+    turns = max(question.position.turns_left or 0 for question in questions)
     first = questions[0]
     return BeliefBounds(first.problem, first.seat, turns, HIDDEN_PROBLEMS[name])
 
 
 def bound_values(name: str, question: ActionQuestion, belief: Reals) -> tuple[Reals, Reals]:
     """Return a lower and an upper bound `[A]` on the values of the actions in a belief."""
-    turns = question.valued_position.turns_left
+    turns = question.position.turns_left
     assert turns
     bounds = bounds_of(name)
     return (
@@ -140,7 +140,7 @@ def bound_values(name: str, question: ActionQuestion, belief: Reals) -> tuple[Re
 
 def compute_values(puzzle: Puzzle, question: ActionQuestion) -> Reals:
     """Return the value of each action of a puzzle without hidden states."""
-    name, session = name_of(puzzle), question.position.session
+    name, session = name_of(puzzle), question.game.session
     if name in MAP_PROBLEMS:
         sweeps, turns, state = sweep_of(puzzle, question)
         return np.asarray(sweeps.q[turns][state])
@@ -148,7 +148,7 @@ def compute_values(puzzle: Puzzle, question: ActionQuestion) -> Reals:
     if name in SMALL_GAMES:
         values = ExhaustiveValues(question.problem, question.seat, policies)
         return np.array([*values.compute_values(session).values()])
-    turns_left, opponent = question.valued_position.turns_left, policies[1]
+    turns_left, opponent = question.position.turns_left, policies[1]
     assert turns_left is not None
     if isinstance(opponent, FixedClaim):
         chances = np.eye(99)[opponent.claim - 2]
@@ -182,7 +182,7 @@ def test_the_action_of_the_rule_loses_what_the_puzzle_says(name: str) -> None:
 
 def last_turn(question: ActionQuestion) -> tuple[str, str]:
     """Return the player's last action, and the last observation or the other's last action."""
-    session, problem, seat = question.position.session, question.problem, question.seat
+    session, problem, seat = question.game.session, question.problem, question.seat
     turn = session.turns[-1]  # an IndexError if a rule speaks of a turn that was not played
     action = problem.format_action(seat, turn.actions[seat])
     if problem.partially_observable:
@@ -192,8 +192,8 @@ def last_turn(question: ActionQuestion) -> tuple[str, str]:
 
 def own_belief(question: ActionQuestion) -> Reals:
     """Return the belief after the whole history, by Bayes' rule from the problem's arrays."""
-    bounds = bounds_of(question.position.problem_name)
-    session, seat = question.position.session, question.seat
+    bounds = bounds_of(question.game.problem_name)
+    session, seat = question.game.session, question.seat
     belief = np.asarray(session.view(seat).beliefs[0])  # type: ignore[index]
     for turn in session.turns:
         belief = bounds.update(belief, int(turn.actions[seat]), int(turn.observations[seat]))
@@ -231,7 +231,7 @@ def read_walk(question: ActionQuestion, *, to_richest: bool) -> set[str]:
     """Return the steps on the shortest ways to the richest or the nearest good exit."""
     hunt = question.problem
     assert isinstance(hunt, HexWorld)
-    start = hunt.hexes[int(question.position.session.state)]
+    start = hunt.hexes[int(question.game.session.state)]
     exits = {hex_: pay for hex_, pay in hunt.rewards if pay > 0}
     steps = {hex_: count_steps(hunt.hexes, hex_) for hex_ in exits}
     ranks = {hex_: -exits[hex_] if to_richest else steps[hex_][start] for hex_ in exits}
@@ -241,7 +241,7 @@ def read_walk(question: ActionQuestion, *, to_richest: bool) -> set[str]:
 
 def read_hunt(question: ActionQuestion, *, away: bool) -> set[str]:
     """Return the steps towards the prey, or away from the predator."""
-    hunt, hexes = question.problem, question.position.session.state
+    hunt, hexes = question.problem, question.game.session.state
     assert isinstance(hunt, PredatorPrey)
     assert question.problem.agents[question.seat] == ("prey" if away else "predator")
     start, other = (hunt.hexes[int(hexes[seat])] for seat in (question.seat, 1 - question.seat))
@@ -283,7 +283,7 @@ def read_likeliest_state(puzzle: Puzzle, question: ActionQuestion) -> set[str]:
 
 def read_last_turn_alone(puzzle: Puzzle, question: ActionQuestion) -> set[str]:
     """Return the rule's action if it can be best after the last turn from equal probabilities."""
-    name, turn = name_of(puzzle), question.position.session.turns[-1]
+    name, turn = name_of(puzzle), question.game.session.turns[-1]
     bounds, count = bounds_of(name), question.problem.state_count
     assert isinstance(count, int)
     actions = int(turn.actions[question.seat]), int(turn.observations[question.seat])
@@ -300,7 +300,7 @@ def read_last_turn_alone(puzzle: Puzzle, question: ActionQuestion) -> set[str]:
 def read_counts(question: ActionQuestion) -> set[str]:
     """Return the best replies to the counts of the other's actions."""
     beaten_by = {"rock": "paper", "paper": "scissors", "scissors": "rock"}
-    turns = question.position.session.turns
+    turns = question.game.session.turns
     assert len(turns) > 1
     counts = Counter(question.problem.format_action(1, turn.actions[1]) for turn in turns)
     scores = [
@@ -371,7 +371,7 @@ def test_the_action_of_the_rule_does_not_run_into_a_wall(name: str) -> None:
         question = ask(puzzle)
         problem = question.problem
         assert isinstance(problem, HexWorld | PredatorPrey)
-        start = problem.hexes[int(np.atleast_1d(question.position.session.state)[question.seat])]
+        start = problem.hexes[int(np.atleast_1d(question.game.session.state)[question.seat])]
         direction = question.labels.index(puzzle.rule_action)
         assert hex_neighbours(start)[direction] in problem.hexes, puzzle.code
 
@@ -404,7 +404,7 @@ def test_a_text_says_the_players_the_turns_left_and_what_a_turn_pays(name: str) 
         for agent in question.problem.agents:
             is_own = question.problem.agents[question.seat] == agent
             assert is_own or f"{agent} is the agent " in text, puzzle.code
-        turns = question.valued_position.turns_left
+        turns = question.position.turns_left
         is_repeated = question.problem.state_count == 1
         limit = f"You have {turns} {'round' if is_repeated else 'turn'}"
         limit = "The game has no turn limit." if turns is None else limit
@@ -415,7 +415,7 @@ def test_a_text_says_the_players_the_turns_left_and_what_a_turn_pays(name: str) 
         assert "opponent" not in text, puzzle.code
         assert "@" not in text, puzzle.code  # it is a mark on a map, which plain lines do not draw
         if is_repeated:
-            rounds = len(question.position.session.turns)
+            rounds = len(question.game.session.turns)
             assert text.count("agent2 ") > rounds, puzzle.code
             assert f"round {rounds}: you " in text or "This is the first round." in text
         sentences = [sentence for line in lines for sentence in re.split(r"(?<=\.) ", line)]

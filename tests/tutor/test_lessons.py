@@ -14,7 +14,7 @@ from dmplay.core.tabular import tabulate
 from dmplay.errors import DmplayError
 from dmplay.registry.problems import load_problem
 from dmplay.tutor.game_checks import check_game
-from dmplay.tutor.lesson import GameTask, Position, Prediction, QuantityCall, TutorLesson
+from dmplay.tutor.lesson import GameTask, PositionText, Prediction, QuantityCall, TutorLesson
 from dmplay.tutor.lesson_list import find_lesson, load_builtin_lessons, load_lessons
 from dmplay.tutor.lesson_run import LessonRun, TutorReply
 from dmplay.tutor.positions import PositionInGame, open_position, play_ghost
@@ -488,7 +488,7 @@ def test_the_values_of_plans_in_the_text_are_those_of_the_baby() -> None:
     assert not any(passes("alpha-vectors", 4, f"{end}") for end in plan_d - longer_a)
     crossing = (plan_c[0] - longer_a[0]) / np.ptp(plan_c - longer_a)
     assert compute_truth(
-        open_position(Position("crying-baby", turns=10), Path()),
+        open_position(PositionText("crying-baby", turns=10), Path()),
         QuantityCall(
             "best-action-boundary",
             {"below": "ignore", "above": "feed", "state": "hungry", "turns_left": 3},
@@ -905,7 +905,7 @@ def test_odd_lines_are_answers_or_clear_errors(lesson: TutorLesson) -> None:
 @pytest.mark.parametrize("turns", [12, 20])
 def test_the_best_play_from_a_new_machine_never_examines(turns: int) -> None:
     assert LESSONS["when-to-look"].steps[3].learned.endswith("is best, without a look.")
-    position = open_position(Position("machine-replacement", turns=turns), Path())
+    position = open_position(PositionText("machine-replacement", turns=turns), Path())
     history: list[str] = []
     while len(history) < turns:
         best = compute_truth(
@@ -919,7 +919,7 @@ def test_the_best_play_from_a_new_machine_never_examines(turns: int) -> None:
 
 
 def test_the_best_action_of_the_baby_changes_at_the_belief_of_step_three_also_with_five() -> None:
-    position = open_position(Position("crying-baby", turns=10), Path())
+    position = open_position(PositionText("crying-baby", turns=10), Path())
     borders = [
         compute_truth(
             position,
@@ -936,7 +936,7 @@ def test_the_best_action_of_the_baby_changes_at_the_belief_of_step_three_also_wi
 def test_singing_never_pays_with_the_usual_costs() -> None:
     assert LESSONS["alpha-vectors"].steps[3].learned.endswith("costs 0.5, so it does not pay.")
     assert load_problem("crying-baby").sing_reward == -0.5  # type: ignore[attr-defined]
-    position = open_position(Position("crying-baby", turns=10), Path())
+    position = open_position(PositionText("crying-baby", turns=10), Path())
     for turns in range(1, 11):
         for percent in range(0, 101, 4):
             belief = f"hungry {percent / 100} sated {1 - percent / 100}"
@@ -981,7 +981,7 @@ def test_a_wrong_cost_keeps_the_sign_that_was_typed() -> None:
 
 def test_a_meal_at_one_half_pays_from_three_turns_on() -> None:
     """Lesson 10 says so in a hint."""
-    position = open_position(Position("crying-baby", turns=10), Path())
+    position = open_position(PositionText("crying-baby", turns=10), Path())
     is_better = []
     for turns_left in range(1, 11):
         values = [

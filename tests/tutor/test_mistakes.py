@@ -66,7 +66,7 @@ def test_no_position_is_asked_twice(
 ) -> None:
     exercises = list_mistakes(play(tmp_path, name, lines, *words))
     positions = [
-        (describe_situation(exercise.question.valued_position), exercise.question.best_action)
+        (describe_situation(exercise.question.position), exercise.question.best_action)
         for exercise in exercises
     ]
     assert exercises

@@ -39,11 +39,12 @@ def _state_in_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.parametrize("name", list_puzzle_problems())
 def test_the_outcomes_of_every_action_add_up_to_its_value(name: str) -> None:
     for puzzle in list_puzzles(name):
-        position = make_exercise(puzzle).question.valued_position
-        for action in np.flatnonzero(position.legal_actions_mask).tolist():
-            outcomes = position.list_outcomes(action)
-            assert sum(item.probability for item in outcomes) == pytest.approx(1.0)
-            assert position.sum_outcomes(outcomes) == pytest.approx(position.values[action])
+        position = make_exercise(puzzle).question.position
+        for action in position.legal_actions:
+            parts = position.break_down(action)
+            assert parts is not None
+            assert parts.adds_up
+            assert sum(item.probability for item in parts.outcomes) == pytest.approx(1.0)
 
 
 @pytest.mark.parametrize("name", list_puzzle_problems())
@@ -83,8 +84,8 @@ def test_west_of_the_hex_that_costs_10_the_straight_way_slips_onto_it() -> None:
     assert run.check_answer("w").lines == (
         "not yet. w is worth 1.87, 1.488 less than the best action:",
         "  with probability 0.7 to (1,1): reward 0, then worth 4.308",
-        "  with probability 0.15 to (2,0): reward 0, then worth -10",
         "  with probability 0.15 to (1,2): reward 0, then worth 3.747",
+        "  with probability 0.15 to (2,0): reward 0, then worth -10",
         "Try again, or type show for the solution.",
     )
     reply = run.check_answer("nw")
@@ -152,9 +153,9 @@ def test_a_problem_file_of_a_user_has_puzzles(tmp_path: Path) -> None:
     checked = 0
     for puzzle in listed:
         question = make_exercise(puzzle).question
-        turns_left = question.valued_position.turns_left
+        turns_left = question.position.turns_left
         if turns_left is not None and turns_left <= 4:
-            expected = oracle.compute_values(question.position.session)
+            expected = oracle.compute_values(question.game.session)
             np.testing.assert_allclose(question.values, [*expected.values()], atol=1e-6)
             checked += 1
     assert checked >= 2
@@ -191,10 +192,10 @@ def test_a_payoff_table_of_a_user_has_puzzles_against_named_agents(tmp_path: Pat
     assert len(listed) >= 3
     for puzzle in listed:
         question = make_exercise(puzzle).question
-        seated = question.position.session.seated_policies
+        seated = question.game.session.seated_policies
         policies = [item.policy if item else None for item in seated]
         values = ExhaustiveValues(question.problem, 0, policies)
-        expected = values.compute_values(question.position.session)
+        expected = values.compute_values(question.game.session)
         np.testing.assert_allclose(question.values, [*expected.values()], atol=1e-9)
         text = " ".join(question.describe_game())
         assert "dare against swerve pays 5 to you and 1 to column." in text

@@ -12,7 +12,7 @@ from dmplay.algorithms.step import StateValues, WatchRequest
 from dmplay.core.tabular import tabulate
 from dmplay.registry.problems import load_problem
 from dmplay.tutor.answers import check_answer, describe_right_answer
-from dmplay.tutor.lesson import Position, Prediction, QuantityCall
+from dmplay.tutor.lesson import PositionText, Prediction, QuantityCall
 from dmplay.tutor.positions import PositionInGame, open_position
 from dmplay.tutor.quantity import compute_truth
 from dmplay.tutor.truth import list_values
@@ -20,7 +20,7 @@ from dmplay.tutor.truth import list_values
 
 def open_problem(problem: str, **facts: object) -> PositionInGame:
     """Return a position of a problem."""
-    return open_position(Position(problem, **facts), Path())  # type: ignore[arg-type]
+    return open_position(PositionText(problem, **facts), Path())  # type: ignore[arg-type]
 
 
 def compute(position: PositionInGame, name: str, **arguments: object) -> object:

@@ -7,16 +7,16 @@ from pathlib import Path
 
 import pytest
 
+from dmplay.game.position import find_exact_agent
+from dmplay.game.rules_of_thumb import list_rules
 from dmplay.tutor.answers import check_answer
 from dmplay.tutor.exercise import ExerciseRun
 from dmplay.tutor.game_checks import check_game
-from dmplay.tutor.lesson import GameTask, Position, Prediction, QuantityCall
+from dmplay.tutor.lesson import GameTask, PositionText, Prediction, QuantityCall
 from dmplay.tutor.mistakes import list_mistakes
 from dmplay.tutor.positions import PositionInGame, open_position
 from dmplay.tutor.puzzles import list_puzzles, make_exercise
 from dmplay.tutor.quantity import compute_truth
-from dmplay.tutor.rules_of_thumb import list_rules
-from dmplay.tutor.valued_position import ValuedPosition, find_exact_agent
 from tests.support.programs import run_dmplay
 
 FILES: dict[str, Callable[[float], str]] = {
@@ -66,7 +66,7 @@ def write_pair(folder: Path, name: str, scale: float) -> tuple[str, str]:
 def open_pair(folder: Path, name: str, scale: float, **facts: object) -> list[PositionInGame]:
     """Return the same position of a file and of its scaled copy."""
     return [
-        open_position(Position(path, **facts), Path(), trusted=True)  # type: ignore[arg-type]
+        open_position(PositionText(path, **facts), Path(), trusted=True)  # type: ignore[arg-type]
         for path in write_pair(folder, name, scale)
     ]
 
@@ -86,7 +86,7 @@ def test_the_puzzles_of_a_file_are_those_of_its_scaled_copy(
                 item.question.best_actions,
                 item.question.right_actions,
                 item.question.obvious_action,
-                len(item.question.position.session.turns),
+                len(item.question.game.session.turns),
                 item.learned[0].partition(" Here")[0],
             )
             for item in exercises
@@ -113,8 +113,9 @@ def test_rules_of_thumb_choose_the_same_on_a_scaled_copy(
     for game in open_pair(tmp_path, name, scale, seed=3, turns=6, seats=seats):
         hint_agent = find_exact_agent(game.session, game.question)
         assert hint_agent is not None
-        position, chosen = ValuedPosition(game, hint_agent), []
+        chosen = []
         for number in range(6):
+            position = game.ask(hint_agent)
             chosen += [rule.choose(position) for rule in list_rules(game.problem)]
             if not game.session.over:
                 actions: list[float | None] = [None] * len(game.problem.agents)

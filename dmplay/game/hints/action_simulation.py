@@ -5,11 +5,11 @@ from typing import NamedTuple
 import numpy as np
 
 from dmplay.core.arrays import Reals
-from dmplay.core.policy import Policy
+from dmplay.core.policy import Memory, Policy
 from dmplay.core.problem import Problem, build_percept, validate_outcome
-from dmplay.core.session import SeatedPolicy
 from dmplay.core.uniforms import NATURE_STREAM, generate_uniforms
 from dmplay.core.work_budget import Budget
+from dmplay.game.position import Position
 
 GAME_COUNT = 400  # simulated games for each first action
 SIMULATION_SEED = 1  # the same random numbers for every first action
@@ -35,13 +35,15 @@ def can_simulate(problem: Problem) -> bool:
 
 
 def simulate_returns(
-    seated_policy: SeatedPolicy, first_action: float, turns_left: int | None
+    position: Position, policy: Policy, memory: Memory, first_action: float
 ) -> ActionSimulation:
-    """Return the returns of games that begin with an action and then follow the policy."""
-    session, policy = seated_policy.session, seated_policy.policy
-    problem, turns = session.problem, min(turns_left or MAX_TURNS, MAX_TURNS)
-    s = np.repeat(session.state[None], GAME_COUNT, axis=0)
-    memory = tuple(array.repeat(GAME_COUNT, axis=0) for array in seated_policy.current_memory())
+    """Return the returns of games that begin with an action and then follow the policy.
+
+    `memory` is the policy's memory at the position.
+    """
+    problem, turns = position.problem, min(position.turns_left or MAX_TURNS, MAX_TURNS)
+    s = np.repeat(position.state[None], GAME_COUNT, axis=0)
+    memory = tuple(array.repeat(GAME_COUNT, axis=0) for array in memory)
     a = np.full(GAME_COUNT, first_action)
     if problem.actions[0].labels:
         a = a.astype(np.int64)
@@ -64,9 +66,7 @@ def simulate_returns(
     return ActionSimulation(first_rewards, returns, turns)
 
 
-def _choose_actions(
-    problem: Problem, policy: Policy, memory: tuple[Reals, ...], s: Reals, turn: int
-) -> Reals:
+def _choose_actions(problem: Problem, policy: Policy, memory: Memory, s: Reals, turn: int) -> Reals:
     """Return the policy's action `[N]` in each simulated game."""
     legal = problem.legal_actions_mask(s)
     u = generate_uniforms(

@@ -11,15 +11,15 @@ from dmplay.core.best_actions import VALUE_TOLERANCE
 from dmplay.core.problem import ContinuousStates
 from dmplay.core.session import Session
 from dmplay.core.text import count_probability_decimals, format_score
-from dmplay.game.hints.action_breakdown import (
+from dmplay.game.hints.hint_provider import Hint, HintProvider, format_fixed
+from dmplay.game.hints.rule_explanation import describe_rule, format_real_action
+from dmplay.game.position import (
     END_PREFIX,
     ActionBreakdown,
     PossibleOutcome,
     compute_outcome_shares,
 )
-from dmplay.game.hints.hint_provider import Hint, HintProvider, format_fixed
-from dmplay.game.hints.obvious_actions import ObviousAction
-from dmplay.game.hints.rule_explanation import describe_rule, format_real_action
+from dmplay.game.rules_of_thumb import RuleChoice, find_losing_rule
 from dmplay.views.protocol import load_view_module
 
 MAX_LISTED_OUTCOMES = 3  # maximum number of outcomes that are listed one by one
@@ -30,7 +30,7 @@ MIN_LEAD = 1e-9  # smaller leads of a probability over the next one are rounding
 MIN_BELIEF_CHANGE = 0.005  # smaller changes of a probability are not mentioned
 MAX_SENTENCE_WORDS = 25
 PLACE_PREFIX = " in the state "
-RUNNER_UP = ObviousAction(-1, "the next best")
+RUNNER_UP = RuleChoice(-1, "the next best")
 VALUE_WORDS = {
     Accuracy.EXACT: "worth", Accuracy.CONDITIONAL: "worth", Accuracy.LOWER_BOUND: "worth at least",
     Accuracy.UPPER_BOUND: "worth at most", Accuracy.RATING: "rated",
@@ -224,10 +224,10 @@ class _ValueExplainer:
     def _iter_outcome_lists(self, parts: ActionBreakdown) -> Iterator[str]:
         """Yield clauses on the outcomes: each one with its value, then without, then the range."""
         outcomes = parts.outcomes
-        has_short_names = all(_is_short(outcome.text) for outcome in outcomes)
+        has_short_names = all(_is_short(outcome.label) for outcome in outcomes)
         is_observed = outcomes[0].belief is not None
         if outcomes[0].probability >= SURE_PROBABILITY:
-            if outcomes[0].text.startswith(END_PREFIX):
+            if outcomes[0].label.startswith(END_PREFIX):
                 yield "the game then ends"
                 return
             if is_observed:
@@ -237,7 +237,7 @@ class _ValueExplainer:
             elif has_short_names and not isinstance(
                 self._session.problem.state_count, ContinuousStates
             ):
-                yield f"the next state is {outcomes[0].text} in any case"
+                yield f"the next state is {outcomes[0].label} in any case"
             return
         if has_short_names and len(outcomes) <= MAX_LISTED_OUTCOMES:
             verb = "you observe" if is_observed else "next is"
@@ -258,9 +258,9 @@ class _ValueExplainer:
             worth = self._describe_worth(outcome, parts) if self._adds_up(parts) else ""
             details = ", ".join(filter(None, (belief_text, worth)))
             probability = f"{outcome.probability:.{decimals}f}"
-            again = "again " * (outcome.text == self._present_state)
+            again = "again " * (outcome.label == self._present_state)
             details = f" ({details})" if details else ""
-            entries.append(f"{again}{outcome.text}{noun} {probability}{details}")
+            entries.append(f"{again}{outcome.label}{noun} {probability}{details}")
         return _join_choices(entries)
 
     def _describe_belief(self, parts: ActionBreakdown, outcome: PossibleOutcome) -> str:
@@ -324,11 +324,11 @@ class _ValueExplainer:
         text = f"{text}; {subject} {self._worth} {worst} to {best}"
         likeliest, second = parts.outcomes[:2]
         if likeliest.probability > second.probability + MIN_LEAD:
-            has_name = _is_short(likeliest.text) and not isinstance(
+            has_name = _is_short(likeliest.label) and not isinstance(
                 problem.state_count, ContinuousStates
             )
             yield (
-                f"{text}; the likeliest{f', {likeliest.text},' * has_name} has probability "
+                f"{text}; the likeliest{f', {likeliest.label},' * has_name} has probability "
                 f"{likeliest.probability:.2f} and is {self._worth} {self._number(totals[0])}"
             )
         yield text
@@ -346,26 +346,26 @@ class _ValueExplainer:
             f"to {self._number(best)}"
         )
         likeliest, second = parts.outcomes[:2]
-        if likeliest.probability > second.probability + MIN_LEAD and _is_short(likeliest.text):
+        if likeliest.probability > second.probability + MIN_LEAD and _is_short(likeliest.label):
             yield (
-                f"{text}; if it chooses {'also ' * (likeliest.text == name)}{likeliest.text} "
+                f"{text}; if it chooses {'also ' * (likeliest.label == name)}{likeliest.label} "
                 f"(probability {likeliest.probability:.2f}), {self._number(totals[0])}"
             )
         yield text
 
-    def _compare(self) -> tuple[ObviousAction | None, str, str]:
+    def _compare(self) -> tuple[RuleChoice | None, str, str]:
         """Return the action to compare with, and sentences on the difference and its reason."""
         best, value = self._best, self._values[self._best]
         if self._action != best:
             gap = value - self._values[self._action]
             if not self._round(gap):
                 text = f"The suggested action {self._name(best)} is as good."
-                return ObviousAction(best, ""), text, ""
+                return RuleChoice(best, ""), text, ""
             subject = f"The best action {self._name(best)}"
             if self._action == self._suggested:
                 subject = f"By these values, {self._name(best)}"
             text = f"{subject} is worth {self._number(gap)} more."
-            return ObviousAction(best, ""), text, self._describe_reason(self._action)
+            return RuleChoice(best, ""), text, self._describe_reason(self._action)
         rule = self._choose_alternative()
         if rule is None:
             is_only_one = len(self._legal_actions) == 1
@@ -391,7 +391,7 @@ class _ValueExplainer:
         reasons = [*self._iter_reasons(best, other)] if best and other else []
         return _choose_short([f"{reason[:1].upper()}{reason[1:]}." for reason in reasons])
 
-    def _choose_alternative(self) -> ObviousAction | None:
+    def _choose_alternative(self) -> RuleChoice | None:
         """Return a rule of thumb that disagrees with the hint, else the best of the worse actions.
 
         None if no legal action is worse.
@@ -404,7 +404,7 @@ class _ValueExplainer:
         if set(self._breakdowns) == set(self._legal_actions) and all(
             self._adds_up(parts) for parts in self._breakdowns.values()
         ):
-            rule = self._provider.find_obvious_action(self._breakdowns, self._best)
+            rule = find_losing_rule(self._provider.position, self._breakdowns, self._best)
         return rule or RUNNER_UP._replace(action=worse[0])
 
     def _iter_reasons(self, best: ActionBreakdown, other: ActionBreakdown) -> Iterator[str]:
@@ -463,24 +463,24 @@ class _ValueExplainer:
         shares = compute_outcome_shares(best, other)
         main_count = sum(item.share >= MAJOR_SHARE for item in shares)
         main = shares[0]
-        if main_count == 1 and _is_short(main.outcome.text):
+        if main_count == 1 and _is_short(main.outcome.label):
             chances = [main.better_probability, main.worse_probability]
             decimals = count_probability_decimals([*chances, *(1.0 - p for p in chances)])
             described, reference = chances[:: 1 if self._action == other.action else -1]
             worth = self._describe_worth(main.outcome, best, other)
             details = f" ({worth})" * bool(worth)
             yield (
-                f", mainly because it leads to {main.outcome.text}{details} with probability "
+                f", mainly because it leads to {main.outcome.label}{details} with probability "
                 f"{described:.{decimals}f}, not {reference:.{decimals}f}"
             )
         counts = [main_count] if main_count else range(MAX_LISTED_OUTCOMES, 1, -1)
         for count in [count for count in counts if count > 1]:
             largest = [item for item in shares[:count] if item.share > 0.0]
-            if all(_is_short(item.outcome.text) for item in largest):
-                texts = [item.outcome.text for item in shares]
+            if all(_is_short(item.outcome.label) for item in largest):
+                texts = [item.outcome.label for item in shares]
                 entries = list[str]()
                 for item in largest:
-                    text, noun = item.outcome.text, " of the difference" * (not entries)
+                    text, noun = item.outcome.label, " of the difference" * (not entries)
                     is_named_twice = texts.count(text) > 1 and problem.rewards_observable
                     reward = f"reward {format_score(item.outcome.reward)}, " * is_named_twice
                     entries.append(f"{text} ({reward}{100 * item.share:.0f} %{noun})")
@@ -535,7 +535,7 @@ class _ValueExplainer:
     # The numbers as data
 
     def _build_data(
-        self, parts: ActionBreakdown | None, other: ObviousAction | None
+        self, parts: ActionBreakdown | None, other: RuleChoice | None
     ) -> dict[str, object]:
         """Return the numbers of the explanation."""
         data: dict[str, object] = {
@@ -561,7 +561,7 @@ class _ValueExplainer:
                 shares = compute_outcome_shares(self._breakdowns[best], self._breakdowns[worse])
                 data["shares"] = [
                     {
-                        "outcome": item.outcome.text,
+                        "outcome": item.outcome.label,
                         "reward": item.outcome.reward,
                         "share": item.share,
                     }
@@ -612,7 +612,7 @@ def _list_numbers(parts: ActionBreakdown) -> dict[str, object]:
         "information_value": parts.information_value,
         "outcomes": [
             {
-                "outcome": outcome.text,
+                "outcome": outcome.label,
                 "probability": outcome.probability,
                 "reward": outcome.reward,
                 "value_after": outcome.value_after,

@@ -1,7 +1,8 @@
 """Hints: the recommended action of a strong agent for a seat, and that agent's action values."""
 
 import inspect
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from math import ceil, floor, isfinite, log10
@@ -9,27 +10,25 @@ from typing import TypeVar
 
 import numpy as np
 
-from dmplay.agents.base import AdviceQuestion, SeatPolicy, models_opponents
-from dmplay.core.action_values import UNKNOWN_BASIS, Accuracy, ActionValues, Horizon, ValuesBasis
+from dmplay.agents.base import AdviceQuestion, SeatPolicy
+from dmplay.core.action_values import UNKNOWN_BASIS, Accuracy, ActionValues, ValuesBasis
 from dmplay.core.arrays import Reals
 from dmplay.core.best_actions import VALUE_TOLERANCE
+from dmplay.core.policy import Memory, Policy
 from dmplay.core.session import SeatedPolicy, Session, Turn
 from dmplay.core.spaces import Interval
 from dmplay.core.work_budget import limit_total_work
 from dmplay.errors import BadParameter, BadPolicy, BudgetExceeded
-from dmplay.game.hints.action_breakdown import ActionBreakdown, break_down_action
 from dmplay.game.hints.action_simulation import ActionSimulation, can_simulate, simulate_returns
-from dmplay.game.hints.obvious_actions import ObviousAction, find_obvious_action
-from dmplay.game.hints.outcome_forecast import AssumedPlayers, forecast_outcomes, format_forecast
+from dmplay.game.hints.forecast_text import format_forecast
+from dmplay.game.position import ADVICE_WORK_LIMIT, ActionBreakdown, Position
 from dmplay.registry import agents
 from dmplay.views.protocol import Forecast, Overlay
 
 T = TypeVar("T")
 MAX_LISTED_VALUES = 10  # maximum number of listed action values
-HINT_WORK_LIMIT = 1.5e9  # operations per hint, about one second
 TOO_CLOSE = "too close to call"
 HINT_OVERLAYS = ("values", "policy")  # overlays that count as hints
-SEARCH_AGENT = "search"  # this agent limits its own work
 MIN_DECIMALS, MAX_DECIMALS = 2, 6  # decimals of printed values
 MIN_FIXED = 1e-4  # smaller values are printed with an exponent
 WHOLE_NUMBER_SPREAD = 100.0  # values that differ by this or more are printed without decimals
@@ -221,32 +220,47 @@ class HintProvider:
         self.session = session
         self.question = question
         self.seat = question.seat
+        self._position: Position | None = None
+        self._turn_of_position: Turn | None = None
+        self._seated: SeatedPolicy | None = None
         # with turn count and last turn
         self._cached_hint: tuple[int, Turn | None, Hint] | None = None
         self._cached_forecast: tuple[int, Turn | None, Forecast] | None = None
-        self._cached_breakdowns: (
-            tuple[int, Turn | None, dict[float, ActionBreakdown | None]] | None
-        ) = None
         self._cached_state_values: tuple[int, Reals | None] | None = None  # with turn count
 
-    @cached_property
+    @property
+    def position(self) -> Position:
+        """The position of this turn, with the agent that gives the hints."""
+        before, (turn_count, last_turn) = self._position, self._turn_key
+        if before is None:
+            agent = agents.find_hint_provider(self.session.problem, self.question)
+        elif before.turns_done == turn_count and self._turn_of_position is last_turn:
+            return before
+        else:
+            agent = before.agent
+        memory = None
+        if agent is not None:
+            with suppress(BadPolicy, BudgetExceeded), limit_total_work(ADVICE_WORK_LIMIT):
+                memory = self._follow(agent.policy).current_memory()
+        self._position = Position.follow(self.session, self.question, agent, memory)
+        self._turn_of_position = last_turn
+        return self._position
+
+    @property
     def _hint_agent(self) -> agents.HintAgent | None:
-        """The agent that gives the hints, or None; loaded lazily, for a faster first frame."""
-        return agents.find_hint_provider(self.session.problem, self.question)
+        """The agent that gives the hints, or None."""
+        return self.position.agent
+
+    def _follow(self, policy: Policy) -> SeatedPolicy:
+        """Return a policy with its memory of this seat, which is updated turn by turn."""
+        if self._seated is None or self._seated.policy is not policy:
+            self._seated = SeatedPolicy(self.session, self.seat, policy)
+        return self._seated
 
     @property
     def name(self) -> str | None:
         """The name of the hint agent; None if there is none."""
         return self._hint_agent.name if self._hint_agent else None
-
-    @cached_property
-    def _follower(self) -> SeatedPolicy | None:
-        """The hint agent with its memory of this seat; None if there is no agent."""
-        return (
-            SeatedPolicy(self.session, self.seat, self._hint_agent.policy)
-            if self._hint_agent
-            else None
-        )
 
     def explain_unavailable(self) -> str:
         """Return the reason why no hints are available; '' if they are."""
@@ -254,26 +268,9 @@ class HintProvider:
             return "the game is over"
         return (
             ""
-            if self._follower
+            if self._hint_agent
             else "no agent can give hints in this game; dmplay info lists the agents"
         )
-
-    def _query_agent(self, query: Callable[[SeatedPolicy], T]) -> T:
-        """Return the result of a query to the hint agent.
-
-        If planning takes too much work or the agent fails, a tree search replaces it from now on.
-        """
-        assert self._follower
-        if self.name != SEARCH_AGENT:
-            try:
-                with limit_total_work(HINT_WORK_LIMIT):
-                    return query(self._follower)
-            except (BadPolicy, BudgetExceeded):
-                self._hint_agent = agents.load_hint_agent(
-                    self.session.problem, self.question, SEARCH_AGENT
-                )
-                self._follower = SeatedPolicy(self.session, self.seat, self._hint_agent.policy)
-        return query(self._follower)
 
     def create_hint(self) -> str:
         """Return a hint for this turn as text: the recommended action and the value of each legal
@@ -311,33 +308,13 @@ class HintProvider:
         """
         if self.session.over:
             raise BadParameter("whatif: the game is over")
-        model = self._opponent_model()
-        result = forecast_outcomes(self.session, self.seat, action, model)
+        result = self.position.forecast(action)
         self._cached_forecast = (*self._turn_key, result)
-        return format_forecast(self.session, self.seat, result, model)
+        return format_forecast(self.position, result)
 
     def break_down_action(self, action: float) -> ActionBreakdown | None:
         """Return the parts of an action's value; None if the hint agent cannot list them."""
-        breakdowns = self._if_current(self._cached_breakdowns)
-        if breakdowns is None:
-            breakdowns = {}
-            self._cached_breakdowns = (*self._turn_key, breakdowns)
-        if action not in breakdowns:
-            model = self._opponent_model()
-            breakdowns[action] = self._query_agent(
-                lambda seated: break_down_action(
-                    seated, int(action), model, is_last_turn=self._is_last_planned_turn
-                )
-            )
-        return breakdowns[action]
-
-    def find_obvious_action(
-        self, breakdowns: Mapping[int, ActionBreakdown], best_action: int
-    ) -> ObviousAction | None:
-        """Return a rule of thumb whose action is worth less than the best; None if all agree."""
-        return self._query_agent(
-            lambda seated: find_obvious_action(seated, breakdowns, best_action)
-        )
+        return self.position.break_down(int(action))
 
     def simulate_action(self, action: float) -> ActionSimulation | None:
         """Return simulated returns of an action and the hint agent's choices after it.
@@ -346,9 +323,9 @@ class HintProvider:
         """
         if not can_simulate(self.session.problem):
             return None
-        limit = self.question.turn_limit
-        turns_left = None if limit is None else limit - len(self.session.turns)
-        return self._query_agent(lambda seated: simulate_returns(seated, action, turns_left))
+        return self.position.ask(
+            lambda policy, memory: simulate_returns(self.position, policy, memory, action)
+        )
 
     @property
     def agent_description(self) -> str:
@@ -358,24 +335,6 @@ class HintProvider:
         doc = inspect.getdoc(type(self._hint_agent.policy)) or ""
         sentence = " ".join(doc.partition("\n\n")[0].split()).rstrip(".")
         return f"{self._hint_agent.label} {sentence[:1].lower()}{sentence[1:]}".rstrip()
-
-    @property
-    def _is_last_planned_turn(self) -> bool:
-        """True if the hint agent's values count no turn after this one."""
-        basis, turns_done = self.values_basis, len(self.session.turns)
-        if basis.horizon is Horizon.PLAN:
-            return (turns_done + 1) % basis.horizon_turns == 0
-        turn_limit = self.question.turn_limit
-        is_last = turn_limit is not None and turns_done + 1 >= turn_limit
-        return basis.horizon is Horizon.ROUND or (is_last and not basis.turns_scope)
-
-    def _opponent_model(self) -> AssumedPlayers | None:
-        """Return the hint agent's model of the other players; None if it has none or fails."""
-        if self._hint_agent is None or not models_opponents(self._hint_agent.policy):
-            return None
-        memory = self._query_agent(SeatedPolicy.current_memory)
-        agent = self._hint_agent
-        return AssumedPlayers(agent.policy, memory, agent.basis.players)
 
     def clear_forecast(self) -> None:
         """Remove the stored forecast."""
@@ -410,25 +369,22 @@ class HintProvider:
 
         If estimates are too close to call, there is no action, and the text lists them.
         """
-        estimates = self._query_agent(self._estimate_returns)
+        estimates = self.position.ask(self._estimate_returns)
         if estimates is None or np.isfinite(estimates.q).sum() < 2:
-            action = self._query_agent(SeatedPolicy.choose)
+            action = self.position.ask(lambda policy, _: self._follow(policy).choose())
         elif len(estimates.best_actions) > 1:
             return None, self._format_estimates(estimates)
         else:
             action = float(estimates.best_actions[0])
         return action, self._format_recommended_action(action)
 
-    def _estimate_returns(self, seated: SeatedPolicy) -> ActionValues | None:
+    def _estimate_returns(self, policy: SeatPolicy, memory: Memory) -> ActionValues | None:
         """Return the estimates of the hint agent for each action; None if it makes none."""
-        policy, session = seated.policy, self.session
-        if not isinstance(policy, SeatPolicy):
-            return None
+        session = self.session
         u = session.uniform_source.generate_uniforms(
             1 + self.seat, len(session.turns) + 1, 0, policy.uniform_count
         )
         legal = session.legal_actions_mask(self.seat)
-        memory = seated.current_memory()
         return policy.estimate_returns(memory, None if legal is None else legal[None], u)
 
     def _format_estimates(self, estimates: ActionValues) -> str:
@@ -459,7 +415,7 @@ class HintProvider:
     def _describe_basis(self) -> str:
         """Return the hint agent, the game and method of its values, its estimates and tie rule."""
         assert self._hint_agent
-        with limit_total_work(HINT_WORK_LIMIT):
+        with limit_total_work(ADVICE_WORK_LIMIT):
             basis = self.values_basis
             values = self._legal_values() if basis.tie_rule else None
             is_tie = values is not None and len(values.best_actions) > 1
@@ -491,13 +447,7 @@ class HintProvider:
 
     def _legal_values(self) -> ActionValues | None:
         """Return the value of each legal action; None if there are no values."""
-        return self._query_agent(self._value_actions) if self._follower else None
-
-    def _value_actions(self, seated: SeatedPolicy) -> ActionValues | None:
-        """Return the hint agent's value of each legal action; None if there are no values."""
-        assert self._hint_agent
-        legal = self.session.legal_actions_mask(self.seat)
-        return self._hint_agent.join_values(seated.action_values(), legal)
+        return self.position.values()
 
     def build_overlay(self, kind: str, turns_done: int | None = None) -> Overlay | None:
         """Return an overlay of this kind with the values of all states; None if there are none.
@@ -530,8 +480,7 @@ class HintProvider:
         """Return the hint agent's present estimate of the other players, '' if it has none."""
         if self._hint_agent is None:
             return ""
-        policy = self._hint_agent.policy
-        return self._query_agent(lambda seated: policy.describe_model(seated.current_memory()))
+        return self.position.ask(lambda policy, memory: policy.describe_model(memory))
 
     def describe_game(self, turns_done: int | None = None) -> str:
         """Return the turns left and the other players that the values are about, as text.

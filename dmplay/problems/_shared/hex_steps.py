@@ -4,11 +4,11 @@ import numpy as np
 
 from dmplay.core.arrays import Ints
 from dmplay.core.hexgrid import list_hexes, move_destinations
-from dmplay.tutor.rules_of_thumb import EXPECT_LIKELIEST, find_single_best
-from dmplay.tutor.valued_position import ValuedPosition
+from dmplay.game.position import Position
+from dmplay.game.rules_of_thumb import EXPECT_LIKELIEST, find_single_best
 
 
-def find_single_step(position: ValuedPosition, scores: Ints) -> int | None:
+def find_single_step(position: Position, scores: Ints) -> int | None:
     """Return the direction to a hex with a greater score `[H]`, if only one direction is best."""
     location, destinations = _list_destinations(position)
     action = find_single_best(scores[destinations].astype(float))
@@ -16,15 +16,15 @@ def find_single_step(position: ValuedPosition, scores: Ints) -> int | None:
     return action if is_better else None
 
 
-def _hits_wall(position: ValuedPosition, action: int) -> bool:
+def _hits_wall(position: Position, action: int) -> bool:
     """Return whether an action is a step into a wall, after which the player stays."""
     location, destinations = _list_destinations(position)
     return bool(destinations[action] == location)
 
 
-def _list_destinations(position: ValuedPosition) -> tuple[int, Ints]:
+def _list_destinations(position: Position) -> tuple[int, Ints]:
     """Return the player's hex, and the hex after a step without a slip in each direction `[6]`."""
-    location = int(np.atleast_1d(position.session.state)[position.seat])
+    location = int(np.atleast_1d(position.state)[position.seat])
     return location, move_destinations(list_hexes(position.problem))[location, :, 0]
 
 

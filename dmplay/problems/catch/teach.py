@@ -1,6 +1,7 @@
 """Rules of thumb of catch."""
 
-from dmplay.tutor.rules_of_thumb import (
+from dmplay.game.position import Position
+from dmplay.game.rules_of_thumb import (
     TAKE_BEST_REWARD,
     TRUST_LAST_OBSERVATION,
     TRUST_LIKELIEST,
@@ -8,13 +9,12 @@ from dmplay.tutor.rules_of_thumb import (
     choose_always,
     get_last_observation,
 )
-from dmplay.tutor.valued_position import ValuedPosition
 
 
-def _repeat_success(position: ValuedPosition) -> int | None:
+def _repeat_success(position: Position) -> int | None:
     """Repeat the last action if the ball was caught, which is the last observation."""
     is_caught = get_last_observation(position) == "caught"
-    return int(position.session.view(position.seat).actions[-1]) if is_caught else None
+    return int(position.view.actions[-1]) if is_caught else None
 
 
 RULES_OF_THUMB = [

@@ -1,16 +1,16 @@
 """Rules of thumb of the crying baby."""
 
-from dmplay.tutor.rules_of_thumb import (
+from dmplay.game.position import Position
+from dmplay.game.rules_of_thumb import (
     TAKE_BEST_REWARD,
     TRUST_LAST_OBSERVATION,
     TRUST_LIKELIEST,
     RuleOfThumb,
     get_last_observation,
 )
-from dmplay.tutor.valued_position import ValuedPosition
 
 
-def _feed_when_crying(position: ValuedPosition) -> int | None:
+def _feed_when_crying(position: Position) -> int | None:
     """Choose to feed if the last observation is crying, and to ignore if it is quiet."""
     sound = get_last_observation(position)
     if sound is None:

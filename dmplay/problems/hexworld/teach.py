@@ -7,39 +7,37 @@ import numpy as np
 from dmplay.core.hexgrid import Hex, hex_distance, hex_neighbours, path_lengths
 from dmplay.core.tabular import tabulate
 from dmplay.errors import BadParameter
+from dmplay.game.position import Position
+from dmplay.game.rules_of_thumb import RuleOfThumb, find_single_best
 from dmplay.problems._shared.hex_steps import EXPECT_LIKELIEST_WITHOUT_BUMPS, find_single_step
 from dmplay.registry.problems import with_parameters
 from dmplay.solvers.mdp.mdp_values import compute_optimal_q
 from dmplay.tutor.positions import PositionInGame
 from dmplay.tutor.quantity import Quantity
-from dmplay.tutor.rules_of_thumb import RuleOfThumb, find_single_best
 from dmplay.tutor.state_quantities import compute_q, find_state, find_state_index, list_outcomes
 from dmplay.tutor.truth import Truth, format_number
-from dmplay.tutor.valued_position import ValuedPosition
 
 from .rules import HexWorld
 
 MIN_LISTED_PROBABILITY = 0.001  # of never leaving hex world
 
 
-def _walk_to_nearest_exit(position: ValuedPosition) -> int | None:
+def _walk_to_nearest_exit(position: Position) -> int | None:
     """Choose the step on the shortest way to the nearest exit with a positive reward."""
     return _walk_to_exit(position, lambda distance, reward: distance)
 
 
-def _walk_to_richest_exit(position: ValuedPosition) -> int | None:
+def _walk_to_richest_exit(position: Position) -> int | None:
     """Choose the step on the shortest way to the exit with the greatest reward."""
     return _walk_to_exit(position, lambda distance, reward: -reward)
 
 
-def _walk_to_exit(
-    position: ValuedPosition, rank_exit: Callable[[float, float], float]
-) -> int | None:
+def _walk_to_exit(position: Position, rank_exit: Callable[[float, float], float]) -> int | None:
     """Choose the step towards the good exit of the lowest rank, if there is only one step."""
     problem = position.problem
     assert isinstance(problem, HexWorld)
     lengths = path_lengths(problem.hexes)
-    location = int(position.session.state)
+    location = int(position.state)
     exits = [(problem.hexes.index(hex_), pay) for hex_, pay in problem.rewards if pay > 0]
     if not exits or location in [index for index, _ in exits]:
         return None

@@ -1,6 +1,6 @@
 """Rules of thumb of machine replacement."""
 
-from dmplay.tutor.rules_of_thumb import (
+from dmplay.game.rules_of_thumb import (
     TAKE_BEST_REWARD,
     TRUST_LAST_OBSERVATION,
     TRUST_LIKELIEST,

@@ -1,27 +1,27 @@
 """Rules of thumb of hunts that every agent sees, and the games of their puzzles."""
 
 from dmplay.core.hexgrid import path_lengths
+from dmplay.game.position import Position
+from dmplay.game.rules_of_thumb import RuleOfThumb
 from dmplay.problems._shared.hex_steps import EXPECT_LIKELIEST_WITHOUT_BUMPS, find_single_step
 from dmplay.tutor.puzzle_mining import GameSetup
-from dmplay.tutor.rules_of_thumb import RuleOfThumb
-from dmplay.tutor.valued_position import ValuedPosition
 
 from .rules import PredatorPrey
 
 
-def _step_towards_prey(position: ValuedPosition) -> int | None:
+def _step_towards_prey(position: Position) -> int | None:
     """Choose the step after which the nearest prey is closer."""
     return _step_by_distance(position, is_predator=True)
 
 
-def _step_away_from_predator(position: ValuedPosition) -> int | None:
+def _step_away_from_predator(position: Position) -> int | None:
     """Choose the step after which the nearest predator is farther away."""
     return _step_by_distance(position, is_predator=False)
 
 
-def _step_by_distance(position: ValuedPosition, *, is_predator: bool) -> int | None:
+def _step_by_distance(position: Position, *, is_predator: bool) -> int | None:
     """Choose the only step that brings a predator closer to the prey, or a prey farther away."""
-    problem, state = position.problem, position.session.state
+    problem, state = position.problem, position.state
     assert isinstance(problem, PredatorPrey)
     others = problem.prey_seats if is_predator else problem.predator_seats
     if (position.seat in problem.predator_seats) != is_predator:

@@ -1,17 +1,17 @@
 """Rules of thumb of the prisoner's dilemma, and the games of its puzzles."""
 
+from dmplay.game.position import Position
+from dmplay.game.rules_of_thumb import RuleOfThumb, choose_always, get_last_actions
 from dmplay.tutor.puzzle_mining import GameSetup
-from dmplay.tutor.rules_of_thumb import RuleOfThumb, choose_always, get_last_actions
-from dmplay.tutor.valued_position import ValuedPosition
 
 
-def _copy_last(position: ValuedPosition) -> int | None:
+def _copy_last(position: Position) -> int | None:
     """Choose the other agent's last action."""
     last = get_last_actions(position)
     return None if last is None else last[1]
 
 
-def _win_stay_lose_shift(position: ValuedPosition) -> int | None:
+def _win_stay_lose_shift(position: Position) -> int | None:
     """Repeat the last action if the other agent cooperated, else change it."""
     last = get_last_actions(position)
     if last is None:

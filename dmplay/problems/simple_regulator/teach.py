@@ -1,10 +1,10 @@
 """Quantities of the simple regulator."""
 
 from dmplay.core.text import format_count
+from dmplay.core.typed_text import parse_number
 from dmplay.tutor.positions import PositionInGame
 from dmplay.tutor.quantity import Quantity
 from dmplay.tutor.truth import Truth, format_number
-from dmplay.tutor.typed_text import parse_number
 
 from .linear_policy_evaluation import OPTIMAL_POLICY, LinearGaussianPolicy, evaluate_finite_horizon
 from .rules import SimpleRegulator

@@ -3,23 +3,28 @@
 import numpy as np
 
 from dmplay.agents.base import SeatPolicy
+from dmplay.game.position import Position
+from dmplay.game.rules_of_thumb import (
+    MIN_PROBABILITY_DIFFERENCE,
+    RuleOfThumb,
+    choose_always,
+    get_last_actions,
+)
 from dmplay.registry import agents
 from dmplay.tutor.puzzle_mining import GameSetup
-from dmplay.tutor.rules_of_thumb import RuleOfThumb, choose_always, get_last_actions
-from dmplay.tutor.valued_position import MIN_PROBABILITY_DIFFERENCE, ValuedPosition
 
 
-def _undercut(position: ValuedPosition) -> int | None:
+def _undercut(position: Position) -> int | None:
     """Choose the claim below the other agent's last one, if there is one."""
     last = get_last_actions(position)
     return last[1] - 1 if last is not None and last[1] else None
 
 
-def _play_pure_equilibrium(position: ValuedPosition) -> int | None:
+def _play_pure_equilibrium(position: Position) -> int | None:
     """Choose the action of the Nash equilibrium, if it is not mixed."""
     nash = agents.load_agent(position.problem, position.seat, "nash")
     assert isinstance(nash, SeatPolicy)
-    probabilities = nash.choice_probabilities(nash.initial_memory(position.session.state[None]))
+    probabilities = nash.choice_probabilities(nash.initial_memory(position.state[None]))
     assert probabilities is not None
     is_mixed = probabilities.max() < 1.0 - MIN_PROBABILITY_DIFFERENCE
     return None if is_mixed else int(np.argmax(probabilities))

@@ -124,7 +124,7 @@ class QuestionDialog(LineDialog):
         question = exercise.question
         if not question.shows_board:
             return
-        is_drawn = self._print_board(question.position, question.describe_situation())
+        is_drawn = self._print_board(question.game, question.describe_situation())
         if is_drawn and question.has_map:
             self._print(f"On the map you are {SMALL_MAP_MARK}.")
 

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import dmplay
+from dmplay.agents.base import AdviceQuestion
 from dmplay.core import belief
 from dmplay.core.arrays import Reals
 from dmplay.core.problem import enumerate_outcomes
@@ -15,8 +16,9 @@ from dmplay.core.text import count_probability_decimals
 from dmplay.core.uniforms import NATURE_STREAM, SeededUniforms
 from dmplay.errors import BadParameter, IllegalAction
 from dmplay.game.game_series import GameController
-from dmplay.game.hints.outcome_forecast import N_SAMPLES, forecast_outcomes, format_forecast
+from dmplay.game.hints.forecast_text import format_forecast
 from dmplay.game.launch_requests import GameRequest
+from dmplay.game.position import SAMPLE_COUNT, Position
 from dmplay.terminal.capabilities import Terminal
 from dmplay.ui.screen.key_handlers import handle_key
 from dmplay.ui.screen.modes import Mode
@@ -56,9 +58,9 @@ def list_printed_probabilities(text: str) -> list[str]:
 @pytest.mark.parametrize(
     ("name", "action", "printed"),
     [
-        ("crying-baby", "sing", ["0.505", "0.495"]),
+        ("crying-baby", "sing", ["0.51", "0.49"]),
         ("crying-baby", "feed", ["0.90", "0.10"]),
-        ("crying-baby", "ignore", ["0.515", "0.485"]),
+        ("crying-baby", "ignore", ["0.52", "0.48"]),
         ("hexworld", "w", ["0.70", "0.15", "0.15"]),
         ("machine-replacement", "manufacture", ["1.00"]),
     ],
@@ -83,6 +85,11 @@ def create_screen(name: str, *seats: str) -> PlayScreen:
     )
 
 
+def open_position(session: Session, seat: int) -> Position:
+    """Return the position of a seat, without a model of the other agents."""
+    return Position.follow(session, AdviceQuestion.about(session, seat), None)
+
+
 @pytest.mark.parametrize("name", CASE_NAMES)
 def test_every_problem_forecasts_an_action_without_drawing_uniforms(name: str) -> None:
     problem = load_small_problem(name)
@@ -92,13 +99,13 @@ def test_every_problem_forecasts_an_action_without_drawing_uniforms(name: str) -
         action = 0 if legal is None else int(np.flatnonzero(legal)[0])
         if problem.partially_observable and not session.has_visible_beliefs:
             with pytest.raises(BadParameter, match="too many states"):
-                forecast_outcomes(session, seat, action)
+                open_position(session, seat).forecast(action)
             continue
-        outlook = forecast_outcomes(session, seat, action)
+        outlook = open_position(session, seat).forecast(action)
         assert outlook.probabilities.sum() == pytest.approx(1.0)
         assert len(outlook.outcomes) == len(outlook.probabilities)
         assert (np.diff(outlook.probabilities) <= 0.0).all()
-        assert format_forecast(session, seat, outlook).startswith(
+        assert format_forecast(open_position(session, seat), outlook).startswith(
             f"if {problem.format_action(seat, action)}"
         )
         assert not session.turns
@@ -106,17 +113,20 @@ def test_every_problem_forecasts_an_action_without_drawing_uniforms(name: str) -
 
 def test_a_fully_observable_forecast_has_the_exact_transition_probabilities() -> None:
     before = create_session("hexworld")
-    outlook = forecast_outcomes(before, 0, 5)
+    outlook = open_position(before, 0).forecast(5)
     p, outcome = enumerate_outcomes(before.problem, before.state[None], np.array([[5]]))
     assert dict(zip(outlook.outcomes.tolist(), outlook.probabilities.tolist(), strict=True)) == (
         dict(zip(outcome.state[0].tolist(), p[0].tolist(), strict=True))
     )
-    assert format_forecast(before, 0, outlook) == "if se: 0.70 (8,1), 0.15 (8,2), 0.15 (7,1)"
+    assert (
+        format_forecast(open_position(before, 0), outlook)
+        == "if se: 0.70 (8,1), 0.15 (8,2), 0.15 (7,1)"
+    )
 
 
 def test_a_forecast_from_a_belief_lists_observations_and_posterior_beliefs() -> None:
     before = create_session("crying-baby", 2, 2)
-    outlook = forecast_outcomes(before, 0, 1)
+    outlook = open_position(before, 0).forecast(1)
     prior = before.view(0).belief
     assert outlook.beliefs is not None
     for observation, chance, posterior in zip(
@@ -134,7 +144,7 @@ def test_a_forecast_does_not_depend_on_the_hidden_state() -> None:
     )
     assert int(low_session.state) != int(high_session.state)
     first, second = (
-        format_forecast(session, 0, forecast_outcomes(session, 0, 0))
+        format_forecast(open_position(session, 0), open_position(session, 0).forecast(0))
         for session in (low_session, high_session)
     )
     assert first == second
@@ -142,13 +152,13 @@ def test_a_forecast_does_not_depend_on_the_hidden_state() -> None:
 
 def test_continuous_outcomes_are_forecast_from_samples_and_labelled_as_samples() -> None:
     before = create_session("simple-regulator")
-    outlook = forecast_outcomes(before, 0, 0.2)
+    outlook = open_position(before, 0).forecast(0.2)
     assert outlook.is_sampled
-    assert len(outlook.outcomes) == N_SAMPLES
+    assert len(outlook.outcomes) == SAMPLE_COUNT
     position = float(before.state[0])
     assert outlook.outcomes.mean() == pytest.approx(position + 0.2, abs=0.01)
     assert outlook.outcomes.std() == pytest.approx(0.1, abs=0.01)
-    assert format_forecast(before, 0, outlook).endswith(f"({N_SAMPLES} samples)")
+    assert format_forecast(open_position(before, 0), outlook).endswith(f"({SAMPLE_COUNT} samples)")
 
 
 def test_other_agents_are_assumed_random_and_the_forecast_says_so() -> None:
@@ -157,12 +167,16 @@ def test_other_agents_are_assumed_random_and_the_forecast_says_so() -> None:
         "if defect and the other agent acts at random: "
         "reward 0 if cooperate, -3 if defect; -1.5 on average"
     )
-    assert format_forecast(before, 0, forecast_outcomes(before, 0, 1)) == line
+    position = open_position(before, 0)
+    assert format_forecast(position, position.forecast(1)) == line
 
 
 def test_an_inactive_agent_is_not_assumed_to_act_at_random() -> None:
     before = Session(Nim(), SeededUniforms(7))
-    assert format_forecast(before, 0, forecast_outcomes(before, 0, 0)) == "if one: 1.00 6-right"
+    assert (
+        format_forecast(open_position(before, 0), open_position(before, 0).forecast(0))
+        == "if one: 1.00 6-right"
+    )
 
 
 def test_an_illegal_action_cannot_be_forecast() -> None:
@@ -170,7 +184,7 @@ def test_an_illegal_action_cannot_be_forecast() -> None:
     legal = before.legal_actions_mask(0)
     assert legal is not None
     with pytest.raises(IllegalAction):
-        forecast_outcomes(before, 0, int(np.flatnonzero(~legal)[0]))
+        open_position(before, 0).forecast(int(np.flatnonzero(~legal)[0]))
 
 
 # On the screen and as typed commands

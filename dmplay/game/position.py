@@ -1,0 +1,778 @@
+"""A position: what one seat knows at its turn, and what can be said of each of its actions.
+
+Screens, lessons, graders and programs ask a position; none of them computes outcomes or values on
+its own. A position holds what its seat perceived (a `View`) and no session, so that hidden states
+and the random numbers of the game are out of reach.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import product
+from typing import NamedTuple, Self, TypeVar
+
+import numpy as np
+
+from dmplay.agents.base import AdviceQuestion, SeatPolicy, models_opponents
+from dmplay.core.action_values import UNKNOWN_BASIS, Accuracy, ActionValues, Horizon
+from dmplay.core.arrays import Array, Bools, Reals, readonly_copy
+from dmplay.core.belief import apply_bayes_rule
+from dmplay.core.chance import FiniteChance
+from dmplay.core.policy import Memory, Percept, call_policy
+from dmplay.core.problem import (
+    Problem,
+    build_percept,
+    checked_state_indices,
+    enumerate_possible_outcomes,
+    mark_inactive_agents,
+    validate_outcome,
+)
+from dmplay.core.session import Session, View, call_memory_method
+from dmplay.core.spaces import Labels
+from dmplay.core.work_budget import Budget, limit_total_work
+from dmplay.errors import BadParameter, BadPolicy, BudgetExceeded
+from dmplay.registry.agents import HintAgent, find_hint_provider, load_hint_agent
+from dmplay.views.protocol import Forecast
+
+T = TypeVar("T")
+ADVICE_WORK_LIMIT = 1.5e9  # operations of one question, about one second
+SEARCH_AGENT = "search"  # this agent limits its own work
+SAMPLE_COUNT = 200  # samples of outcomes that cannot be listed
+QUASI_RANDOM_STEPS = np.sqrt(
+    np.array([2.0, 3.0, 5.0, 7.0, 11.0, 13.0, 17.0, 19.0])
+)  # irrational steps of quasi-random uniforms
+END_PREFIX = "the end ("  # of the text of a state that ends the problem
+MAX_VALUED_OUTCOMES = 2000  # maximum number of outcomes whose values are computed
+RELATIVE_TOLERANCE = 1e-6  # largest difference, as a share, of parts that sum to the value
+
+
+class PossibleOutcome(NamedTuple):
+    """A possible outcome of an action: the next state, an observation, or the others' actions."""
+
+    text: str
+    probability: float
+    reward: float  # expected reward of this turn, given the outcome
+    value_after: float  # value of playing on; 0 after the end of the game
+    belief: Reals | None = None  # [S], the belief after an observation
+    ends_problem: bool = False  # whether the problem ends with it, not only the turn limit
+
+    @property
+    def label(self) -> str:
+        """The outcome as text, which says whether the next state ends the problem."""
+        is_end = self.ends_problem and self.belief is None
+        return f"{END_PREFIX}{self.text})" if is_end else self.text
+
+
+class Payoff(NamedTuple):
+    """The expected reward of an action if the other agents act in one way."""
+
+    joint_action: Array  # [n]
+    probability: float
+    reward: float
+
+
+@dataclass(frozen=True, eq=False)
+class ActionBreakdown:
+    """The value of an action and its parts.
+
+    The values after an outcome come from the agent that gives the hints, with its memory after that
+    outcome. An exact value therefore equals reward + discount x sum(probability x value after).
+    """
+
+    action: int
+    value: float
+    discount: float
+    outcomes: tuple[PossibleOutcome, ...]  # likeliest first
+    replies: Reals | None  # [A'], probability of each action of the only other agent, if modelled
+    next_replies: Reals | None  # [A'], the same in the next turn
+    information_value: float  # part of the value lost if the next action is chosen blindly
+    is_last_turn: bool  # whether the value counts no later turn
+    scale: float = 1.0  # of the problem's rewards
+
+    @property
+    def reward(self) -> float:
+        """The expected reward of this turn."""
+        return sum(outcome.probability * outcome.reward for outcome in self.outcomes)
+
+    @property
+    def value_after(self) -> float:
+        """The mean value of playing on, not discounted."""
+        return sum(outcome.probability * outcome.value_after for outcome in self.outcomes)
+
+    @property
+    def later_value(self) -> float:
+        """The part of the value that comes from later turns."""
+        return self.discount * self.value_after
+
+    @property
+    def mean_belief(self) -> Reals | None:
+        """The mean belief `[S]` after the observations; None if no state is hidden."""
+        if self.outcomes[0].belief is None:
+            return None
+        beliefs = np.array([outcome.belief for outcome in self.outcomes])
+        return np.asarray(np.array([outcome.probability for outcome in self.outcomes]) @ beliefs)
+
+    def outcome_total(self, outcome: PossibleOutcome) -> float:
+        """Return the reward of an outcome plus the discounted value after it."""
+        return outcome.reward + self.discount * outcome.value_after
+
+    @property
+    def adds_up(self) -> bool:
+        """True if the parts sum to the value, as those of exact values do."""
+        difference = self.value - self.reward - self.later_value
+        return abs(difference) <= RELATIVE_TOLERANCE * max(self.scale, abs(self.value))
+
+
+class OutcomeShare(NamedTuple):
+    """The share of one outcome in the difference between the values of two actions."""
+
+    outcome: PossibleOutcome
+    better_probability: float  # after the action with the higher value
+    worse_probability: float
+    share: float
+
+
+class _Events(NamedTuple):
+    """The K possible events of a turn, as far as the seat perceives them."""
+
+    probabilities: Reals  # [K]
+    rewards: Reals  # [K], the seat's expected reward
+    percept: Percept  # of K rows
+    states: Array  # [K, ...], a possible next state of each, which decides the legal actions
+    is_over: Bools  # [K], whether the problem has certainly ended
+    beliefs: Reals | None = None  # [K, S], if states are hidden
+    joint_actions: Array | None = None  # [K, n], if all agents see the state
+    is_modelled: bool = False  # whether a model predicts the others; else they act at random
+
+
+class Position:
+    """A seat's knowledge at its turn, and the answers to questions about its actions.
+
+    The `agent` is the one whose values and model of the other players the answers are about. If its
+    planning takes too much work, or if it fails, a tree search replaces it.
+    """
+
+    def __init__(  # noqa: PLR0913 - the knowledge of a seat has these parts
+        self,
+        view: View[Problem],
+        question: AdviceQuestion,
+        agent: HintAgent | None,
+        *,
+        turns_done: int | None = None,
+        memory: Memory | None = None,
+        inactive_agents: Bools | None = None,
+    ) -> None:
+        self.view, self.question, self.agent = view, question, agent
+        self.problem, self.seat = view.problem, view.seat
+        self.turns_done = view.turns_played if turns_done is None else turns_done
+        self._memory = memory
+        self._inactive_agents = inactive_agents
+        self._breakdowns: dict[int, ActionBreakdown | None] = {}
+
+    @classmethod
+    def of_session(
+        cls, session: Session, question: AdviceQuestion, agent: HintAgent | None = None
+    ) -> Self:
+        """Return the position of a question's seat in a session.
+
+        Without `agent`, it is the one that gives the hints of the game in question.
+        """
+        agent = agent or find_hint_provider(session.problem, question)
+        return cls.follow(session, question, agent)
+
+    @classmethod
+    def follow(
+        cls,
+        session: Session,
+        question: AdviceQuestion,
+        agent: HintAgent | None,
+        memory: Memory | None = None,
+    ) -> Self:
+        """Return the position with this agent, or without one, and with its memory if known."""
+        seats = range(len(session.problem.agents))
+        inactive = np.array([session.is_inactive(seat) for seat in seats])
+        view = session.view(question.seat)
+        return cls(view, question, agent, memory=memory, inactive_agents=inactive)
+
+    # What the seat knows
+
+    @property
+    def state(self) -> Array:
+        """The state, which every agent sees; raise BadParameter if states are hidden."""
+        if self.problem.partially_observable:
+            raise BadParameter("the state is hidden at this position; ask for the belief")
+        return self.view.observation
+
+    @property
+    def labels(self) -> Labels:
+        """The labels of the seat's actions; empty if actions are real numbers."""
+        return self.view.action_labels
+
+    @property
+    def legal_actions_mask(self) -> Bools:
+        """The mask `[A]` of the legal actions."""
+        legal = self.view.legal_actions_mask
+        return np.ones(len(self.labels), bool) if legal is None else legal
+
+    @property
+    def legal_actions(self) -> list[int]:
+        """The indices of the legal actions."""
+        return [int(action) for action in np.flatnonzero(self.legal_actions_mask)]
+
+    @property
+    def turns_left(self) -> int | None:
+        """The number of turns that can still be played; None without a turn limit."""
+        limit = self.question.turn_limit
+        return None if limit is None else limit - self.turns_done
+
+    @cached_property
+    def active_others(self) -> list[int]:
+        """The other seats that act in this turn."""
+        inactive = self._inactive_agents
+        if inactive is None and not self.problem.partially_observable:
+            inactive = mark_inactive_agents(self.problem, self.state[None])[0]
+        seats = range(len(self.problem.agents))
+        return [
+            seat for seat in seats if seat != self.seat and (inactive is None or not inactive[seat])
+        ]
+
+    def validate_action(self, action: float) -> float:
+        """Return the action as it is played; raise IllegalAction if it is not legal here."""
+        prefix = f"turn {self.turns_done + 1}, {self.problem.agents[self.seat]}"
+        action_set = self.labels or self.problem.actions[self.seat]
+        return action_set.validate_action(action, prefix, self.view.legal_actions_mask)
+
+    def format_action(self, action: float) -> str:
+        """Return the label of an action, or its number as text."""
+        return (
+            self.labels[int(action)]
+            if self.labels
+            else self.problem.format_action(self.seat, action)
+        )
+
+    # Values
+
+    @property
+    def memory(self) -> Memory:
+        """The memory of the agent after what the seat perceived; there must be an agent."""
+        if self._memory is None:
+            assert self.agent is not None
+            self._memory = self._remember(self.agent.policy)
+        return self._memory
+
+    def _remember(self, policy: SeatPolicy) -> Memory:
+        """Return the memory of a policy after what the seat perceived."""
+        view, prefix = self.view, f"turn {self.turns_done + 1}"
+        if self.turns_done != view.turns_played:
+            return policy.memory_at_turn(view.observation[None], self.turns_done)
+        memory = call_memory_method(
+            prefix, policy.initial_memory, 1, readonly_copy(view.observations[0][None])
+        )
+        has_labels = bool(self.problem.actions[self.seat].labels)
+        for turn in range(view.turns_played):
+            action = np.array([view.actions[turn]])
+            percept = Percept(
+                action.astype(np.int64) if has_labels else action,
+                readonly_copy(view.observations[turn + 1][None]),
+                None
+                if view.joint_actions is None
+                else readonly_copy(view.joint_actions[turn][None]),
+                np.array([view.rewards[turn]])
+                if view.rewards is not None and self.problem.rewards_observable
+                else None,
+            )
+            memory = call_memory_method(prefix, policy.update_memory, 1, memory, percept)
+        return memory
+
+    def ask(self, query: Callable[[SeatPolicy, Memory], T]) -> T:
+        """Return the result of a query to the agent with its memory; there must be an agent.
+
+        If planning takes too much work or the agent fails, a tree search replaces it from now on.
+        """
+        assert self.agent is not None
+        if self.agent.name != SEARCH_AGENT:
+            try:
+                with limit_total_work(ADVICE_WORK_LIMIT):
+                    return query(self.agent.policy, self.memory)
+            except (BadPolicy, BudgetExceeded):
+                self.agent = load_hint_agent(self.problem, self.question, SEARCH_AGENT)
+                self._memory, self._breakdowns = None, {}
+        return query(self.agent.policy, self.memory)
+
+    def values(self) -> ActionValues | None:
+        """Return the value of each legal action; None if the agent has none."""
+        q = self._compute_q()
+        return self.agent.join_values(q, self.view.legal_actions_mask) if self.agent else None
+
+    def _compute_q(self) -> Reals | None:
+        """Return the value of each action `[A]`, as the agent computes it; None if it has none."""
+        if self.agent is None or not self.labels:
+            return None
+        prefix = f"turn {self.turns_done + 1}"
+        q = self.ask(lambda policy, memory: call_policy(prefix, policy.action_values, memory))
+        return None if q is None or np.isnan(q[0]).all() else q[0]
+
+    @property
+    def current_belief(self) -> Reals | None:
+        """The belief `[S]` that the agent's values are about; None if it is not known."""
+        if self.agent is not None:
+            beliefs = self.agent.policy.current_belief(self.memory)
+            if beliefs is not None:
+                return np.asarray(beliefs[0])
+        if len(self.problem.agents) == 1 and self.view.beliefs is not None:
+            return self.view.belief
+        return None
+
+    def values_for_belief(self, belief: Reals) -> Reals | None:
+        """Return the value of each action `[A]`, nan if illegal, if the belief were this one `[S]`.
+
+        None if the agent's values are not those of a belief of this length.
+        """
+        if self.agent is None or not self.labels:
+            return None
+        current = self.current_belief
+        if current is None or not self.memory or self.memory[0].shape != (1, len(belief)):
+            return None
+        values = self.ask(lambda policy, memory: policy.action_values((belief[None], *memory[1:])))
+        return None if values is None else np.where(self.legal_actions_mask, values[0], np.nan)
+
+    @property
+    def is_last_planned_turn(self) -> bool:
+        """True if the agent's values count no turn after this one."""
+        assert self.agent is not None
+        basis, turn_limit = self.agent.basis, self.question.turn_limit
+        if basis.horizon is Horizon.PLAN:
+            return (self.turns_done + 1) % basis.horizon_turns == 0
+        is_last = turn_limit is not None and self.turns_done + 1 >= turn_limit
+        return basis.horizon is Horizon.ROUND or (is_last and not basis.turns_scope)
+
+    def break_down(self, action: int) -> ActionBreakdown | None:
+        """Return the parts of the value of an action; None if they cannot be listed.
+
+        They cannot be listed if the agent has no values, if random events are real numbers, or if
+        the agent has no model of the other agents that act in this turn.
+        """
+        if action not in self._breakdowns:
+            self._breakdowns[action] = self._break_down(action)
+        return self._breakdowns[action]
+
+    def _break_down(self, action: int) -> ActionBreakdown | None:
+        """Return the parts of the value of an action, not cached."""
+        q = self._compute_q()
+        if q is None or not self._lists_events:
+            return None
+        try:
+            events = self._list_events(action)
+        except (BadParameter, BudgetExceeded):
+            return None
+        is_alone = not (self.problem.partially_observable or self.active_others)
+        has_model = events.is_modelled or is_alone or self.current_belief is not None
+        if not has_model or len(events.probabilities) > MAX_VALUED_OUTCOMES:
+            return None
+        return self.ask(
+            lambda policy, memory: self._value_events(
+                policy, memory, events, action, float(q[action])
+            )
+        )
+
+    def _value_events(
+        self, policy: SeatPolicy, memory: Memory, events: _Events, action: int, value: float
+    ) -> ActionBreakdown:
+        """Return the parts of the value of an action that has these possible events."""
+        problem, probabilities = self.problem, events.probabilities
+        count = len(probabilities)
+        next_memory = policy.update_memory(
+            tuple(array.repeat(count, axis=0) for array in memory), events.percept
+        )
+        values_after, blind_value = np.zeros(count), 0.0
+        replies, next_replies = self._count_replies(events), None
+        is_last_turn = self.is_last_planned_turn
+        if not is_last_turn:
+            legal = problem.legal_actions_mask(events.states)
+            seat_legal = None if legal is None else legal[:, self.seat]
+            values_after = policy.state_values(next_memory, seat_legal)
+            values_after = np.where(events.is_over, 0.0, values_after)
+            if events.beliefs is not None:
+                blind_value = _compute_blind_value(policy, next_memory, seat_legal, events)
+            if replies is not None:
+                predicted = policy.predict_actions(next_memory, 1 - self.seat)
+                next_replies = None if predicted is None else probabilities @ predicted
+        discount, seen_value = problem.discount, float(probabilities @ values_after)
+        return ActionBreakdown(
+            action,
+            value,
+            discount,
+            self._merge_events(events, values_after),
+            replies,
+            next_replies,
+            discount * max(seen_value - blind_value, 0.0) if events.beliefs is not None else 0.0,
+            is_last_turn,
+            problem.reward_scale,
+        )
+
+    # Outcomes
+
+    def outcomes(self, action: int) -> tuple[PossibleOutcome, ...]:
+        """Return the outcomes of an action that the seat can tell apart, likeliest first.
+
+        The values after the outcomes are nan if the agent has no values. Raise BadParameter if the
+        outcomes cannot be listed, and BudgetExceeded if there are too many.
+        """
+        breakdown = self.break_down(action)
+        if breakdown is not None:
+            return breakdown.outcomes
+        if not self._lists_events:
+            raise BadParameter("expected outcomes that can be listed, not real numbers")
+        events = self._list_events(action)
+        return self._merge_events(events, np.full(len(events.probabilities), np.nan))
+
+    def expected_rewards(self) -> Reals:
+        """Return the expected reward `[A]` of this turn for each action, -inf if it is illegal."""
+        rewards = np.full(len(self.labels), -np.inf)
+        for action in self.legal_actions:
+            events = self._list_events(action)
+            rewards[action] = events.probabilities @ events.rewards
+        return rewards
+
+    def list_payoffs(self, action: int) -> list[Payoff]:
+        """Return the expected reward of an action for each way in which the others may act."""
+        events = self._list_next_states(action)
+        assert events.joint_actions is not None
+        joint_actions, indices = np.unique(events.joint_actions, axis=0, return_inverse=True)
+        indices = indices.reshape(-1)
+        probabilities = np.bincount(indices, events.probabilities)
+        rewards = np.bincount(indices, events.probabilities * events.rewards) / probabilities
+        pairs = zip(probabilities.tolist(), rewards.tolist(), strict=True)
+        return [Payoff(joint, *pair) for joint, pair in zip(joint_actions, pairs, strict=True)]
+
+    def forecast(self, action: float) -> Forecast:
+        """Return the outcomes of an action for a drawing, likeliest first.
+
+        They are next states, or observations if states are hidden. If the next states cannot be
+        listed, they are 200 samples from fixed quasi-random uniforms, with random other agents.
+        """
+        action = self.validate_action(action)
+        if self.problem.partially_observable:
+            events = self._list_observations(int(action))
+            outcomes, beliefs = events.percept.observation, events.beliefs
+            probabilities = events.probabilities
+        else:
+            try:
+                if not self._lists_events:
+                    return self._sample_states(action)
+                events = self._list_next_states(action)
+            except BudgetExceeded:  # too many outcomes to list
+                return self._sample_states(action)
+            outcomes, indices = _find_unique_states(self.problem, events.states)
+            probabilities, beliefs = np.bincount(indices, events.probabilities).astype(float), None
+        order = np.argsort(-probabilities, kind="stable")
+        result = Forecast(
+            action,
+            probabilities[order],
+            outcomes[order],
+            None if beliefs is None else beliefs[order],
+            reply_probabilities=self._count_replies(events) if events.is_modelled else None,
+        )
+        if not events.is_modelled:
+            return result
+        assert self.agent is not None
+        return result._replace(other_players=self.agent.basis.players)
+
+    @cached_property
+    def _lists_events(self) -> bool:
+        """True if the events of a turn can be listed: no real numbers that are random."""
+        problem, seats = self.problem, range(len(self.problem.agents))
+        if not all(problem.actions[seat].labels for seat in seats if seat != self.seat):
+            return False
+        if problem.partially_observable:
+            return True
+        chances = problem.chance(self.state[None], np.zeros((1, len(problem.agents)), int))
+        return all(isinstance(chance, FiniteChance) for chance in chances)
+
+    def _list_events(self, action: int) -> _Events:
+        """Return the possible events of a turn with this action."""
+        if self.problem.partially_observable:
+            return self._list_observations(action)
+        return self._list_next_states(action)
+
+    def _list_next_states(self, action: float) -> _Events:
+        """Return the possible next states and the others' actions; all agents see the state.
+
+        Raise BudgetExceeded if they do not fit in memory.
+        """
+        problem = self.problem
+        joint_actions, weights, is_modelled = self._list_joint_actions(action)
+        states = np.repeat(self.state[None], len(joint_actions), axis=0)
+        row, p, outcome = enumerate_possible_outcomes(problem, states, joint_actions)
+        probabilities = p * weights[row]
+        possible = probabilities > 0.0
+        row, outcome = row[possible], type(outcome)(*(array[possible] for array in outcome))
+        return _Events(
+            probabilities[possible],
+            outcome.rewards[:, self.seat],
+            build_percept(problem, self.seat, joint_actions[row], outcome),
+            outcome.state,
+            problem.terminal(outcome.state),
+            joint_actions=joint_actions[row],
+            is_modelled=is_modelled,
+        )
+
+    def _list_joint_actions(self, action: float) -> tuple[Array, Reals, bool]:
+        """Return the joint actions `[J, n]` with an action of the seat, and their probabilities.
+
+        The third item tells whether a model predicts the other agents; else they act at random.
+        """
+        problem = self.problem
+        legal = problem.legal_actions_mask(self.state[None])
+        options_by_seat: list[Sequence[float]] = []
+        probabilities_by_seat: list[Sequence[float]] = []
+        is_modelled = False
+        for other, action_set in enumerate(problem.actions):
+            if other == self.seat:
+                options_by_seat.append([action])
+                probabilities_by_seat.append([1.0])
+                continue
+            weights = (
+                np.ones(len(action_set.labels)) if legal is None else legal[0, other].astype(float)
+            )
+            predicted = self.predict_actions(other)
+            if predicted is not None and (predicted * weights).any():
+                weights, is_modelled = predicted * weights, True
+            possible = np.flatnonzero(weights)
+            options_by_seat.append(possible.tolist())
+            probabilities_by_seat.append((weights[possible] / weights.sum()).tolist())
+        count = float(np.prod([float(len(options)) for options in options_by_seat]))
+        budget = Budget("the forecast of an action", "play the action instead")
+        budget.check_memory(8.0 * len(options_by_seat) * count)
+        probabilities = np.array([np.prod(row) for row in product(*probabilities_by_seat)])
+        return np.array([*product(*options_by_seat)]), probabilities, is_modelled
+
+    def predict_actions(self, seat: int) -> Reals | None:
+        """Return the probability `[A']` of each action of another seat in the agent's model."""
+        if self.agent is None or not models_opponents(self.agent.policy):
+            return None
+        predicted = self.ask(lambda policy, memory: policy.predict_actions(memory, seat))
+        return None if predicted is None else predicted[0]
+
+    def _count_replies(self, events: _Events) -> Reals | None:
+        """Return the probability `[A']` of each action of the only other agent; None if many."""
+        if len(self.problem.agents) != 2 or events.joint_actions is None or not self.active_others:
+            return None
+        replies = events.joint_actions[:, 1 - self.seat].astype(int)
+        reply_count = self.problem.action_counts[1 - self.seat]
+        return np.bincount(replies, events.probabilities, reply_count).astype(float)
+
+    def _list_observations(self, action: int) -> _Events:
+        """Return the possible observations after an action, in the order of their labels.
+
+        The belief and the other agents' actions are those of the agent; without a model, the others
+        act at random. Raise BadParameter if there is no belief.
+        """
+        problem, agent = self.problem, self.agent
+        predicted = None
+        if agent is not None:
+            predicted = self.ask(
+                lambda policy, memory: policy.forecast_observations(memory, action)
+            )
+        if predicted is not None:
+            probabilities, beliefs = predicted
+            reward = self.ask(lambda policy, memory: policy.expected_reward(memory, action))
+            rewards = np.full(len(probabilities), reward)
+        else:
+            belief = self.current_belief
+            if belief is None:
+                belief = None if self.view.beliefs is None else self.view.belief
+            if belief is None:
+                raise BadParameter("too many states to compute the possible observations")
+            probabilities, beliefs, rewards = _enumerate_observations(
+                problem, self.seat, action, belief
+            )
+        observations = np.flatnonzero(probabilities > 0.0)
+        beliefs, rewards = beliefs[observations], rewards[observations]
+        states = problem.enumerate_states()
+        is_state_over = problem.terminal(states)
+        return _Events(
+            probabilities[observations],
+            rewards,
+            Percept(
+                np.full(len(observations), action),
+                observations,
+                None,
+                rewards if problem.rewards_observable else None,
+            ),
+            states[beliefs.argmax(axis=1)],
+            np.asarray(~(beliefs[:, ~is_state_over] > 0.0).any(axis=1)),
+            beliefs,
+            is_modelled=predicted is not None,
+        )
+
+    def _sample_states(self, action: float) -> Forecast:
+        """Return equally likely sampled next states; the other agents' actions are sampled."""
+        problem, count = self.problem, self.problem.uniform_counts.step
+        steps = np.resize(QUASI_RANDOM_STEPS, count + len(problem.agents))
+        u = np.outer(np.arange(1, SAMPLE_COUNT + 1), steps) % 1.0
+        legal = problem.legal_actions_mask(self.state[None])
+        joint = np.full((SAMPLE_COUNT, len(problem.agents)), action)
+        for other, action_set in enumerate(problem.actions):
+            if other != self.seat:
+                masks = None if legal is None else np.tile(legal[0, other], (SAMPLE_COUNT, 1))
+                joint[:, other] = action_set.sample_actions(u[:, count + other], masks)
+        if all(action_set.labels for action_set in problem.actions):
+            joint = joint.astype(int)
+        states = np.repeat(self.state[None], SAMPLE_COUNT, axis=0)
+        outcome = problem.step(states, joint, u[:, :count])
+        validate_outcome(problem, outcome)
+        probabilities = np.full(SAMPLE_COUNT, 1.0 / SAMPLE_COUNT)
+        return Forecast(action, probabilities, outcome.state, is_sampled=True)
+
+    def _describe_events(self, events: _Events) -> list[str]:
+        """Return the part of each event that the seat perceives as text."""
+        problem = self.problem
+        if problem.partially_observable:
+            space = problem.observations[self.seat]
+            return [space.format_observation(np.asarray(o)) for o in events.percept.observation]
+        if problem.state_count != 1:
+            return [problem.describe_state(state) for state in events.states]
+        assert events.joint_actions is not None
+        return [
+            " and ".join(
+                problem.format_action(seat, action)
+                for seat, action in enumerate(joint_action)
+                if seat != self.seat
+            )
+            for joint_action in events.joint_actions
+        ]
+
+    def _merge_events(self, events: _Events, values_after: Reals) -> tuple[PossibleOutcome, ...]:
+        """Return the different outcomes, likeliest first, with means of equal ones.
+
+        They differ in their texts or, in a problem with states, in their rewards.
+        """
+        has_states, texts = self.problem.state_count != 1, self._describe_events(events)
+        facts = zip(texts, events.rewards.tolist(), events.is_over.tolist(), strict=True)
+        keys = [f"{text}\n{r:.9g}\n{over}" if has_states else text for text, r, over in facts]
+        _, first_rows, indices = np.unique(keys, return_index=True, return_inverse=True)
+        weights, beliefs = events.probabilities, events.beliefs
+        probabilities = np.bincount(indices, weights)
+        rewards = np.bincount(indices, weights * events.rewards) / probabilities
+        values = np.bincount(indices, weights * values_after) / probabilities
+        return tuple(
+            PossibleOutcome(
+                texts[first_rows[index]],
+                float(probabilities[index]),
+                float(rewards[index]),
+                float(values[index]),
+                None if beliefs is None else beliefs[first_rows[index]],
+                bool(events.is_over[first_rows[index]]),
+            )
+            for index in np.argsort(-probabilities, kind="stable")
+        )
+
+
+def find_exact_agent(session: Session, question: AdviceQuestion) -> HintAgent | None:
+    """Return the agent with exact values of the game of a question; None if there is none.
+
+    None too if actions are real numbers, or if there are too many hidden states for beliefs.
+    """
+    problem = session.problem
+    if not problem.actions[question.seat].labels:
+        return None
+    if problem.partially_observable and not session.has_visible_beliefs:
+        return None
+    agent = find_hint_provider(problem, question)
+    basis = agent.basis if agent else UNKNOWN_BASIS
+    is_exact = basis.accuracy is Accuracy.EXACT and basis.has_exact_regrets
+    return agent if is_exact else None
+
+
+def compute_outcome_shares(better: ActionBreakdown, worse: ActionBreakdown) -> list[OutcomeShare]:
+    """Return the shares of all outcomes in the difference of two values, largest first.
+
+    With the probabilities p of an outcome after both actions, its share is
+    (p_better - p_worse) (x - v) / difference. x is its reward plus the discounted value after it,
+    and v is the value of the worse action. Outcomes with other rewards or other later values are
+    other outcomes. The shares sum to 1 if both values add up.
+    """
+    difference = better.value - worse.value
+    probabilities: list[tuple[PossibleOutcome, list[float]]] = []
+    by_text: dict[str, list[tuple[PossibleOutcome, list[float]]]] = {}
+    for index, parts in enumerate((better, worse)):
+        for outcome in parts.outcomes:
+            same_text = by_text.setdefault(outcome.label, [])
+            pair = next(
+                (item for item in same_text if _is_same(item[0], outcome, better.scale)), None
+            )
+            if pair is None:
+                pair = outcome, [0.0, 0.0]
+                same_text.append(pair)
+                probabilities.append(pair)
+            pair[1][index] += outcome.probability
+    shares = [
+        OutcomeShare(
+            outcome,
+            p[0],
+            p[1],
+            (p[0] - p[1]) * (better.outcome_total(outcome) - worse.value) / difference,
+        )
+        for outcome, p in probabilities
+    ]
+    return sorted(shares, key=lambda item: -item.share)
+
+
+def _is_same(outcome: PossibleOutcome, other: PossibleOutcome, scale: float) -> bool:
+    """Return whether two outcomes of the same text have the same reward and later value."""
+    atol = RELATIVE_TOLERANCE**2 * scale
+    return np.allclose(outcome[2:4], other[2:4], rtol=RELATIVE_TOLERANCE, atol=atol)
+
+
+def _compute_blind_value(
+    policy: SeatPolicy, memory: Memory, legal: Bools | None, events: _Events
+) -> float:
+    """Return the value of playing on if one action follows whatever is observed.
+
+    `memory` and `legal` have a row for each observation.
+    """
+    q = policy.action_values(memory)
+    assert q is not None
+    q = q if legal is None else np.where(legal, q, -np.inf)
+    q = np.where(events.is_over[:, None], 0.0, q)
+    return float((events.probabilities[:, None] * q).sum(axis=0).max())
+
+
+def _enumerate_observations(
+    problem: Problem, seat: int, action: int, belief: Reals
+) -> tuple[Reals, Reals, Reals]:
+    """Return the probability, the belief after and the expected reward of each observation.
+
+    The shapes are `[O]`, `[O, S]` and `[O]`. The other agents act uniformly at random.
+    """
+    support = np.flatnonzero(belief)
+    options = [range(count) for count in problem.action_counts]
+    options[seat] = range(action, action + 1)
+    joint_actions = np.stack(np.meshgrid(*options, indexing="ij"), axis=-1)
+    joint_actions = joint_actions.reshape(-1, len(options))
+    states = problem.enumerate_states()[support]
+    row, p, outcome = enumerate_possible_outcomes(
+        problem,
+        np.repeat(states, len(joint_actions), axis=0),
+        np.tile(joint_actions, (len(states), 1)),
+    )
+    weights = p * belief[support][row // len(joint_actions)] / len(joint_actions)
+    observation_count, state_count = problem.observation_counts[seat], len(belief)
+    observed = outcome.observations[:, seat]
+    cells = observed * state_count + checked_state_indices(problem, outcome.state)
+    joint = np.bincount(cells, weights, observation_count * state_count).astype(float)
+    posterior = apply_bayes_rule(joint.reshape(observation_count, state_count))
+    rewards = np.bincount(observed, weights * outcome.rewards[:, seat], observation_count)
+    likelihood = posterior.likelihood
+    return likelihood, posterior.belief, rewards / np.where(likelihood > 0.0, likelihood, 1.0)
+
+
+def _find_unique_states(problem: Problem, states: Array) -> tuple[Array, Array]:
+    """Return the different states, and the index of each of the states `[K]` among them."""
+    if states.dtype != object:
+        unique_states, indices = np.unique(states, axis=0, return_inverse=True)
+        return unique_states, indices.reshape(-1)
+    names = [problem.format_state(state) for state in states]  # objects may have no order
+    _, first, indices = np.unique(names, return_index=True, return_inverse=True)
+    return states[first], indices.reshape(-1)
