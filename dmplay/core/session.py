@@ -425,11 +425,10 @@ class Session(NotebookDisplay):
         hidden = self.problem.partially_observable
         turn_count = len(history.actions)
         new_turns = self.turns[turn_count:]
-        previous_state = self.turns[turn_count - 1].state if turn_count else self.initial_state
-        for turn, state in zip(
-            new_turns, [previous_state, *(turn.state for turn in new_turns)], strict=False
-        ):
-            if type(self.problem).action_labels is not Problem.action_labels:
+        if type(self.problem).action_labels is not Problem.action_labels:
+            previous = self.turns[turn_count - 1].state if turn_count else self.initial_state
+            states = [previous, *(turn.state for turn in new_turns)]
+            for turn, state in zip(new_turns, states, strict=False):
                 labels = (self.problem.action_labels(state) or self.problem.actions)[seat].labels
                 if labels:  # Real actions have none.
                     history.action_labels.append(labels[int(turn.actions[seat])])

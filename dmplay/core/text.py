@@ -8,6 +8,7 @@ JSON_SCHEMA = 1  # version of the keys of JSON reports
 MAX_EXTRA_DECIMALS = 2  # decimals added to probabilities so that they sum to 1 as printed
 EXACT_DIGITS, MONEY_DECIMALS = 6, 2  # of a number that is no estimate
 VALUE_DECIMALS = 9  # of a value, at a scale of 1
+PRINTABLE_BYTES = bytes(range(ord(" "), 127)) + b"\n"  # of ASCII texts
 MAX_WHOLE_NUMBER = 1e15  # Larger numbers are printed with an exponent.
 MIN_WHOLE_SCORE = 1000  # score from which on no decimals are printed
 
@@ -135,7 +136,10 @@ def _replace_non_finite(value: object) -> object:
 
 def escape_unprintable(text: str) -> str:
     """Return a text with unprintable characters escaped, so that it is safe to print."""
-    if text.isprintable():  # the usual case
+    if "\n" in text and text.isascii():
+        if not text.encode().translate(None, PRINTABLE_BYTES):  # 1 us for 3 kB
+            return text
+    elif text.isprintable():  # 5 us for 3 kB
         return text
     rows = text.split("\n")
     return "\n".join(

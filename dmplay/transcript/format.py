@@ -212,10 +212,9 @@ class TurnFormatter:
                 or key != "state"
                 or session.problem.format_transcript_state(array)
             ):
-                rows.append(self._format_value_line(key, array, array_bytes(array)))
+                rows += self._iter_value_lines(key, array[None])
         if not self.omits_belief:
-            beliefs = session.current_beliefs()
-            rows.append(self._format_value_line("belief", beliefs, array_bytes(beliefs)))
+            rows += self._iter_value_lines("belief", session.current_beliefs()[None])
         return rows
 
     def format_turns(self, turns: Turn) -> str:
@@ -230,26 +229,25 @@ class TurnFormatter:
         return "".join([join_block([f"turn: {turn}", *rows]) for turn, *rows in lines_by_turn])
 
     def _iter_value_lines(self, key: str, values: Array) -> Iterator[str]:
-        """Yield the line of each of a fact's values `[T, ...]`."""
-        value_bytes, size = array_bytes(values), values.nbytes // len(values)
-        for index, value in enumerate(values):
-            yield self._format_value_line(
-                key, value, value_bytes[index * size : (index + 1) * size]
-            )
-
-    def _format_value_line(self, key: str, value: Array, raw_bytes: bytes) -> str:
-        """Return the line of a fact, which is cached by the bytes of the value."""
+        """Yield the line of each of a fact's values `[T, ...]`, cached by the value's bytes."""
         if key == "draws":  # Uniforms hardly ever recur.
-            return f"draws: {value.tolist()}"
-        cache, cache_key = self._cached_lines[key], (value.dtype.char, raw_bytes)
-        row = cache.get(cache_key)
-        if row is None:
-            row = f"{key}: {encode_json(TURN_FACTS[key].to_json(self._session.problem, value))}"
-            if (
-                len(cache) < MAX_CACHED_LINES and value.dtype.kind != "O"
-            ):  # whose bytes are addresses
-                cache[cache_key] = row
-        return row
+            yield from [f"draws: {draws}" for draws in values.tolist()]
+            return
+        problem, to_json, cache = (
+            self._session.problem, TURN_FACTS[key].to_json, self._cached_lines[key]
+        )  # fmt: skip
+        type_char, value_bytes, size = (
+            values.dtype.char, array_bytes(values), values.nbytes // len(values)
+        )  # fmt: skip
+        for index, value in enumerate(values):
+            cache_key = type_char, value_bytes[index * size : (index + 1) * size]
+            row = cache.get(cache_key)
+            if row is None:
+                row = f"{key}: {encode_json(to_json(problem, value))}"
+                # the bytes of objects are addresses
+                if len(cache) < MAX_CACHED_LINES and type_char != "O":
+                    cache[cache_key] = row
+            yield row
 
 
 def collect_end_facts(session: Session, reason: str | None = None) -> dict[str, object]:

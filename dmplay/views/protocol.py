@@ -146,8 +146,10 @@ class UserView:
 
     def __getattr__(self, name: str) -> object:
         """Return an attribute of the user's view, or else of the generic view."""
-        has_attribute = hasattr(self._user_view, name)
-        return getattr(self._user_view if has_attribute else self._generic_view, name)
+        try:
+            return getattr(self._user_view, name)
+        except AttributeError:
+            return getattr(self._generic_view, name)
 
 
 def draw_picture(view_module: ViewModule, view: View[Problem], state: Array | None) -> Text | None:

@@ -1,6 +1,7 @@
 """The view of hex world: the map with its exits, your position and the keys of each move."""
 
 from collections.abc import Iterator
+from functools import lru_cache
 
 from rich.text import Text
 
@@ -36,7 +37,8 @@ def iter_boards(view: View[HexWorld], options: DrawOptions) -> Iterator[Text]:
     position_now = _find_position(view)
     position = position_now or (_find_position(view, -2) if view.actions else None)
     exits = dict(problem.rewards)
-    adjacent = hex_neighbours(position) if position else []
+    marks_directions = options.show_keys or options.regret is not None
+    adjacent = hex_neighbours(position) if position and marks_directions else []
     ghost = (
         None
         if options.ghost_state is None
@@ -149,21 +151,22 @@ def goal_lines(view: View[HexWorld]) -> list[str]:
     """Return the exits to reach and avoid, the cost of a bump and the slips, as clauses."""
     problem = view.problem
     return [
-        *_format_exit_goals(view),
+        *_format_exit_goals(problem.rewards),
         *([f"a bump costs {problem.bump_cost:g}"] if problem.bump_cost else []),
         *([f"{format_percent(problem.slip)} of steps slip"] if problem.slip else []),
     ]
 
 
-def _format_exit_goals(view: View[HexWorld]) -> list[str]:
+@lru_cache(16)  # Every frame shows them.
+def _format_exit_goals(exits: tuple[tuple[Hex, float], ...]) -> tuple[str, ...]:
     """Return a clause with the rewards of exits to reach, and one of exits to avoid."""
-    rewards = sorted({pay for _, pay in view.problem.rewards}, reverse=True)
+    rewards = sorted({pay for _, pay in exits}, reverse=True)
     positive = " or ".join(format_signed(pay) for pay in rewards if pay > 0)
     negative = " and ".join(format_signed(pay) for pay in rewards if pay < 0)
-    return [
+    return (
         *([f"reach exit {positive}"] if positive else []),
         *([f"avoid exit {negative}"] if negative else []),
-    ]
+    )
 
 
 def lesson(view: View[HexWorld]) -> Lesson:
@@ -177,7 +180,7 @@ def lesson(view: View[HexWorld]) -> Lesson:
     )
     return Lesson(
         "You walk from hex to hex; you always see where you are",
-        f"You want to {' and '.join(_format_exit_goals(view))}: "
+        f"You want to {' and '.join(_format_exit_goals(problem.rewards))}: "
         "on an exit, any action collects its reward and ends the game",
         f"A step is free, a bump into a wall {cost}, and {slips}",
         example_start="from hex {}",

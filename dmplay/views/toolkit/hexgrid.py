@@ -12,7 +12,7 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-from rich.text import Text
+from rich.text import Span, Text
 
 from dmplay.core.best_actions import mark_best_actions
 from dmplay.core.hexgrid import DIRECTIONS, Hex, format_hex, hex_neighbours, path_lengths
@@ -107,9 +107,7 @@ def iter_maps(
     map comes with each caption that is no wider than it, the fullest first, then without a caption.
     A smaller size that does not fit is yielded as blank text of the same extent.
     """
-    half_columns = [2 * q + r for q, r in hexes]
-    hex_rows = [r for _, r in hexes]
-    column_span, row_span = max(half_columns) - min(half_columns), max(hex_rows) - min(hex_rows)
+    column_span, row_span = _find_extent(tuple(hexes))
     for size in (
         *(LARGE_SIZES if options.allow_large else ()),
         NORMAL_SIZE,
@@ -130,8 +128,17 @@ def iter_maps(
         )
         last_row = caption.rpartition("\n")[2]
         captions = (f"{caption}{legend}", legend[2:], caption, last_row) if caption else ()
-        for text in _draw_captioned_map(tuple(hexes), cells, size, captions):
-            yield text.blank_copy().append_text(text)  # a sixth of the time of `copy`
+        for plain_text, spans in _draw_captioned_map(tuple(hexes), cells, size, captions):
+            text = plain_text.blank_copy().append_text(plain_text)  # a tenth of the time of `copy`
+            text.spans = [*spans]
+            yield text
+
+
+@lru_cache(16)
+def _find_extent(hexes: tuple[Hex, ...]) -> tuple[int, int]:
+    """Return the distances between the outermost hexes, in half hexes and in rows."""
+    half_columns, rows = [2 * q + r for q, r in hexes], [r for _, r in hexes]
+    return max(half_columns) - min(half_columns), max(rows) - min(rows)
 
 
 def _add_coordinates(hex_: Hex, cell: HexCell, size: HexSize) -> HexCell:
@@ -171,18 +178,17 @@ def draw_map(
 @lru_cache(256)
 def _draw_captioned_map(
     hexes: tuple[Hex, ...], cells: tuple[HexCell, ...], size: HexSize, captions: tuple[str, ...]
-) -> tuple[Text, ...]:
+) -> list[tuple[Text, list[Span]]]:
     """Return the map with each caption that is no wider than it, and without one.
 
-    A recording draws few different maps many times; a map takes 0.8 ms.
+    Each is a text without spans, and its spans. A recording draws few different maps many times; a
+    map takes 0.8 ms.
     """
     map_text = _draw_cells(hexes, cells, size)
     width = measured(map_text)[0]
     fitting = (caption for caption in captions if 0 < max(map(len, caption.split("\n"))) <= width)
-    return (
-        *(map_text.copy().append(f"\n{caption}", "bold") for caption in dict.fromkeys(fitting)),
-        map_text,
-    )
+    texts = [map_text.copy().append(f"\n{caption}", "bold") for caption in dict.fromkeys(fitting)]
+    return [(text.blank_copy(text.plain), text.spans) for text in (*texts, map_text)]
 
 
 def _draw_cells(hexes: Sequence[Hex], cells: Sequence[HexCell], size: HexSize) -> Text:
