@@ -12,7 +12,7 @@ from dmplay.agents.available_agents import HINT_PROVIDER_ROLE, PARTNER_ROLE
 from dmplay.agents.base import AdviceQuestion, PolicyLookup
 from dmplay.agents.belief_policy import BeliefPolicy
 from dmplay.core import belief
-from dmplay.core.action_values import UNKNOWN_BASIS, ActionValues, ValuesBasis
+from dmplay.core.action_values import UNKNOWN_BASIS, Accuracy, ActionValues, ValuesBasis
 from dmplay.core.arrays import Array, Bools, Ints, Reals
 from dmplay.core.best_actions import mark_best_actions
 from dmplay.core.chance import sample_masked_index
@@ -117,8 +117,8 @@ class TreeSearch(BeliefPolicy):
         return replace(self, horizon=turns)
 
     def values_basis(self, question: AdviceQuestion) -> ValuesBasis:
-        """Return the basis with the policies by which it simulates the other agents."""
-        basis = super().values_basis(question)
+        """Return estimated values with the policies by which it simulates the other agents."""
+        basis = super().values_basis(question)._replace(accuracy=Accuracy.ESTIMATED)
         if len(self.problem.agents) == 1:
             return basis
         if not any(self._other_policies):

@@ -137,6 +137,11 @@ class ActionValues(NamedTuple):
         margins[best] = 0.0
         return np.flatnonzero(regrets <= margins)
 
+    @property
+    def is_too_close(self) -> bool:
+        """True if estimates do not tell which action is the best one."""
+        return self.errors is not None and len(self.best_actions) > 1
+
     def rank_actions(self, first: float | None = None) -> list[int]:
         """Return the actions with finite values, best first; of equals, `first` first."""
         regrets = self.regrets.tolist()

@@ -199,7 +199,7 @@ def test_an_endless_undiscounted_problem_is_searched_or_planned(
     policy = dmplay.load_agent(FusedLamp(), 0, "optimal")
     with pytest.raises(BudgetExceeded, match="values change by 1 per turn; there is no discount"):
         dmplay.rollout(FusedLamp(), [policy], episodes=1, turn_limit=2)
-    assert make_game(FusedLamp()).hint_provider.create_hint() == "hint by search: wait"
+    assert make_game(FusedLamp()).hint_provider.create_hint().startswith("hint by search: wait. ")
     hint = make_game(FusedLamp(), limit=3).hint_provider.create_hint()
     assert hint == "hint by plan (3 turns left): wait. exact values: wait 3.00, switch 0.50"
 
@@ -436,7 +436,7 @@ def test_a_hint_depends_on_the_number_of_remaining_turns() -> None:
     for _ in range(9):
         tiger.session.advance([0])
     assert tiger.hint_provider.create_hint().startswith("hint by optimal (1 turn left): ")
-    values = tiger.hint_provider.describe_values()
+    values = tiger.hint_provider.list_values().full_values_text
     assert float(values.split("listen ")[1].split(",")[0]) == -1.0
     agent = dmplay.load_agent(Tiger(), 0, "optimal")
     returns = dmplay.rollout(Tiger(), [agent], episodes=1000, seed=1).returns[:, 0]

@@ -90,7 +90,7 @@ class _ValueExplainer:
         assert hint.values is not None
         assert hint.action is not None
         self._values, self._tolerance = hint.values.q, VALUE_TOLERANCE * hint.values.scale
-        self._decimals = hint.value_decimals
+        self._decimals, self._errors = hint.value_decimals, hint.values.errors
         order = np.argsort(-self._values, kind="stable").tolist()
         ranked = [action for action in order if np.isfinite(self._values[action])]
         self._legal_actions = ranked
@@ -103,7 +103,7 @@ class _ValueExplainer:
     def _break_down_actions(self) -> dict[int, ActionBreakdown]:
         """Return the parts of each legal action's value; of slow values, of few actions."""
         actions = self._legal_actions
-        if self._hint.values_basis.accuracy is Accuracy.UNKNOWN:  # slow, as in a search
+        if self._hint.values_basis.accuracy is Accuracy.UNKNOWN:  # may be slow
             actions = [*dict.fromkeys([self._best, self._action, *actions[:2]])]
         breakdowns: dict[int, ActionBreakdown] = {}
         for action in actions:
@@ -162,8 +162,10 @@ class _ValueExplainer:
             subject = f"The best action {name}"
             if best_count > 1:
                 subject = f"The suggested action {name}, one of {best_count} best,"
-        value = self._values[self._action]
+        value, errors = self._values[self._action], self._errors
         beginning = f"{subject} is {self._worth} {self._number(value)}"
+        if errors is not None and np.isfinite(errors[self._action]):
+            beginning += f" (standard error {errors[self._action]:.2g})"
         if parts is None:
             return f"{beginning}."
         reward = self._number(parts.reward)
@@ -546,6 +548,8 @@ class _ValueExplainer:
             "value": float(self._values[self._action]),
             **self._hint.values_basis.accuracy.data,
         }
+        if self._errors is not None and np.isfinite(self._errors[self._action]):
+            data["standard_error"] = float(self._errors[self._action])
         if parts:
             data |= _list_numbers(parts)
         if other:

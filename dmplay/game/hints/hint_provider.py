@@ -8,8 +8,6 @@ from functools import cached_property
 from math import ceil, floor, isfinite, log10
 from typing import TypeVar
 
-import numpy as np
-
 from dmplay.agents.base import AdviceQuestion, SeatPolicy
 from dmplay.core.action_values import UNKNOWN_BASIS, Accuracy, ActionValues, ValuesBasis
 from dmplay.core.arrays import Reals
@@ -28,6 +26,7 @@ from dmplay.views.protocol import Forecast, Overlay
 T = TypeVar("T")
 MAX_LISTED_VALUES = 10  # maximum number of listed action values
 TOO_CLOSE = "too close to call"
+SAMPLED_VALUES = "mean return (standard error)"
 HINT_OVERLAYS = ("values", "policy")  # overlays that count as hints
 MIN_DECIMALS, MAX_DECIMALS = 2, 6  # decimals of printed values
 MIN_FIXED = 1e-4  # smaller values are printed with an exponent
@@ -100,7 +99,8 @@ class Hint:
 
     def __str__(self) -> str:
         """Return the hint on one line."""
-        return ". ".join(filter(None, (self.summary, self.values_text)))
+        lists_values = self.action is None and self.values and self.values.is_too_close
+        return ". ".join(filter(None, (self.summary, "" if lists_values else self.values_text)))
 
     @property
     def summary(self) -> str:
@@ -116,14 +116,22 @@ class Hint:
     @cached_property
     def values_text(self) -> str:
         """The list of action values as text; '' if there are none."""
-        return self.format_values_text(self.values_basis.accuracy.words)
+        return self._format_values_text("")
 
-    def format_values_text(self, name: str) -> str:
-        """Return the list of action values as text after a name of them; '' if there are none."""
+    @property
+    def full_values_text(self) -> str:
+        """The list of action values as text, with the game that they are about."""
+        return self._format_values_text(self.game)
+
+    def _format_values_text(self, game: str) -> str:
+        """Return the list of action values as text after their name and the game."""
         value_list = ", ".join(
             f"{label} {number}" for label, number in self._format_values(ordered=False)
         )
-        return value_list and f"{name}: {value_list}"
+        has_errors = self.values is not None and self.values.errors is not None
+        name = SAMPLED_VALUES if has_errors else self.values_basis.accuracy.words
+        about = f"{', ' if has_errors else ' ('}{game}{')' * (not has_errors)}" if game else ""
+        return value_list and f"{name}{about}: {value_list}"
 
     @property
     def data(self) -> dict[str, object]:
@@ -132,9 +140,25 @@ class Hint:
             "by": self.basis,
             "action": self.action_name or None,
             **({} if self.action_name else {"reason": self.recommended_action}),
-            "values": {} if self.values is None else _name_values(self.values, self.labels),
+            **self.values_data,
             **({"about": self.game} if self.game else {}),
             **self.values_basis.accuracy.data,
+        }
+
+    @property
+    def values_data(self) -> dict[str, dict[str, float]]:
+        """The finite values by action, with the standard errors of estimates by sampling."""
+        if self.values is None:
+            return {"values": {}}
+        errors = self.values.errors
+        data = {"values": self.values.q} | ({} if errors is None else {"standard_errors": errors})
+        return {
+            name: {
+                label: number
+                for label, number in zip(self.labels, numbers.tolist(), strict=True)
+                if isfinite(number)
+            }
+            for name, numbers in data.items()
         }
 
     @property
@@ -146,9 +170,12 @@ class Hint:
     def regrets(self) -> Reals | None:
         """The best value minus the value of each action `[A]`; nan for illegal actions.
 
-        None if the agent has no values, or if they assume how the other agents play.
+        None if the agent has no values, if they assume how the other agents play, or if they have
+        sampling errors.
         """
-        return self.values.regrets if self.values and self.values_basis.has_regrets else None
+        if self.values is None or self.values.errors is not None:
+            return None
+        return self.values.regrets if self.values.basis.has_regrets else None
 
     @property
     def ranked_actions(self) -> list[tuple[int, float]]:
@@ -183,34 +210,30 @@ class Hint:
     def _format_values(self, *, ordered: bool) -> list[tuple[str, str]]:
         """Return (action, value) texts with enough decimals to distinguish the values.
 
-        At most the 10 best actions are listed, by value if `ordered` is true or some are omitted,
-        else in the problem's order.
+        At most the 10 best actions are listed, by value if `ordered` is true, some are omitted or
+        they have standard errors, else in the problem's order.
         """
         best_first = self._actions_by_value
         if self.values is None or not best_first:
             return []
+        errors = self.values.errors
         order = (
             best_first[:MAX_LISTED_VALUES]
-            if ordered or len(best_first) > MAX_LISTED_VALUES
+            if ordered or errors is not None or len(best_first) > MAX_LISTED_VALUES
             else sorted(best_first)
         )
         listed = self.values.q[order].tolist()
+        listed_errors = [] if errors is None else errors[order].tolist()
         are_short = ordered or self.values.basis.accuracy is Accuracy.RATING
-        count = count_hint_decimals if are_short else count_decimals
-        decimal_count = count(listed, self.values.scale)
+        count = count_hint_decimals if are_short and errors is None else count_decimals
+        decimal_count = count([*listed, *listed_errors], self.values.scale)
+        numbers = [format_fixed(value, decimal_count) for value in listed]
+        for index, error in enumerate(listed_errors):
+            error_text = format_fixed(error, decimal_count) if isfinite(error) else "unknown"
+            numbers[index] += f" ({error_text})"
         return [
-            (self.labels[action], format_fixed(value, decimal_count))
-            for action, value in zip(order, listed, strict=True)
+            (self.labels[action], number) for action, number in zip(order, numbers, strict=True)
         ]
-
-
-def _name_values(values: ActionValues, labels: Sequence[str]) -> dict[str, float]:
-    """Return the finite values by label."""
-    return {
-        label: value
-        for label, value in zip(labels, values.q.tolist(), strict=True)
-        if isfinite(value)
-    }
 
 
 class HintProvider:
@@ -279,18 +302,14 @@ class HintProvider:
         reason = self.explain_unavailable()
         if reason:
             return f"no hint: {reason}"
-        action, recommendation = self._choose_action()
-        labels, action_name = (
-            self.session.action_labels(self.seat),
-            "" if action is None else self.session.format_action(self.seat, action),
-        )
+        action, estimates = self._choose_action()
         hint = Hint(
             self._describe_basis(),
-            recommendation,
-            labels,
-            self._legal_values(),
+            self._format_recommendation(action, estimates),
+            self.session.action_labels(self.seat),
+            self._legal_values() if estimates is None else estimates,
             action,
-            action_name,
+            "" if action is None else self.session.format_action(self.seat, action),
             self.describe_game(),
         )
         self._cached_hint = (*self._turn_key, hint)
@@ -361,22 +380,23 @@ class HintProvider:
 
     def describe_choice(self) -> str:
         """Return the name of the hint agent and its recommended action."""
-        _, recommendation = self._choose_action()
+        recommendation = self._format_recommendation(*self._choose_action())
         return Hint(self._describe_basis(), recommendation, (), None).recommendation
 
-    def _choose_action(self) -> tuple[float | None, str]:
-        """Return the action that the hint agent chooses, and its name.
+    def _choose_action(self) -> tuple[float | None, ActionValues | None]:
+        """Return the action that the hint agent chooses, and its estimates if it samples returns.
 
-        If estimates are too close to call, there is no action, and the text lists them.
+        If estimates are too close to call, there is no action.
         """
-        estimates = self.position.ask(self._estimate_returns)
-        if estimates is None or np.isfinite(estimates.q).sum() < 2:
-            action = self.position.ask(lambda policy, _: self._follow(policy).choose())
-        elif len(estimates.best_actions) > 1:
-            return None, self._format_estimates(estimates)
-        else:
-            action = float(estimates.best_actions[0])
-        return action, self._format_recommended_action(action)
+        choice = self.position.ask(self._choose_or_estimate)
+        if not isinstance(choice, ActionValues):
+            return choice, None
+        return None if choice.is_too_close else float(choice.best_actions[0]), choice
+
+    def _choose_or_estimate(self, policy: SeatPolicy, memory: Memory) -> float | ActionValues:
+        """Return the estimates of the hint agent, or its choice if it makes none."""
+        estimates = self._estimate_returns(policy, memory)
+        return self._follow(policy).choose() if estimates is None else estimates
 
     def _estimate_returns(self, policy: SeatPolicy, memory: Memory) -> ActionValues | None:
         """Return the estimates of the hint agent for each action; None if it makes none."""
@@ -385,27 +405,21 @@ class HintProvider:
             1 + self.seat, len(session.turns) + 1, 0, policy.uniform_count
         )
         legal = session.legal_actions_mask(self.seat)
-        return policy.estimate_returns(memory, None if legal is None else legal[None], u)
+        estimates = policy.estimate_returns(memory, None if legal is None else legal[None], u)
+        return estimates and estimates._replace(basis=self.values_basis)
 
-    def _format_estimates(self, estimates: ActionValues) -> str:
-        """Return the greatest mean returns with their standard errors, best first."""
-        assert estimates.errors is not None
-        order = np.argsort(-estimates.q, kind="stable")[:MAX_LISTED_VALUES]
-        order = order[np.isfinite(estimates.q[order])]
-        means, errors = estimates.q[order].tolist(), estimates.errors[order].tolist()
-        decimals = count_decimals([*means, *errors], estimates.scale)
-        texts = [
-            f"{self.session.format_action(self.seat, action)} {format_fixed(mean, decimals)} "
-            f"({format_fixed(error, decimals) if isfinite(error) else 'unknown'})"
-            for action, mean, error in zip(order.tolist(), means, errors, strict=True)
-        ]
-        text = f"{TOO_CLOSE}; mean return (standard error): {', '.join(texts)}"
-        if len(estimates._replace(return_bounds=None).best_actions) > 1:
-            return text
-        return f"{text}; {estimates.sample_count} samples of each may miss rare outcomes"
+    def _format_recommendation(self, action: float | None, estimates: ActionValues | None) -> str:
+        """Return an action as text, or the estimates that are too close to call.
 
-    def _format_recommended_action(self, action: float) -> str:
-        """Return an action as text; a real action is rounded by less than 1e-4 of its interval."""
+        A real action is rounded by less than 1e-4 of its interval.
+        """
+        if action is None:
+            assert estimates is not None
+            hint = Hint("", "", self.session.action_labels(self.seat), estimates)
+            text = f"{TOO_CLOSE}; {hint.values_text}"
+            if estimates._replace(return_bounds=None).is_too_close:
+                return text
+            return f"{text}; {estimates.sample_count} samples of each may miss rare outcomes"
         action_set = self.session.problem.actions[self.seat]
         if not isinstance(action_set, Interval) or action_set.high <= action_set.low:
             return self.session.format_action(self.seat, action)
@@ -429,11 +443,10 @@ class HintProvider:
             ]
         return ", ".join(filter(None, parts))
 
-    def describe_values(self) -> str:
-        """Return the value of each legal action as text; '' if the hint agent has no values."""
-        hint = Hint("", "", self.session.action_labels(self.seat), self._legal_values())
-        game, name = self.describe_game(), hint.values_basis.accuracy.words
-        return hint.format_values_text(f"{name} ({game})" if game else name)
+    def list_values(self) -> Hint:
+        """Return the value of each legal action, without a recommendation."""
+        labels, values = self.session.action_labels(self.seat), self._legal_values()
+        return Hint("", "", labels, values, game=self.describe_game())
 
     @property
     def values_basis(self) -> ValuesBasis:
@@ -441,13 +454,17 @@ class HintProvider:
         return self._hint_agent.basis if self._hint_agent else UNKNOWN_BASIS
 
     def values_by_action(self) -> dict[str, float]:
-        """Return the value of each legal action by label; {} if the hint agent has no values."""
-        values = self._legal_values()
-        return {} if values is None else _name_values(values, self.session.action_labels(self.seat))
+        """Return the value of each legal action by label; {} if there are only estimates with
+        errors, or none.
+        """
+        hint = self.list_values()
+        return {} if hint.values and hint.values.errors is not None else hint.values_data["values"]
 
     def _legal_values(self) -> ActionValues | None:
         """Return the value of each legal action; None if there are no values."""
-        return self.position.values()
+        values = self.position.values()
+        can_estimate = values is None and self._hint_agent is not None
+        return self.position.ask(self._estimate_returns) if can_estimate else values
 
     def build_overlay(self, kind: str, turns_done: int | None = None) -> Overlay | None:
         """Return an overlay of this kind with the values of all states; None if there are none.

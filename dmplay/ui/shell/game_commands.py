@@ -179,13 +179,14 @@ def show_values(game: Game, argument: str) -> str:
 
     def describe(provider: HintProvider) -> str:
         """Return the values as text with their numbers."""
-        text = provider.describe_values()
+        hint = provider.list_values()
         facts = {
             "seat": game.problem.agents[game.viewing_seat],
-            "about": provider.describe_game(),
-            "values": provider.values_by_action(),
-            **provider.values_basis.accuracy.data,
+            "about": hint.game,
+            **hint.values_data,
+            **hint.values_basis.accuracy.data,
         }
+        text = hint.full_values_text
         return text and DataReply(text, "values", facts, [])
 
     return _ask_hint_provider(game, "values", describe)

@@ -84,8 +84,19 @@ def test_a_search_claims_nothing_that_a_missed_outcome_could_change(
 
 
 def test_a_search_recommends_an_action_that_leads_clearly(tmp_path: Path) -> None:
-    hints = [make_provider(tmp_path, SURE_GAIN, seed).create_hint() for seed in range(4)]
-    assert hints == ["hint by search: buy"] * 4
+    for seed in range(4):
+        provider = make_provider(tmp_path, SURE_GAIN, seed)
+        assert provider.create_hint().startswith(
+            "hint by search: buy. mean return (standard error): "
+        )
+        hint = provider.current_hint
+        assert hint is not None
+        assert hint.data["accuracy"] == "estimated"
+        assert [*hint.values_data["standard_errors"]] == ["buy", "pass"]
+        assert hint.ranked_actions == []  # differences of estimates are no regrets
+        reasons = explain_action(provider)
+        assert reasons.data["standard_error"] == hint.values_data["standard_errors"]["buy"]
+        assert reasons.sentences[0].startswith("The best action buy is worth about ")
 
 
 def test_every_question_says_that_estimates_are_too_close(tmp_path: Path) -> None:

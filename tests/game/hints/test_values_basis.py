@@ -68,12 +68,12 @@ def make_provider(folder: Path, name: str) -> HintProvider:
 def test_the_values_of_a_users_agent_are_called_as_it_says(
     name: str, text: str, tmp_path: Path
 ) -> None:
-    assert make_provider(tmp_path, name).describe_values() == text
+    assert make_provider(tmp_path, name).list_values().full_values_text == text
 
 
 def test_a_users_basis_of_the_wrong_kind_is_named(tmp_path: Path) -> None:
     with pytest.raises(BadParameter, match=r"^Mistaken\.values_basis: got 'estimated values', "):
-        make_provider(tmp_path, "mistaken").describe_values()
+        make_provider(tmp_path, "mistaken").list_values()
 
 
 @pytest.mark.parametrize("turns", [None, 3])
@@ -92,7 +92,7 @@ def test_every_agent_has_a_basis_whose_words_are_on_the_screen(
     provider = HintProvider(session, question)
     with limit_total_work(WORK_LIMIT):
         text, game, basis = (
-            provider.describe_values(),
+            provider.list_values().full_values_text,
             provider.describe_game(),
             provider.values_basis,
         )
