@@ -12,10 +12,8 @@ from types import FrameType, TracebackType
 from dmplay.terminal.output_streams import open_output_streams
 
 RUNTIME_CODE, USAGE_CODE, TERMINAL_LOST_CODE, INTERRUPT_CODE, PIPE_CODE = 1, 2, 129, 130, 141
-BLAS_THREADS_VARIABLE = (
-    # OpenBLAS threads that wait for one another cost more time than they save
-    "OPENBLAS_DEFAULT_NUM_THREADS"
-)
+# OpenBLAS threads that wait for one another cost more time than they save
+BLAS_THREADS_VARIABLE = "OPENBLAS_DEFAULT_NUM_THREADS"
 THREAD_SECONDS = 1.0  # seconds that threads have to end after the program is done
 # A game keeps most objects that it creates, so frequent collections find no garbage.
 GC_THRESHOLDS = 20_000, 20, 20

@@ -87,14 +87,12 @@ class View(Generic[P_co]):
     beliefs: Sequence[Reals] | None
     end_reason: str | None
     turn_limit: int | None
-    state_action_labels: Labels | None = (
-        None  # the current action labels, if they depend on the state
-    )
+    # the current action labels, if they depend on the state
+    state_action_labels: Labels | None = None
     # the labels of the seat's past actions, if they depend on the state
     past_action_labels: Sequence[str] = ()
-    player_label: str = (
-        "you"  # the player's name for onlookers: "you", or the agent's name if no person plays
-    )
+    # the player's name for onlookers: "you", or the agent's name if no person plays
+    player_label: str = "you"
 
     @property
     def turns_played(self) -> int:

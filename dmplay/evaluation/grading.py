@@ -84,9 +84,8 @@ class GradingReport(NamedTuple):
 
     grades: tuple[Grade, ...]
     file_count: int
-    missing_seeds: dict[
-        str, list[int]
-    ]  # assigned seeds without a verified, finished game, by player
+    # assigned seeds without a verified, finished game, by player
+    missing_seeds: dict[str, list[int]]
 
 
 class _GradedGame(NamedTuple):

@@ -53,18 +53,16 @@ class TournamentResult(NamedTuple):
 
     entrants: tuple[str, ...]
     mean_returns: Reals  # [K] * n + [n], of each seat by seating; nan if not played
-    return_estimates: tuple[
-        Estimate, ...
-    ]  # of each entrant per game, over all its pairings and seats
+    # of each entrant per game, over all its pairings and seats
+    return_estimates: tuple[Estimate, ...]
     # of each entrant: the best entrants if it holds all other seats; several if they tie
     best_replies: tuple[tuple[int, ...], ...] | None
     # [K] per seat; for more than two seats, an approximate one
     equilibrium: tuple[Reals, ...] | None
     regrets: Reals | None  # [K], loss against the best reply in the equilibrium, mean over seats
     exploitability: float | None  # greatest gain of a seat in the equilibrium by another entrant
-    exact_regrets: (
-        tuple[Estimate, ...] | None
-    )  # loss of each entrant against the exact equilibrium, if that is played
+    # loss of each entrant against the exact equilibrium, if that is played
+    exact_regrets: tuple[Estimate, ...] | None
     share_errors: Reals | None = None  # [K], standard errors of the shares in the equilibrium
     regret_errors: Reals | None = None  # [K], standard errors of the regrets
     equilibrium_count: int = 0  # equilibria found in the empirical game; `equilibrium` is the first

@@ -108,9 +108,8 @@ class TimeStep(NamedTuple):
     legal_actions: tuple[Sequence[int], ...] | None  # for each agent; None if all are legal
     observations: tuple[object, ...]  # of each agent
     state_text: str = ""  # the state as the library writes it
-    action_labels: tuple[
-        Mapping[int, str], ...
-    ] = ()  # for each agent, names that actions have only in this state
+    # for each agent, names that actions have only in this state
+    action_labels: tuple[Mapping[int, str], ...] = ()
 
 
 class ExternalEnvironment(Protocol):

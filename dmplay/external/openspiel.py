@@ -34,9 +34,8 @@ from dmplay.formats.gambit_efg import ExtensiveForm, read_efg, schedule_informat
 PIP_EXTRA = "openspiel"
 # types of games in which every player knows the state
 PERFECT_INFORMATION_TYPES = ("PERFECT_INFORMATION", "ONE_SHOT")
-MAX_FULL_HISTORY_TURNS = (
-    30  # longest game in which players observe all they know; in longer ones, only the last turn
-)
+# longest game in which players observe all they know; in longer ones, only the last turn
+MAX_FULL_HISTORY_TURNS = 30
 INITIAL_CHANCE_UNIFORMS = 16  # uniforms that are computed for a turn at first
 # games that are played, and action names that are queried, to collect labels
 LABEL_TRIAL_GAMES, MAX_LABEL_QUERIES = 6, 4000

@@ -104,9 +104,8 @@ class Keyboard:
         labels = self.problem.actions[view.seat].labels
         digits = "" if self.is_number_entry(view.seat) else _assign_digit_keys(labels)
         keys = dict(zip(labels, digits, strict=False))
-        keys |= {
-            label: key for key, label in reversed([*self.get_seat_keys(view.seat).items()])
-        }  # The first key of each action wins.
+        # The first key of each action wins.
+        keys |= {label: key for key, label in reversed([*self.get_seat_keys(view.seat).items()])}
         has_several_agents = len(self.problem.agents) > 1
         legal = [
             view.legal_actions_mask is None or bool(view.legal_actions_mask[index])

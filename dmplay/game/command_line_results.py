@@ -70,9 +70,8 @@ class ShellCommand(NamedTuple):
     commands: Sequence[str]  # run instead of typed lines
     terminal_options: TerminalOptions
     speed: float
-    opens_gallery: bool = (
-        False  # whether to open the list of problems first, if the terminal can draw it
-    )
+    # whether to open the list of problems first, if the terminal can draw it
+    opens_gallery: bool = False
 
 
 class LearnCommand(NamedTuple):

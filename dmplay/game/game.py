@@ -86,9 +86,8 @@ class Game:
         self._last_prediction: ScoredPrediction | None = None  # scored and not reported yet
         self.save_removal = SaveRemoval()  # old saves deleted to make room for this game
         self.repeats_uniforms = False  # whether a game with the same uniforms was played before
-        self.on_intermediate_turn: Callable[[], object] = lambda: (
-            None
-        )  # called between turns that need no player
+        # called between turns that need no player
+        self.on_intermediate_turn: Callable[[], object] = lambda: None
         self.log_paths: list[Path] = []  # log files of bots, after the game
         agent_names = {
             escape_unprintable(label): None

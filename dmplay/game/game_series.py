@@ -44,19 +44,15 @@ class GameController:
         # shows the steps of an algorithm and returns a reply; set if a full screen is available
         self.open_viewer: Callable[[WatchedSteps], str] | None = None
         self.aliases = aliases
-        self.on_intermediate_turn: Callable[[], object] = lambda: (
-            None
-        )  # called between turns that need no player
-        self._cli_interpreter, self._on_game_end = (
-            cli_interpreter,
-            on_game_end,
-        )  # runs CLI words; called at each end
+        # called between turns that need no player
+        self.on_intermediate_turn: Callable[[], object] = lambda: None
+        # runs CLI words; called at each end
+        self._cli_interpreter, self._on_game_end = cli_interpreter, on_game_end
         self._game: Game | None = None
         self._game_key: GameKey | None = None  # the key of the current game
         self._disclosed_games: set[GameKey] = set()  # games whose hidden information was shown
-        self._path_by_game_key: dict[
-            GameKey, Path | None
-        ] = {}  # all games, with the latest transcript
+        # all games, with the latest transcript
+        self._path_by_game_key: dict[GameKey, Path | None] = {}
         self._pending_confirmation = ("", 0)  # the line that would end the game, and its turn count
         self._seat_at_terminal = 0  # seat of the person at the terminal
         if game:

@@ -89,9 +89,8 @@ def start_new_game(request: GameRequest, disclosed_games: Collection[GameKey] = 
     """
     loaded_problem = request.load_problem()
     problem = loaded_problem.problem
-    resolve_key_maps(
-        problem, request.key_preferences
-    )  # Raises for invalid keys before a file is written.
+    # Raises for invalid keys before a file is written.
+    resolve_key_maps(problem, request.key_preferences)
     seats = assign_players(
         loaded_problem, request.agent, request.other_agent, request.seats, request.turns
     )

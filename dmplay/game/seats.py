@@ -177,9 +177,8 @@ def _verifiable_policy(problem: Problem, seat: int, player: str, trusted: bool) 
     if player in UNVERIFIABLE_PLAYERS or names_bot(player) or (is_user_code and not trusted):
         return None
     policy = agents.load_agent(problem, seat, player)
-    has_time_limit = (
-        isinstance(policy, SeatPolicy) and policy.depends_on_clock
-    )  # may choose differently next time
+    # may choose differently next time
+    has_time_limit = isinstance(policy, SeatPolicy) and policy.depends_on_clock
     return None if has_time_limit else policy
 
 

@@ -320,9 +320,8 @@ def _run_block_for_entrants(
     problem: Problem, entrants: Sequence[Sequence[Policy]], spec: RolloutSpec, episodes: range
 ) -> tuple[Rollout, ...]:
     """Return the rollout of each entrant for one block of episodes."""
-    np.empty(
-        PREALLOCATED_BYTES, np.uint8
-    )  # Until this much is freed at once, glibc gives the memory of arrays back page by page.
+    # Until this much is freed at once, glibc gives the memory of arrays back page by page.
+    np.empty(PREALLOCATED_BYTES, np.uint8)
     spec = spec._replace(episodes=episodes)
     results = []
     for index, policies in enumerate(entrants):

@@ -188,9 +188,8 @@ class TurnFormatter:
 
     def __init__(self, session: Session) -> None:
         self._session, problem = session, session.problem
-        self.omits_belief = (
-            belief_size(problem) > MAX_LISTED_STATES
-        )  # then a turn's block depends on nothing but the turn
+        # then a turn's block depends on nothing but the turn
+        self.omits_belief = belief_size(problem) > MAX_LISTED_STATES
         is_absent = {
             "draws": not problem.uniform_counts.step,
             "state": problem.state_count == 1,

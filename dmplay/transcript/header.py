@@ -78,19 +78,16 @@ class Header:
     seats: Annotated[Mapping[str, str], NAME_MAP_TYPE]
     seed: Annotated[int, WHOLE_NUMBER_TYPE]
     episode: Annotated[int, WHOLE_NUMBER_TYPE] = 0
-    turns: Annotated[int | None, WHOLE_NUMBER_TYPE] = (
-        None  # turn limit, if it differs from the problem's horizon
-    )
+    # turn limit, if it differs from the problem's horizon
+    turns: Annotated[int | None, WHOLE_NUMBER_TYPE] = None
     strict: Annotated[bool | str, STRICT_TYPE] = False  # undo is forbidden; "hints": hints are, too
     reveal: Annotated[bool, FLAG_TYPE] = False  # the players saw hidden information
-    branched: Annotated[int | None, WHOLE_NUMBER_TYPE] = (
-        None  # turn from which another game was continued
-    )
+    # turn from which another game was continued
+    branched: Annotated[int | None, WHOLE_NUMBER_TYPE] = None
     # the players of the first turns, one entry per change; the others are those of `seats`
     earlier: Annotated[Sequence[Mapping[str, Any]], EARLIER_PLAYERS_TYPE] = ()
-    peeked: Annotated[bool, FLAG_TYPE] = (
-        False  # hidden information was shown, and the game continued
-    )
+    # hidden information was shown, and the game continued
+    peeked: Annotated[bool, FLAG_TYPE] = False
     player: Annotated[str, PLAYER_NAME_TYPE] = ""  # name that the person stated
 
     @property

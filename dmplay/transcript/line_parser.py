@@ -44,9 +44,8 @@ def _decode_value(row: str, start: int) -> object:
         value, end = JSON_DECODER.raw_decode(row, start)
     except ValueError:
         end = 0
-    return (
-        value if end == len(row) else JSON_DECODER.decode(row[start:])
-    )  # with blanks around it, or malformed
+    # with blanks around it, or malformed
+    return value if end == len(row) else JSON_DECODER.decode(row[start:])
 
 
 def _reject_constant(name: str) -> float:

@@ -104,9 +104,8 @@ class VerificationReport:
     path: str
     findings: list[Finding] = field(default_factory=list)
     turns: int = 0
-    unchecked_players: list[str] = field(
-        default_factory=list
-    )  # players whose actions cannot be computed again
+    # players whose actions cannot be computed again
+    unchecked_players: list[str] = field(default_factory=list)
     peeked: bool = False  # hidden information was shown before the end
     hint_counts: dict[str, int] = field(default_factory=dict)  # by seat
     problem_change: str = ""  # message if the problem has changed since the game

@@ -7,9 +7,8 @@ from dmplay.core.arrays import Reals
 from dmplay.core.chance import weighted_sum
 from dmplay.problems.multicaregiver_crying_baby.same_observation_planning import PartnerBeliefFilter
 
-EXPECTED_TRANSITIONS = np.array(
-    [[[0.5, 0.0], [0.0, 0.0]], [[0.2, 0.3], [0.0, 0.7]]]
-)  # by turn, `[2, S, S']`
+# by turn, `[2, S, S']`
+EXPECTED_TRANSITIONS = np.array([[[0.5, 0.0], [0.0, 0.0]], [[0.2, 0.3], [0.0, 0.7]]])
 UNEXPECTED_TRANSITIONS = np.array([[[0.5, 0.1], [0.0, 0.3]], [[0.2, 0.3], [0.1, 0.7]]])
 
 

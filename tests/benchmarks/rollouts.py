@@ -30,11 +30,8 @@ from dmplay.registry.builtin_names import problem_names
 from dmplay.simulation.rollouts import RolloutSpec, rollout, rollout_entrants
 
 EPISODES, TURNS, SEED = 10_000, 50, 1
-MEASURED_POLICY_TYPES = (
-    ReactivePolicy,
-    RepeatedGameRule,
-    Corner,
-)  # policies that remember only their last observation or their next action
+# policies that remember only their last observation or their next action
+MEASURED_POLICY_TYPES = (ReactivePolicy, RepeatedGameRule, Corner)
 # policies that compute for long or remember all rounds
 EXCLUDED_POLICY_TYPES = (Expectimax, FictitiousPlay, GradientAscent)
 

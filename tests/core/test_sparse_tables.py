@@ -183,9 +183,8 @@ def test_invalid_sparse_tables_are_refused_in_one_sentence() -> None:
 def test_equal_rewards_for_all_agents_make_a_dec_pomdp() -> None:
     single = Toll().tables
     for shares, kind in (([1.0, 1.0], "Dec-POMDP"), ([1.0, 2.0], "POMG")):
-        observation_table = (
-            np.repeat(single.observation_model, 2, axis=2) / 2
-        )  # the second agent sees a coin
+        # the second agent sees a coin
+        observation_table = np.repeat(single.observation_model, 2, axis=2) / 2
         pair = Tables(
             single.transition, np.repeat(single.rewards, 2, axis=3) * shares, observation_table
         )

@@ -15,10 +15,8 @@ from tests.support.external_problems import check_external_problem
 pytestmark = pytest.mark.extra("pettingzoo")
 
 CLASSIC_ENVIRONMENTS = ("classic/rps-v2", "classic/tictactoe-v3", "classic/connect_four-v3")
-LARGE_ENVIRONMENTS = (
-    "butterfly/knights_archers_zombies-v11",
-    "sisl/pursuit-v5",
-)  # from two other families
+# from two other families
+LARGE_ENVIRONMENTS = ("butterfly/knights_archers_zombies-v11", "sisl/pursuit-v5")
 
 
 @pytest.mark.slow

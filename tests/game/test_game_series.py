@@ -97,9 +97,8 @@ def test_a_restart_has_the_same_seed_and_a_new_game_another(tmp_path: Path) -> N
 
 
 def test_another_agent_or_parameter_has_the_same_seed(tmp_path: Path) -> None:
-    controller = create_controller(
-        tmp_path, typed_options=frozenset({"rate"})
-    )  # not needed by agents alone
+    # not needed by agents alone
+    controller = create_controller(tmp_path, typed_options=frozenset({"rate"}))
     start = controller.game.narrator.describe_situation(controller.game.snapshot())
     for line in ("agent optimal", "set discount 0.5", "agent human"):
         run_line(controller, line)

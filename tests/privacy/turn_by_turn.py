@@ -57,9 +57,8 @@ class Play(NamedTuple):
         return [turn for turn, joint in enumerate(self.labels) if joint[seat] != WAIT_LABEL]
 
 
-OutputByTurn = dict[
-    int, object
-]  # everything that was shown to a seat, by the number of turns until then
+# everything that was shown to a seat, by the number of turns until then
+OutputByTurn = dict[int, object]
 Door = Callable[[Play, int], OutputByTurn]
 
 

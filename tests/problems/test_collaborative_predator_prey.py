@@ -141,9 +141,8 @@ def test_a_seat_updates_its_belief_by_bayes_rule_with_random_partners(name: str,
 
 
 def test_an_impossible_observation_is_rejected() -> None:
-    problem = dmplay.load_problem(
-        f"{PROBLEM_NAME}:triangle"
-    )  # every hex is adjacent to every other
+    # every hex is adjacent to every other
+    problem = dmplay.load_problem(f"{PROBLEM_NAME}:triangle")
     policy = dmplay.load_agent(problem, 0, "chase-belief")
     initial_memory = policy.initial_memory(np.array([-1]))
     with pytest.raises(ImpossibleObservation):

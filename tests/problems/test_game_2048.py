@@ -133,9 +133,8 @@ def test_reduced_tiles_slide_like_the_large_ones() -> None:
 
 
 def test_unlikely_paths_are_pruned(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(
-        expectimax, "MIN_PATH_PROBABILITY", 0.1
-    )  # in EARLY_BOARD, a 2 in one cell has probability 0.8 / 10
+    # in EARLY_BOARD, a 2 in one cell has probability 0.8 / 10
+    monkeypatch.setattr(expectimax, "MIN_PATH_PROBABILITY", 0.1)
     shallow_values, deep_values = (
         expectimax.compute_action_values(
             np.concatenate([parse_board(EARLY_BOARD), parse_board(LATE_BOARD)]), 0.8, depth
@@ -152,9 +151,8 @@ def test_an_unlikely_tile_counts_as_the_likely_one(
 ) -> None:
     expected = expectimax.compute_action_values(parse_board(EARLY_BOARD), likely_p_two, 3)
     assert (expectimax.compute_action_values(parse_board(EARLY_BOARD), p_two, 3) != expected).any()
-    monkeypatch.setattr(
-        expectimax, "MIN_PATH_PROBABILITY", 0.05
-    )  # in one cell 0.8 / 11 or 0.2 / 11
+    # in one cell 0.8 / 11 or 0.2 / 11
+    monkeypatch.setattr(expectimax, "MIN_PATH_PROBABILITY", 0.05)
     values = expectimax.compute_action_values(parse_board(EARLY_BOARD), p_two, 3)
     np.testing.assert_allclose(values, expected, rtol=1e-12)
 

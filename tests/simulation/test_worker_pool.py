@@ -337,9 +337,8 @@ def test_progress_is_reported_and_never_decreases() -> None:
 
 def test_games_that_end_early_count_as_finished_in_the_progress() -> None:
     shares: list[float] = []
-    rollout(
-        HEXWORLD, POLICIES, episodes=8, seed=5, progress=shares.append
-    )  # at most 10,000 turns each
+    # at most 10,000 turns each
+    rollout(HEXWORLD, POLICIES, episodes=8, seed=5, progress=shares.append)
     assert max(share for share in shares if share < 1.0) > 7 / 8
 
 

@@ -169,9 +169,8 @@ def test_a_rewritten_file_preserves_its_hint_counts(tmp_path: Path) -> None:
 
 def test_an_overlay_is_counted_once_for_each_turn_that_shows_it(tmp_path: Path) -> None:
     game = start_recorded_game(tmp_path)
-    play_keys(
-        game, "h", "V", "L", "h", "?", "x", "V", "V", "V", "h"
-    )  # values, values, policy, states
+    # values, values, policy, states
+    play_keys(game, "h", "V", "L", "h", "?", "x", "V", "V", "V", "h")
     assert game.session.hint_counts == {"agent": 3}
     catch_game = start_recorded_game(tmp_path, problem="catch", record_path=tmp_path / "c.dmt")
     play_keys(catch_game, "V", "V")

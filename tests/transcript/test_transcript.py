@@ -359,9 +359,8 @@ def test_a_missing_folder_is_an_error_of_one_line(tmp_path: Path) -> None:
 
 
 def test_a_full_disk_stops_neither_the_game_nor_its_player(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(
-        safe_files, "OUTPUT_DEVICES", ("/dev/full",)
-    )  # allow this device as an output file
+    # allow this device as an output file
+    monkeypatch.setattr(safe_files, "OUTPUT_DEVICES", ("/dev/full",))
     game = start_new_game(
         GameRequest("crying-baby", agent="random", seed=7, record_path=Path("/dev/full"))
     )

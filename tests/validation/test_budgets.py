@@ -68,10 +68,8 @@ from tests.support.problem_cases import load_problem
 from tests.support.random_problems import RandomGame, RandomRivalGame
 from tests.support.turn_based_games import Nim
 
-TABLE_MODULES = {
-    "game_2048/board_batch",
-    "game_2048/ntuple_network",
-}  # computed once, of a size that no parameter changes
+# computed once, of a size that no parameter changes
+TABLE_MODULES = {"game_2048/board_batch", "game_2048/ntuple_network"}
 PART_MODULES = {
     "legal_action_leak",
     "game_2048/packed_boards",
@@ -304,9 +302,8 @@ def test_a_stopped_search_gives_the_same_values_when_it_is_repeated() -> None:
 @pytest.mark.parametrize("name", ["crying-baby", "hexworld", "machine-replacement"])
 def test_a_stopped_agent_gives_the_same_values_when_it_is_called_again(name: str) -> None:
     for call in STOPPING_CALLS:
-        problem = dmplay.load_problem(
-            name, discount=0.8 + call / 100
-        )  # Nothing is cached for this discount.
+        # Nothing is cached for this discount.
+        problem = dmplay.load_problem(name, discount=0.8 + call / 100)
         expected_agent, agent = (dmplay.load_agent(problem, 0, "optimal") for _ in range(2))
         memory = agent.initial_memory(
             make_initial_observation(

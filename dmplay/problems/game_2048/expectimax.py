@@ -20,16 +20,14 @@ from .ntuple_network import evaluate_boards
 from .packed_boards import BoardArray, Cells, pack_boards
 from .rules import slide_and_score
 
-MIN_PATH_PROBABILITY = (
-    0.003  # probability of all tiles of a path together, below which it is not followed
-)
+# probability of all tiles of a path together, below which it is not followed
+MIN_PATH_PROBABILITY = 0.003
 # points; a slide whose leaf value is further below the best one is not followed
 MAX_POINT_DEFICIT = 3_000.0
 # with a time limit, MIN_PATH_PROBABILITY: at four plies, and its factor per two more plies
 FIRST_MIN_PROBABILITY, MIN_PROBABILITY_FACTOR = 0.1, 0.3
-DEEPENING_TIME_SHARE = (
-    0.2  # A deeper search that begins after this share of the time would not finish.
-)
+# A deeper search that begins after this share of the time would not finish.
+DEEPENING_TIME_SHARE = 0.2
 BOARDS_PER_SEARCH = 32  # which bounds the memory
 BOARDS_PER_EVALUATION = 4096  # few enough for the processor's cache
 # exponents of tiles in `downgrade_tiles`

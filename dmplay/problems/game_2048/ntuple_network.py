@@ -62,9 +62,8 @@ def group_by_stage(boards: BoardArray) -> Iterator[tuple[int, Ints]]:
 
     The stage is 2 if there is a tile of 8192 or more, plus 1 if there is a tile of 4096.
     """
-    is_large = (
-        boards >> 3 & boards >> 2 & (boards | boards >> 1) & CELL_LOW_BITS
-    ) != 0  # exponents 13, 14 and 15
+    # exponents 13, 14 and 15
+    is_large = (boards >> 3 & boards >> 2 & (boards | boards >> 1) & CELL_LOW_BITS) != 0
     stages = 2 * is_large + (compute_empty_cell_bits(boards ^ np.uint64(12 * CELL_LOW_BITS)) != 0)
     for stage in range(STAGE_COUNT):
         indices = np.flatnonzero(stages == stage)

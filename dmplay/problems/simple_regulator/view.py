@@ -50,10 +50,8 @@ def _list_layouts(options: DrawOptions) -> list[RegulatorLayout]:
 
     The first one fills the space beside the side panel, if that is large enough.
     """
-    width, rows = (
-        min(options.columns_beside_panel, MAX_LAYOUT.width),
-        options.height - 3,
-    )  # without number line, labels, text
+    # without number line, labels, text
+    width, rows = min(options.columns_beside_panel, MAX_LAYOUT.width), options.height - 3
     distribution_rows = min(rows // 4, MAX_LAYOUT.distribution_rows)
     if width < LAYOUTS[1].width or distribution_rows < LAYOUTS[1].distribution_rows:
         return [*LAYOUTS]

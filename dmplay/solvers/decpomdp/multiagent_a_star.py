@@ -82,9 +82,8 @@ class _BayesianGame:
         self.last_agent_nodes = (
             self.joint_nodes[:, -1] == np.arange(self.node_counts[-1])[:, None]
         ).astype(float)
-        self.assignment_order: list[
-            tuple[int, int]
-        ] = []  # (seat, node) of all agents but the last, most likely nodes first
+        # (seat, node) of all agents but the last, most likely nodes first
+        self.assignment_order: list[tuple[int, int]] = []
         for seat, node_count in enumerate(self.node_counts[:-1]):
             mass = np.bincount(self.joint_nodes[:, seat], occupancy.probabilities, node_count)
             self.assignment_order += [

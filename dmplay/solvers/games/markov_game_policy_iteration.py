@@ -22,9 +22,8 @@ from dmplay.solvers.mdp import mdp_values, sparse_mdp
 CONVERGENCE_TOLERANCE = 1e-9  # change of the values that ends the iteration
 MAX_ROUNDS = 200
 MAX_STATES = 500  # of the problem
-PAYOFF_DECIMALS = (
-    9  # of the last payoffs: the last bits differ between processors, but policies must not
-)
+# of the last payoffs: the last bits differ between processors, but policies must not
+PAYOFF_DECIMALS = 9
 
 
 class MarkovGameEquilibrium(NamedTuple):

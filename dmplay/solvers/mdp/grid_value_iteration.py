@@ -21,9 +21,8 @@ class InterpolationPoints(NamedTuple):
     """The grid points around each of a batch of states, with interpolation weights."""
 
     first_points: Ints  # [B]
-    corner_weights: tuple[
-        tuple[int, Reals], ...
-    ]  # offset of each corner from the first point, and its weights [B]
+    # offset of each corner from the first point, and its weights [B]
+    corner_weights: tuple[tuple[int, Reals], ...]
 
 
 @dataclass(frozen=True)

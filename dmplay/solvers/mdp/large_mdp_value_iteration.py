@@ -301,10 +301,8 @@ def _reorder_graph(
     outcome_starts, outcomes = gather_ranges(graph.outcome_starts, graph_actions)
     new_index = np.empty(len(order), graph.next_states.dtype)
     new_index[order] = np.arange(len(order))
-    p, graph = (
-        graph.probabilities[outcomes],
-        graph._replace(probabilities=NO_REALS),
-    )  # Arrays are released early, because together they may take a gigabyte.
+    # Arrays are released early, because together they may take a gigabyte.
+    p, graph = graph.probabilities[outcomes], graph._replace(probabilities=NO_REALS)
     next_states, rewards, graph = (
         graph.next_states[outcomes],
         graph.rewards[graph_actions, 0],

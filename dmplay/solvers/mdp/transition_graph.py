@@ -34,9 +34,8 @@ class TransitionGraph(NamedTuple):
     outcome_starts: Ints  # [R + 1], offset of each joint action's outcomes
     probabilities: Reals  # [N]
     next_states: Array  # [N], indices of states
-    state_index: dict[bytes, int] | None = (
-        None  # by the bytes of a state; None if all states are listed
-    )
+    # by the bytes of a state; None if all states are listed
+    state_index: dict[bytes, int] | None = None
 
     @property
     def nonterminal_states(self) -> Ints:

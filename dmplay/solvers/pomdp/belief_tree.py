@@ -41,10 +41,8 @@ class BeliefTree:
         """Create a tree with the initial beliefs only, one per initial observation."""
         self.model, self.layers, self._budget = model, layers, budget
         self._unreported_work = self.work = 0.0
-        self.lower_bounds, self.upper_bounds = (
-            np.full(1024, -np.inf),
-            np.full(1024, np.inf),
-        )  # [nodes]
+        # [nodes]
+        self.lower_bounds, self.upper_bounds = np.full(1024, -np.inf), np.full(1024, np.inf)
         # [nodes], the plan that gives the lower bound
         self.lower_bound_plans = np.zeros(1024, np.int64)
         self.turns_left: list[int] = []  # [nodes]

@@ -21,9 +21,8 @@ from dmplay.solvers.pomdp.upper_envelope import compute_upper_envelope
 MAX_POLICY_ITERATIONS = 200  # iterations; the problems here need a handful
 WORK_LIMIT = 2e10  # operations
 MAX_CONTROLLER_NODES = 300  # nodes of a controller
-BYTES_PER_PLAN_PAIR = (
-    3600  # bytes per pair of plans and squared number of states, while its envelope is computed
-)
+# bytes per pair of plans and squared number of states, while its envelope is computed
+BYTES_PER_PLAN_PAIR = 3600
 
 
 class ConditionalPlans(NamedTuple):
@@ -203,10 +202,8 @@ def _combine_plans(
         2, -1
     )
     vectors = first_plans.alpha_vectors[i] + second_plans.alpha_vectors[j]
-    is_single = 1 in (
-        len(first_plans.alpha_vectors),
-        len(second_plans.alpha_vectors),
-    )  # One vector added to all others changes no order.
+    # One vector added to all others changes no order.
+    is_single = 1 in (len(first_plans.alpha_vectors), len(second_plans.alpha_vectors))
     useful = (
         np.arange(len(vectors))
         if is_single

@@ -124,7 +124,6 @@ def _possible_transitions(
         checked_state_indices(problem, outcome.state),
         outcome.observations[:, 0],
     )
-    source, next_states, observations = (
-        part[p > PROBABILITY_TOLERANCE] for part in transitions
-    )  # smaller probabilities are rounding errors
+    # smaller probabilities are rounding errors
+    source, next_states, observations = (part[p > PROBABILITY_TOLERANCE] for part in transitions)
     return source, next_states, observations

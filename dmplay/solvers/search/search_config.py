@@ -18,14 +18,12 @@ FIRST_WAVE_SIMULATIONS, MAX_WAVE_SIMULATIONS = 25, 1024
 WAVE_GROWTH = 2  # maximum size of a wave, relative to all before it
 MAX_UNWIDENED_OBSERVATIONS = 64  # observations that nodes distinguish from the start
 WIDENED_OBSERVATIONS = 16  # observations per action if there are more than that
-MAX_UNWIDENED_ACTIONS = (
-    32  # actions offered from the start; if there are more, the root of the visits
-)
+# actions offered from the start; if there are more, the root of the visits
+MAX_UNWIDENED_ACTIONS = 32
 GOLDEN_RATIO = (sqrt(5) - 1) / 2  # Its multiples fill an interval evenly.
 WORK_LIMIT = 1e10
-MAX_TABLE_ENTRIES = (
-    4_000_000  # in the table of children, or uniforms, of the rows searched together
-)
+# in the table of children, or uniforms, of the rows searched together
+MAX_TABLE_ENTRIES = 4_000_000
 
 # (states, the seat's memory, turns left) -> values
 LeafEvaluator = Callable[[Array, Memory, Ints], Reals]

@@ -26,9 +26,8 @@ class TreeBatch:
         node_count, slots = row_count * self.nodes_per_tree, config.action_slots
         self.visits = np.zeros((node_count, slots))
         self.return_sums = np.zeros((node_count, slots))
-        self.children = np.zeros(
-            (node_count, slots * config.observation_slots), np.int64
-        )  # 0, a root, if there is no child
+        # 0, a root, if there is no child
+        self.children = np.zeros((node_count, slots * config.observation_slots), np.int64)
         self.next_free_nodes = np.arange(row_count) * self.nodes_per_tree + 1
         self.min_returns, self.max_returns = np.full(row_count, np.inf), np.full(row_count, -np.inf)
         if config.widens_actions:

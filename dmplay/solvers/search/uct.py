@@ -100,9 +100,8 @@ class _UctSearch:
     def __init__(self, config: SearchConfig, request: SearchRequest, budget: Budget) -> None:
         self.config, self.request, self.budget = config, request, budget
         self.trees = TreeBatch(config, request)
-        self.squared_return_sums = np.zeros(
-            (len(request.turns_left), config.action_slots)
-        )  # of first actions
+        # of first actions
+        self.squared_return_sums = np.zeros((len(request.turns_left), config.action_slots))
 
     def summarize_roots(self) -> UctResult:
         """Return the statistics of the actions at the roots."""

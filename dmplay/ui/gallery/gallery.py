@@ -58,9 +58,8 @@ class Gallery:
         self._viewport = Viewport(80, 24)
         self._previews: dict[str, ProblemPreview | str] = {}  # a string is the error message
         self._records: list[ProblemRecord] = []
-        self._unfinished_games: dict[
-            str, TranscriptOutline
-        ] = {}  # the last unfinished game of each problem
+        # the last unfinished game of each problem
+        self._unfinished_games: dict[str, TranscriptOutline] = {}
         self._lesson_status = ""  # the number of finished lessons, and the next one
         self._next_lesson = ""  # its number; '' if all are finished
         self._games_loaded = False  # records, unfinished games and lessons were loaded

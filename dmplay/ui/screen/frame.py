@@ -56,9 +56,8 @@ class Frame:
         long = len(frame_state.message) >= viewport.width and not (
             frame_state.page_rows or frame_state.handover_agent
         )
-        self._log_shows_message = (
-            long and viewport.height > MIN_BOARD_ROWS + MIN_LOG_ROWS
-        )  # The log shows the message.
+        # The log shows the message.
+        self._log_shows_message = long and viewport.height > MIN_BOARD_ROWS + MIN_LOG_ROWS
 
     def compose_parts(self) -> list[ScreenRows]:
         """Return the screen as groups of rows, before they are cut to the viewport's width.

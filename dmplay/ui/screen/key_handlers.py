@@ -123,9 +123,8 @@ def _handle_number_key(screen: PlayScreen, key: str) -> bool:
                 lambda text: play_action(screen, game.keyboard.parse_action(game.view(), text))
             )
         return True
-    plays_preview = (
-        key == "enter" and screen.modes.display_mode is Mode.LOOKAHEAD
-    )  # Enter then plays the previewed action.
+    # Enter then plays the previewed action.
+    plays_preview = key == "enter" and screen.modes.display_mode is Mode.LOOKAHEAD
     if plays_preview or not number_input.handle_key(game, key):
         return False
     hint = game.hint_provider.current_hint

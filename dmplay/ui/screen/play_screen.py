@@ -68,9 +68,8 @@ class PlayScreen:
         self.viewer: KeyDrivenScreen | None = None  # shows an algorithm in place of the game
         self.terminal = terminal
         self.speed = speed  # turns per second in autoplay
-        self.realtime_rate = (
-            realtime_rate  # turns per second in real time; None if each turn waits for a key
-        )
+        # turns per second in real time; None if each turn waits for a key
+        self.realtime_rate = realtime_rate
         self.learns_from_game = False  # whether the player left to find better actions
         self.modes = ScreenModes()
         self.message = ""

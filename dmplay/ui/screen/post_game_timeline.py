@@ -37,9 +37,8 @@ class GameTimeline(Game):
         self._reviewed_seats = reviewed_seats  # those of people if None
         self.shown_worst_turn: int | None = None  # the bad choice that a replay went to last
         self.turn_count = len(game.session.turns)
-        self._moves_by_turn: list[list[ReviewedAction]] = [
-            [] for _ in range(self.turn_count)
-        ]  # indexed by turn
+        # indexed by turn
+        self._moves_by_turn: list[list[ReviewedAction]] = [[] for _ in range(self.turn_count)]
         for move in moves:
             self._moves_by_turn[move.turn - 1].append(move)
         session = game.session.copy_at_start()

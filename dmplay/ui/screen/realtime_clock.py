@@ -13,9 +13,8 @@ class RealtimeClock:
     def __init__(self, rate: float | None) -> None:
         self.rate = rate  # turns per second; None if each turn waits for a key
         self.repeated_action: float | None = None  # None before the first action
-        self._countdown_left: int | None = (
-            None  # beats left in the countdown; None before the clock starts
-        )
+        # beats left in the countdown; None before the clock starts
+        self._countdown_left: int | None = None
         self._start_turn = 0  # number of turns played when the clock started
 
     @property

@@ -70,9 +70,8 @@ def seat_agent(controller: GameController, argument: str) -> str:
         pairs = zip(game.problem.agents, game.player_names, strict=True)
         return f"seats: {', '.join(f'{name} {player}' for name, player in pairs)}."
     name, player = (game.problem.agents[0], words[0]) if len(words) == 1 else words[:2]
-    make_seat_policy(
-        game.problem, find_seat(game.problem, name), player
-    )  # Raises for an invalid player before the game is restarted.
+    # Raises for an invalid player before the game is restarted.
+    make_seat_policy(game.problem, find_seat(game.problem, name), player)
     seats = [*(game.request.seats if game.request else ()), f"{name}={player}"]
     players = [*game.player_names]
     players[find_seat(game.problem, name)] = player
@@ -179,9 +178,8 @@ def _branch(
         raise BadParameter(
             f"{command}: this game is not recorded; --record FILE records it from the start"
         )
-    trust_option = (
-        ["--trust"] if problems.requires_trust(game.problem_name) else []
-    )  # The code already runs in the current game.
+    # The code already runs in the current game.
+    trust_option = ["--trust"] if problems.requires_trust(game.problem_name) else []
     controller.run_cli_words(
         [
             "branch",

@@ -29,9 +29,8 @@ from dmplay.ui.shell.commands import (
 class Reporter:
     """A reporter that prints nothing, and the base class of reporters that print the game."""
 
-    continues_after_error = (
-        False  # whether an error in piped input is reported and the next line read
-    )
+    # whether an error in piped input is reported and the next line read
+    continues_after_error = False
 
     def report_start(self, game: Game) -> None:
         """Report a game before its first turn; by default nothing."""

@@ -134,9 +134,8 @@ class Shell:
             options = DrawOptions(
                 self.terminal.columns, max(rows - ROWS_BELOW_BOARD, 1), self.terminal.ascii
             )
-            labels = game.keyboard.get_keys_by_action(
-                game.viewing_seat
-            )  # Names are typed here, not keys.
+            # Names are typed here, not keys.
+            labels = game.keyboard.get_keys_by_action(game.viewing_seat)
             typed_labels = {label: label for label in labels if len(label) <= 2}
             shows_keys = game.choosing_seat is not None
             options = options._replace(show_keys=shows_keys, keys_by_action=typed_labels)

@@ -54,9 +54,8 @@ def list_state_probabilities(view: View[Problem]) -> tuple[list[str], Reals]:
     states, belief = view.problem.enumerate_states(), view.belief
     if len(belief) <= MAX_LISTED_STATES:
         return [view.problem.format_state(s) for s in states], belief
-    order = np.argsort(-belief.round(9), kind="stable")[
-        :MAX_NAMED_STATES
-    ]  # Equal probabilities keep the order of the states.
+    # Equal probabilities keep the order of the states.
+    order = np.argsort(-belief.round(9), kind="stable")[:MAX_NAMED_STATES]
     order = order[belief[order] > 0]
     names = [view.problem.format_state(states[index]) for index in order]
     other_count = np.count_nonzero(belief) - len(order)

@@ -121,9 +121,8 @@ def test_a_program_plays_like_the_agent_it_runs(name: str) -> None:
     problem = load_small_problem(name)
     for seat in range(len(problem.agents)):
         roster = agents.load_roster(problem, seat)
-        rule = next(
-            name for name in roster.agents if name != roster.hint_provider
-        )  # an agent that needs no long computation
+        # an agent that needs no long computation
+        rule = next(name for name in roster.agents if name != roster.hint_provider)
         for agent in {"random", rule}:
             bot = make_server_bot(problem, seat, agent, name)
             results = []
@@ -211,10 +210,8 @@ def test_each_turn_of_simultaneous_games_is_sent_once() -> None:
     messages = [
         (message["type"], message["game"], message["turn"]) for message in program.heard[1:]
     ]
-    batches = [
-        [*range(MAX_OPEN_REQUESTS)],
-        [MAX_OPEN_REQUESTS],
-    ]  # number of requests sent before the first answer
+    # number of requests sent before the first answer
+    batches = [[*range(MAX_OPEN_REQUESTS)], [MAX_OPEN_REQUESTS]]
     assert messages == [
         (kind, game, turn)
         for turns_played in range(turns)

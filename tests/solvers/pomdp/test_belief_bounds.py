@@ -43,9 +43,8 @@ def test_the_upper_bound_is_the_lowest_over_all_sawtooth_points() -> None:
 
 def test_an_almost_impossible_state_can_dominate_the_value_of_a_point() -> None:
     layer = BoundLayer(np.full((1, 4), -1e12), np.zeros((1, 4)), 1)
-    layer.add_point(
-        0, np.array([0.5, 0.3, 0.2 - 1e-10, 1e-10]), -100.0
-    )  # the last state is a disaster
+    # the last state is a disaster
+    layer.add_point(0, np.array([0.5, 0.3, 0.2 - 1e-10, 1e-10]), -100.0)
     safe = BeliefBatch(np.arange(3), np.array([[0.5, 0.3, 0.2]]))
     assert layer.compute_sawtooth_bounds(safe, np.zeros(1), 0)[0] == 0.0
 
