@@ -145,7 +145,12 @@ def iter_effective_settings(root: Any) -> Iterator[EffectiveSetting]:
 
     `root` is click's context of the program.
     """
-    path_by_option = _option_files()
+    path_by_option = {  # the last file wins
+        (name, option): file.path
+        for file in config_files.load_config_files()
+        for name in COMMANDS
+        for option, _ in _iter_file_options(file, name)
+    }
     for name in COMMANDS:
         command = build_command(name)
         defaults = config_defaults(name)[name]
@@ -160,16 +165,6 @@ def iter_effective_settings(root: Any) -> Iterator[EffectiveSetting]:
                 }.get(source, "default")
                 value = context.params.get(parameter.name)
                 yield EffectiveSetting(f"{name}.{option}", value, origin)
-
-
-def _option_files() -> dict[tuple[str, str], str]:
-    """Return the path of the config file that sets each (command, option); the last file wins."""
-    return {
-        (name, option): file.path
-        for file in config_files.load_config_files()
-        for name in COMMANDS
-        for option, _ in _iter_file_options(file, name)
-    }
 
 
 def _variable_name(option: Any, context: Any) -> str:

@@ -106,7 +106,8 @@ def run(  # noqa: PLR0913 - each is the caller's to choose
         if (
             part.interruption
             or max_standard_error is None
-            or _largest_standard_error(merged) <= max_standard_error
+            or max(estimate_mean(sample).standard_error for sample in merged.returns.T)
+            <= max_standard_error
             or end >= MAX_EPISODES
         ):
             episode_numbers = np.concatenate([result.episode_numbers for result in parts])
@@ -117,11 +118,6 @@ def run(  # noqa: PLR0913 - each is the caller's to choose
                 forfeits=tuple(error for result in parts for error in result.forfeits),
             )
         start, end = end, GROWTH_FACTOR * end
-
-
-def _largest_standard_error(rollout: Rollout) -> float:
-    """Return the largest standard error of a seat's mean return."""
-    return max(estimate_mean(sample).standard_error for sample in rollout.returns.T)
 
 
 def summarize_run(

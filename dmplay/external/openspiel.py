@@ -345,7 +345,7 @@ def _collect_action_labels(name: str) -> tuple[Labels, ...]:
                 legal_actions = state.legal_actions(player)
                 for action in legal_actions:
                     names_by_player[player][action].add(
-                        _to_action_label(state.action_to_string(player, action))
+                        _clean_action_name(state.action_to_string(player, action)).lower()
                     )
                 query_count += len(legal_actions)
                 joint.append(
@@ -364,11 +364,6 @@ def _collect_action_labels(name: str) -> tuple[Labels, ...]:
 def _clean_action_name(text: str) -> str:
     """Return an action name in a form that can be typed, without the player's number."""
     return SEPARATOR_PATTERN.sub("-", PLAYER_PREFIX_PATTERN.sub("", text).strip()).strip("-")
-
-
-def _to_action_label(text: str) -> str:
-    """Return an action name as a label, in lower case."""
-    return _clean_action_name(text).lower()
 
 
 def _default_action_name(action: int) -> str:

@@ -94,7 +94,9 @@ def _iter_markov_lines(problem: Problem, description: str, *, team: bool) -> Ite
         for space in problem.actions
     ]
     observations = [
-        make_valid_names(space, "observation") for space in _list_observation_labels(problem)
+        make_valid_names(space, "observation")
+        for space in problem.observations
+        if isinstance(space, Labels)  # tables have no others
     ]
     if team and not problem.partially_observable:
         observations = [states] * len(problem.agents)
@@ -128,11 +130,6 @@ def _iter_markov_lines(problem: Problem, description: str, *, team: bool) -> Ite
     if tables.observation:
         yield from _iter_probability_lines("O", style, tables.observation, len(states))
     yield from _iter_reward_lines(style, tables)
-
-
-def _list_observation_labels(problem: Problem) -> list[Labels]:
-    """Return the observation labels of each agent; tables have no other observations."""
-    return [space for space in problem.observations if isinstance(space, Labels)]
 
 
 def _build_sparse_tables(problem: Problem) -> SparseTables:

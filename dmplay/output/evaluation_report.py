@@ -25,7 +25,6 @@ from dmplay.game.command_line_results import Printout
 from dmplay.game.launch_requests import parse_settings
 from dmplay.output.evaluation_request import (
     EvaluationRequest,
-    Lineup,
     SettingResult,
     estimate_row,
     expand_sweep,
@@ -137,20 +136,26 @@ def _format_run(
         facts = {"problem": request.problem} | common | {"runs": rows}
         facts |= {key: items for key, items in lists.items() if items}
         return format_json_report(facts) if request.output_format == "json" else format_csv(rows)
-    headline = (
-        _run_headline(results[0].request, results[0].run)
-        if len(results) == 1
-        else _sweep_headline(request, results)
-    )
+    headline = _run_headline(results[0].request, results[0].run)
+    if len(results) > 1:
+        games = format_count(sum(result.run.episodes for result in results), "game", ",")
+        headline = f"{request.problem}: {len(results)} settings, {games} with seed {request.seed}"
     rows = [row for result in results for row in _iter_table_rows(result)]
-    bound_lines = [line for result in results for line in _value_bound_lines(result.lineup)]
+    bound_lines = [
+        policy.describe_bounds(name)
+        for result in results
+        for name, policy in zip(result.lineup.agent_names, result.lineup.policies, strict=True)
+        if isinstance(policy, PointBasedPolicy)
+    ]
     doubt_lines = [line for result in results for line in _doubt_lines(result)]
     parts = [headline, "\n".join([format_table(rows), *doubt_lines, *bound_lines])]
     parts += [_plot_sweep(results)] if len(results) > 1 else []
     parts += [_format_histograms(results)]
-    parts += (
-        [format_table([*map(_transcript_table_row, transcript_rows)])] if transcript_rows else []
-    )
+    table = [
+        {"transcript": row["kept"], "reason": row["why"], "return": row["return"]}
+        for row in transcript_rows
+    ]
+    parts += [format_table(table)] if table else []
     text = "\n\n".join(parts)
     return text.translate(ASCII_TRANSLATION).replace("±", "+-") if ascii_ else text
 
@@ -162,16 +167,6 @@ def _doubt_lines(result: SettingResult) -> list[str]:
         f"the interval of {setting}{summary.seat} is in doubt: {summary.doubt}"
         for summary in result.run.seat_summaries
         if summary.doubt
-    ]
-
-
-def _value_bound_lines(lineup: Lineup) -> list[str]:
-    """Return one line with the value bounds of each policy that computes them."""
-    named_policies = zip(lineup.agent_names, lineup.policies, strict=True)
-    return [
-        policy.describe_bounds(name)
-        for name, policy in named_policies
-        if isinstance(policy, PointBasedPolicy)
     ]
 
 
@@ -211,11 +206,6 @@ def _iter_table_rows(result: SettingResult) -> Iterator[Row]:
         }
 
 
-def _transcript_table_row(row: Row) -> Row:
-    """Return the table row of a recorded game, from its row of data."""
-    return {"transcript": row["kept"], "reason": row["why"], "return": row["return"]}
-
-
 def _run_headline(request: EvaluationRequest, result: RunResult) -> str:
     """Return the headline of a run: problem, games, seed, mean turns, ended games and speed."""
     speed = result.episodes / max(result.seconds, 1e-9)
@@ -225,13 +215,6 @@ def _run_headline(request: EvaluationRequest, result: RunResult) -> str:
         f"{100 * result.terminated_share:.3g} % ended before the turn limit; "
         f"{format_count(speed, 'game', ',.0f')} per second"
     )
-
-
-def _sweep_headline(request: EvaluationRequest, results: Sequence[SettingResult]) -> str:
-    """Return the headline of several runs: problem, number of settings, games and seed."""
-    game_count = sum(result.run.episodes for result in results)
-    games = format_count(game_count, "game", ",")
-    return f"{request.problem}: {len(results)} settings, {games} with seed {request.seed}"
 
 
 def _plot_sweep(results: Sequence[SettingResult]) -> str:

@@ -51,8 +51,9 @@ def mime_bundle(game: Session | Playback) -> dict[str, str]:
         if session.problem.partially_observable and is_revealed
         else None
     )
-    board = fit_board(load_view_module(session.problem), view, options)
-    heading, facts = f"{title}  {_status_line(session, view)}", _panel_lines(view)
+    style = load_view_module(session.problem)
+    board, heading = fit_board(style, view, options), f"{title}  {_status_line(session, view)}"
+    facts = [escape_unprintable(f"{label} {value}") for label, value in style.panel_rows(view)]
     plain = "\n".join(row.rstrip() for row in board.plain.split("\n"))
     return {
         "text/plain": "\n".join([heading, plain, *facts]),
@@ -76,14 +77,6 @@ def _status_line(session: Session, view: View[Problem]) -> str:
     if len(view.problem.agents) > 1:
         parts.append(f"as {view.problem.agents[view.seat]} sees it")
     return "  ".join([*parts, *filter(None, [view.end_reason])])
-
-
-def _panel_lines(view: View[Problem]) -> list[str]:
-    """Return the rows of the screen's side panel as text."""
-    return [
-        escape_unprintable(f"{label} {value}")
-        for label, value in load_view_module(view.problem).panel_rows(view)
-    ]
 
 
 def _render_html(title: str, facts: list[str], board: Text) -> str:

@@ -24,16 +24,11 @@ def _record_row(record: ProblemRecord) -> tuple[str, ...]:
     best_cells = (
         (format_number(best.discounted_return), *map(str, best[1:])) if best else ("-",) * 4
     )
+    changed = [f"{name}={dumps(value)}" for name, value in record.parameters.items()]
+    limit = [] if record.turns is None else [f"--turns {record.turns}"]
     return (
-        _problem_label(record),
+        " ".join([record.problem, *changed, *limit]),
         record.seat,
         *best_cells,
         format_number(record.last.discounted_return),
     )
-
-
-def _problem_label(record: ProblemRecord) -> str:
-    """Return the problem with the parameters and the turn limit that are not the defaults."""
-    changed = [f"{name}={dumps(value)}" for name, value in record.parameters.items()]
-    limit = [] if record.turns is None else [f"--turns {record.turns}"]
-    return " ".join([record.problem, *changed, *limit])

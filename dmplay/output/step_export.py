@@ -7,7 +7,6 @@ from typing import NamedTuple
 import numpy as np
 from rich.text import Text
 
-from dmplay.algorithms.step import Step
 from dmplay.errors import BadParameter
 from dmplay.game.command_line_results import Printout
 from dmplay.game.export_formats import check_extension_fits_format
@@ -62,16 +61,12 @@ def render_html(watched: WatchedSteps, export: StepExport) -> Iterator[str]:
         for number, step in enumerate(watched.steps, 1):
             pictures = Text("\n").join(compose_pictures(step, watched.problem, export.size))
             content = BoardAndPanel(render_html_rows(pictures), [])
-            steps.add(number, content, _format_step_text(step))
+            text = " ".join(filter(None, [f"{step.title}.", *step.sentences, step.formula]))
+            steps.add(number, content, text)
         algorithm = watched.algorithm
         goal = f"{algorithm.description} ({algorithm.source})"
         result = " ".join(watched.steps[-1].sentences[:2])
         yield from fill_page(steps, f"dmplay watch {watched.title}", goal, result)
-
-
-def _format_step_text(step: Step) -> str:
-    """Return the title, the sentences and the formula of a step as one line."""
-    return " ".join(filter(None, [f"{step.title}.", *step.sentences, step.formula]))
 
 
 STEP_RENDERERS: dict[str, Callable[[WatchedSteps, StepExport], Iterator[str]]] = {

@@ -150,7 +150,8 @@ def render_cast(game: Playback, options: ExportOptions) -> Iterator[str]:
     In this version, the time of a screen is relative to the previous one.
     """
     term = {"cols": options.viewport.width, "rows": options.viewport.height}
-    yield _json_line({"version": 3, "term": term, "title": f"dmplay {game.problem_name}"})
+    title = f"dmplay {game.problem_name}"
+    yield f"{json.dumps({'version': 3, 'term': term, 'title': title})}\n"
     for number, screen in enumerate(_iter_json_screens(game, options.viewport)):
         yield f'[{float(number > 0)}, "o", "{CLEAR_SCREEN_JSON}{screen}"]\n'
 
@@ -165,11 +166,6 @@ def _iter_json_screens(game: Playback, viewport: Viewport) -> Iterator[str]:
 def _quote_json(text: str) -> str:
     """Return a text quoted as in JSON, without the quotation marks."""
     return encode_basestring_ascii(text)[1:-1]
-
-
-def _json_line(value: object) -> str:
-    """Return a value as a line of JSON."""
-    return f"{json.dumps(value)}\n"
 
 
 def render_text(game: Playback, options: ExportOptions) -> Iterator[str]:

@@ -52,7 +52,10 @@ def plot_payoffs(subject: PlottedProblem) -> Plot:
             PURE_LABEL,
         )
         return Plot(title, [table], notes=notes)
-    x, y = (_make_action_axis(agent, labels) for agent, labels in _list_action_labels(subject))
+    x, y = (
+        _make_action_axis(agent, space.labels)
+        for agent, space in zip(problem.agents, problem.actions, strict=True)
+    )
     marks = [(_read_number(rows, i), _read_number(columns, j)) for i, j in sorted(cells)]
     panels = [
         GridPanel(
@@ -103,12 +106,6 @@ def _describe_equilibria(subject: PlottedProblem, profiles: Sequence[MixedProfil
         hidden = format_count(len(profiles) - MAX_LISTED_EQUILIBRIA, "more equilibrium")
         notes.append(f"and {hidden.replace('equilibriums', 'equilibria')}")
     return notes
-
-
-def _list_action_labels(subject: PlottedProblem) -> list[tuple[str, Sequence[str]]]:
-    """Return each agent with the labels of its actions."""
-    problem = subject.problem
-    return [(agent, problem.actions[seat].labels) for seat, agent in enumerate(problem.agents)]
 
 
 def _make_action_axis(agent: str, labels: Sequence[str]) -> Axis:

@@ -2,7 +2,6 @@
 
 import numpy as np
 
-from dmplay.core.arrays import Array
 from dmplay.core.problem import Problem
 from dmplay.core.text import format_count, format_score
 from dmplay.errors import BadParameter
@@ -45,19 +44,14 @@ def _build_belief_panel(game: Playback, seat: int) -> LinePanel:
         Series(f"P({names[s]})", turns, beliefs[:, s], style=style)
         for style, s in enumerate(sorted(likeliest.tolist()))
     ]
-    true_states = [names.index(problem.format_state(state)) for state in _list_states(game)]
+    states = [game.session.initial_state, *(turn.state for turn in game.session.turns)]
+    true_states = [names.index(problem.format_state(state)) for state in states]
     series.append(
         Series("true state", turns, beliefs[turns.astype(int), true_states], "points", len(series))
     )
     title = f"belief of {problem.agents[seat]}" if len(problem.agents) > 1 else ""
     x = Axis("turns played", 0.0, max(turns[-1], 1.0), is_whole=True)
     return LinePanel(title, x, Axis("probability", 0.0, 1.0), series)
-
-
-def _list_states(game: Playback) -> list[Array]:
-    """Return the true states of a game, from the initial one on."""
-    session = game.session
-    return [session.initial_state, *(turn.state for turn in session.turns)]
 
 
 def plot_regret(recording: ReplayRequest) -> Plot:

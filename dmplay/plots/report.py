@@ -63,19 +63,13 @@ def report_plot(
         return Printout(draw_plot(build_plot(request), terminal.columns), paged=True)
     from dmplay.plots.picture_files import check_matplotlib, render_picture
 
-    file_format = _choose_picture_format(output)
-    check_matplotlib()  # before a plot that may take long to compute
-    write_bytes(output, [render_picture(build_plot(request), file_format)], force=force)
-    return Printout(escape_newlines(f"wrote {output}"))
-
-
-def _choose_picture_format(output: Path) -> str:
-    """Return the format of a picture file by its extension; raise BadParameter for others."""
     extension = output.suffix[1:].lower()
     if extension not in PICTURE_FORMATS:
         expected = ", ".join(f".{name}" for name in PICTURE_FORMATS)
         raise BadParameter(f"-o {output}: expected a file name that ends in one of {expected}")
-    return extension
+    check_matplotlib()  # before a plot that may take long to compute
+    write_bytes(output, [render_picture(build_plot(request), extension)], force=force)
+    return Printout(escape_newlines(f"wrote {output}"))
 
 
 def build_plot(request: PlotRequest) -> Plot:

@@ -10,7 +10,6 @@ from dmplay.algorithms.value_iteration import MAX_SWEEPS, is_converged
 from dmplay.core.arrays import Reals
 from dmplay.core.best_actions import mark_best_actions
 from dmplay.core.hexgrid import HexMap, find_hex_map
-from dmplay.core.problem import Problem
 from dmplay.core.state_grid import StateGrid
 from dmplay.core.tabular import tabulate
 from dmplay.core.text import format_count, format_score
@@ -166,7 +165,7 @@ def index_best_actions(q: Reals, scale: float = 1.0) -> Reals:
 def _plot_state_table(subject: PlottedProblem, what: str) -> Plot:
     """Return a table of the states of a finite problem, with their values and best actions."""
     problem = subject.problem
-    count = _count_states(problem)
+    count = problem.state_count if isinstance(problem.state_count, int) else 0
     if len(problem.agents) > 1:
         raise subject.refuse(what, f"it has {len(problem.agents)} agents, expected 1")
     if not count or not problem.action_counts[0]:
@@ -187,8 +186,3 @@ def _plot_state_table(subject: PlottedProblem, what: str) -> Plot:
     panel = TablePanel("", "state", "", names, columns, cells)
     title = f"{subject.title}: values and best actions, {subject.horizon_text}"
     return Plot(title, [panel], notes=subject.horizon_notes)
-
-
-def _count_states(problem: Problem) -> int:
-    """Return the number of states; 0 if they cannot be listed."""
-    return problem.state_count if isinstance(problem.state_count, int) else 0

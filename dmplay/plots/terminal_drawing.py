@@ -69,7 +69,10 @@ def draw_plot(plot: Plot, columns: int) -> Text:
     actions = _list_actions(plot)
     is_small = len(plot.panels) > 1
     drawings = [_draw_panel(panel, columns, actions, is_small=is_small) for panel in plot.panels]
-    lines = [_wrap(plot.title, columns, "bold"), *_arrange_panels(drawings, columns)]
+    width = max(measure_text(drawing)[0] for drawing in drawings) + PANEL_GAP
+    per_row = max((columns + PANEL_GAP) // width, 1)
+    groups = [drawings[first : first + per_row] for first in range(0, len(drawings), per_row)]
+    lines = [_wrap(plot.title, columns, "bold"), *(_join_beside(group, width) for group in groups)]
     lines += [_draw_action_legend(actions)] if actions else []
     lines += [_wrap(note, columns, "dim") for note in plot.notes]
     return Text("\n").join(lines)
@@ -78,14 +81,6 @@ def draw_plot(plot: Plot, columns: int) -> Text:
 def _wrap(text: str, columns: int, style: str) -> Text:
     """Return text wrapped at spaces, in one style."""
     return Text("\n".join(textwrap.wrap(text, columns)), style=style)
-
-
-def _arrange_panels(drawings: Sequence[Text], columns: int) -> list[Text]:
-    """Return the panels in rows, with as many beside each other as fit."""
-    width = max(measure_text(drawing)[0] for drawing in drawings) + PANEL_GAP
-    per_row = max((columns + PANEL_GAP) // width, 1)
-    groups = [drawings[first : first + per_row] for first in range(0, len(drawings), per_row)]
-    return [_join_beside(group, width) for group in groups]
 
 
 def _join_beside(drawings: Sequence[Text], width: int) -> Text:

@@ -115,14 +115,9 @@ def _extract_state(session: Session) -> Array | None:
     """Return the current state; None if a transcript writes nothing about it."""
     state = session.state
     is_omitted = session.problem.state_count == 1 or (
-        state.dtype == object and not _format_state_line(session)
+        state.dtype == object and not session.problem.format_transcript_state(session.state)
     )
     return None if is_omitted else state
-
-
-def _format_state_line(session: Session) -> str:
-    """Return the current state as a transcript writes it."""
-    return session.problem.format_transcript_state(session.state)
 
 
 def _state_to_json(problem: Problem, state: Array) -> object:

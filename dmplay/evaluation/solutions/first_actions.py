@@ -16,7 +16,7 @@ from dmplay.agents.point_based import (
 from dmplay.agents.single_agent_planning import RecedingHorizonPolicy
 from dmplay.core import belief
 from dmplay.core.action_values import Accuracy
-from dmplay.core.arrays import Bools, Ints
+from dmplay.core.arrays import Ints
 from dmplay.core.best_actions import mark_best_actions
 from dmplay.core.problem import Problem
 from dmplay.core.text import format_count, format_value
@@ -25,7 +25,6 @@ from dmplay.evaluation.solutions.options import DEFAULT_TURNS, resolve_horizon, 
 from dmplay.evaluation.solutions.simulated_returns import solve_by_simulation
 from dmplay.evaluation.solutions.solution import Row, Solution
 from dmplay.registry import agents
-from dmplay.solvers.pomdp.point_based import PointBasedBounds
 
 MAX_SEARCH_TURNS = 100  # in longer games search is not simulated
 
@@ -91,12 +90,6 @@ def _find_legal_first_actions(problem: Problem) -> Ints:
     return np.flatnonzero(is_legal if is_legal.any() else ~is_legal)
 
 
-def _mark_possibly_best(bounds: PointBasedBounds, legal: Ints) -> Bools:
-    """Return the mask of actions that are not proven worse than another, beyond the target gap."""
-    lower = bounds.action_lower_bounds[legal]
-    return np.asarray(bounds.action_upper_bounds[legal] >= lower.max() - bounds.min_gap)
-
-
 def _plan_turns(agent: PointBasedPolicy, turns: int | None) -> PointBasedPolicy:
     """Return the agent that plans a game of `turns` turns, or an infinite horizon if that is close.
 
@@ -132,7 +125,8 @@ def _solve_bounds(agent: PointBasedPolicy, turns: int | None) -> Solution:
         bounds.action_upper_bounds[legal],
         strict=True,
     )
-    marks = _mark_possibly_best(bounds, legal)
+    lower = bounds.action_lower_bounds[legal]
+    marks = np.asarray(bounds.action_upper_bounds[legal] >= lower.max() - bounds.min_gap)
     rows: list[Row] = [
         {
             "first": problem.format_action(0, a),

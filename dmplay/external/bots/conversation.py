@@ -87,11 +87,12 @@ class BotConversation:
     def exchange_hello(self, game_facts: JsonObject, offers: list[str]) -> None:
         """Send hello with the facts of a game, and store the requests in the program's answer."""
         problem, seat = self._problem, self._seat
+        space = problem.observations[seat] if problem.partially_observable else None
         facts = {
             "seat": problem.agents[seat],
             "agents": problem.agents,
             "actions": describe_choices(problem, seat),
-            "observations": _observation_labels(problem, seat),
+            "observations": space if isinstance(space, Labels) else None,
             "discount": problem.discount,
             "horizon": problem.horizon,
             "clock": self._clock,
@@ -155,7 +156,9 @@ class BotConversation:
                 [node.turn_message for node in history.nodes_after(None)],
             )
         if "belief" in self._wants and history.belief is not None:
-            fields["belief"] = self._encode_belief(history.belief)
+            problem = self._problem
+            pairs = zip(problem.enumerate_states(), history.belief.tolist(), strict=True)
+            fields["belief"] = {problem.format_state(state): p for state, p in pairs if p}
         return turn_messages + encode_message("act", fields)
 
     def _game_field(self, history: HistoryNode) -> JsonObject:
@@ -169,12 +172,6 @@ class BotConversation:
         nodes = history.nodes_after(self._last_sent.get(key))
         self._last_sent[key] = history
         return "".join(encode_message("turn", game_field | node.turn_message) for node in nodes)
-
-    def _encode_belief(self, probabilities: Reals) -> JsonObject:
-        """Return the probability of each state that has one, by the state's text."""
-        problem = self._problem
-        pairs = zip(problem.enumerate_states(), probabilities.tolist(), strict=True)
-        return {problem.format_state(state): p for state, p in pairs if p}
 
     def _read_answer(self, kind: str, request_id: int = 0) -> JsonObject:
         """Return the answer to a request; skip answers to earlier ones and other messages.
@@ -225,9 +222,3 @@ class BotConversation:
             )
         self.channel.close(farewell)
         return self.channel.log
-
-
-def _observation_labels(problem: Problem, seat: int) -> Labels | None:
-    """Return a seat's observation labels; None if it observes states, numbers or text."""
-    space = problem.observations[seat] if problem.partially_observable else None
-    return space if isinstance(space, Labels) else None

@@ -59,7 +59,8 @@ def encode_observation(problem: Problem, seat: int, observation: Array) -> objec
     """Return an observation as a JSON value at full precision; None for the null observation."""
     if problem.partially_observable:
         space = problem.observations[seat]
-        if _are_observations_equal(observation, space.null_observation(1)[0]):
+        null_observation, is_float = space.null_observation(1)[0], observation.dtype.kind == "f"
+        if np.array_equal(observation, null_observation, equal_nan=is_float):
             return None
         return (
             space[int(observation)]
@@ -69,12 +70,6 @@ def encode_observation(problem: Problem, seat: int, observation: Array) -> objec
     return (
         observation.tolist() if observation.dtype.kind == "f" else problem.format_state(observation)
     )
-
-
-def _are_observations_equal(first: Array, second: Array) -> bool:
-    """Return whether two observations are equal, with NaN equal to NaN."""
-    is_float = first.dtype.kind == "f"
-    return np.array_equal(first, second, equal_nan=is_float)
 
 
 def decode_observation(problem: Problem, seat: int, value: Any, *, initial: bool = False) -> Array:
