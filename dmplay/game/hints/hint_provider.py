@@ -478,7 +478,8 @@ class HintProvider:
         if not kind or (has_ended and kind in HINT_OVERLAYS):
             return None
         values = self._compute_all_state_values(turn_count)
-        return None if values is None else Overlay(kind, values)
+        scale = self.session.problem.reward_scale
+        return None if values is None else Overlay(kind, values, scale)
 
     @property
     def is_overlay_ready(self) -> bool:
