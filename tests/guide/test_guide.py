@@ -2,20 +2,28 @@
 
 import os
 import re
+import sys
 import textwrap
 from pathlib import Path
+from types import FrameType
 
 import pytest
 
 from dmplay.cli import main
 from dmplay.cli.parsed_command_runner import execute_result, interpret_command, render_for_terminal
 from dmplay.errors import BadParameter, UnknownName
+from dmplay.game.game_series import GameController
+from dmplay.game.game_setup import start_new_game
+from dmplay.game.launch_requests import GameRequest
 from dmplay.guide.topics import GUIDE_FOLDER, list_topics, read_topic, topic_title
 from dmplay.output import guide_pages
 from dmplay.output.pager import print_paged
 from dmplay.registry.builtin_names import problem_names
 from dmplay.terminal.capabilities import Terminal
+from dmplay.ui.screen.key_handlers import handle_key
+from dmplay.ui.screen.play_screen import PlayScreen
 from tests.support.document_examples import PROJECT_ROOT, TIGER_SOURCE, DocumentRunner, parse_blocks
+from tests.support.screens import make_game, play_keys
 from tests.support.terminals import Terminal as Tty
 
 SCREEN_TERMINAL = Terminal(True, "", True, False, False)
@@ -58,8 +66,9 @@ def test_the_examples_of_a_topic_run_as_documented(
 def test_every_block_of_a_topic_is_run(name: str) -> None:
     blocks = parse_blocks(read_topic(name))
     assert read_topic(name).count("```") == 2 * len(blocks), f"see {topic_file(name)}"
-    for block in blocks:
-        assert block.runs, f"see {topic_file(name)}: {block.code}"
+    for block in blocks:  # a test of its own follows the drawing in `architecture`
+        is_drawing = (name, block.language) == ("architecture", "text")
+        assert block.runs or is_drawing, f"see {topic_file(name)}: {block.code}"
 
 
 @each_topic
@@ -102,6 +111,41 @@ def test_the_architecture_topic_names_only_existing_files_and_definitions() -> N
                 rf"\b(def|class) {name}\b|^ *{name}\b.* = ", source, re.MULTILINE
             )
             assert is_defined, f"{word}: see {topic_file('architecture')}"
+
+
+def test_the_calls_that_the_architecture_topic_draws_happen_in_a_turn(tmp_path: Path) -> None:
+    (drawing,) = re.findall(r"```text\n(.*?)```", read_topic("architecture"), re.DOTALL)
+    rows = [(len(row) - len(row.lstrip()), *row.split()) for row in drawing.splitlines()]
+    ancestors: dict[tuple[str, str], set[tuple[str, str]]] = {}
+
+    def note_call(frame: FrameType | None, event: str, _: object) -> None:
+        """Note the functions from which a function was called."""
+        assert frame
+        called = identify(frame)
+        if event == "call" and called in {row[1:] for row in rows}:
+            while frame := frame.f_back:
+                ancestors.setdefault(called, set()).add(identify(frame))
+
+    def identify(frame: FrameType) -> tuple[str, str]:
+        """Return the name of a function and its file in the package."""
+        return frame.f_code.co_qualname, frame.f_code.co_filename.rpartition("/dmplay/")[2]
+
+    walk = start_new_game(GameRequest("hexworld", record_path=tmp_path / "walk.dmt"))
+    hunt = GameController(make_game("predator-prey", "human", "random"))
+    sys.setprofile(note_call)
+    try:
+        play_keys(walk, "l")
+        handle_key(PlayScreen(hunt, PIPE_TERMINAL), "l")  # agents choose in this thread
+    finally:
+        sys.setprofile(None)
+    callers: list[tuple[int, str, str]] = []  # the rows above, by indentation
+    for indentation, name, file in rows:
+        callers = [row for row in callers if row[0] < indentation]
+        assert {row[1:] for row in callers} <= ancestors.get((name, file), set()), (
+            f"{name} in {file}: see {topic_file('architecture')}"
+        )
+        callers.append((indentation, name, file))
+    assert len(ancestors) == len(rows)
 
 
 def test_the_architecture_topic_lists_the_layers_in_the_order_of_imports() -> None:
