@@ -68,10 +68,8 @@ class Env(gymnasium.Env[Any, Any]):
         self.problem = resolve_problem(problem, parameters)
         seat_index = find_seat(self.problem, str(seat)) if str(seat) else 0
         self.seat = SeatSpaces(self.problem, seat_index)
-        self.action_space, self.observation_space = (
-            self.seat.action_space,
-            self.seat.observation_space,
-        )
+        self.action_space = self.seat.action_space
+        self.observation_space = self.seat.observation_space
         self.render_mode = check_render_mode(render_mode)
         self._turn_limit = resolve_turn_limit(self.problem, turns)
         self._illegal_rule = IllegalActionRule.from_option(illegal, illegal_reward)

@@ -46,10 +46,8 @@ def initial_belief(problem: Problem) -> Reals:
 
 def initial_seat_belief(problem: Problem, seat: int, observation: Array) -> Reals:
     """Return the belief `[S]` of a seat before its first action, given its initial observation."""
-    start_belief, consistent = (
-        initial_belief(problem),
-        problem.initial_observations(problem.enumerate_states())[:, seat] == observation,
-    )
+    start_belief = initial_belief(problem)
+    consistent = problem.initial_observations(problem.enumerate_states())[:, seat] == observation
     return start_belief if consistent.all() else apply_bayes_rule(start_belief * consistent).belief
 
 

@@ -52,10 +52,8 @@ def select_greedy_actions(q: Reals, scale: float = 1.0) -> Ints:
     # For many rows, a comparison action by action is much faster.
     by_action = np.ascontiguousarray(q.T)
     threshold = by_action.max(axis=0) - VALUE_TOLERANCE * scale
-    is_decided, first = (
-        by_action[0] >= threshold,
-        np.zeros(len(q), np.min_scalar_type(len(by_action))),
-    )
+    is_decided = by_action[0] >= threshold
+    first = np.zeros(len(q), np.min_scalar_type(len(by_action)))
     for values in by_action[1:]:
         first += ~is_decided
         is_decided |= values >= threshold

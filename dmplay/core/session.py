@@ -190,11 +190,9 @@ class Session(NotebookDisplay):
 
     def copy_at_start(self, policies: Sequence[Policy | None] = ()) -> "Session":
         """Return the same game before its first turn, with these policies in its seats, if any."""
-        uniform_source, turn_limit, initial_uniforms = (
-            self.uniform_source,
-            self.turn_limit,
-            self.initial_uniforms,
-        )
+        uniform_source = self.uniform_source
+        turn_limit = self.turn_limit
+        initial_uniforms = self.initial_uniforms
         return Session(
             self.problem,
             uniform_source,

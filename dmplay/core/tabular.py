@@ -409,10 +409,8 @@ def tabulate(problem: Problem) -> Tables:
     s, a = np.repeat(states, action_count, axis=0), np.tile(actions, (state_count, 1))
     a = replace_illegal_actions(problem, s, a)
     if isinstance(problem, Tabular):
-        tables, joint = (
-            _dense_tables(problem),
-            np.ravel_multi_index(tuple(a.T), problem.action_counts),
-        )
+        tables = _dense_tables(problem)
+        joint = np.ravel_multi_index(tuple(a.T), problem.action_counts)
         index = s.reshape(state_count, action_count), joint.reshape(state_count, action_count)
         return tables._replace(transition=tables.transition[index], rewards=tables.rewards[index])
     p, outcome = enumerate_outcomes(problem, s, a)
@@ -438,14 +436,10 @@ def tabulate(problem: Problem) -> Tables:
             np.add.at(joint, (row[:action_count], next_states[block], observed[block]), p[block])
             if abs(joint - transition[block, :, None] * observation).max() > PROBABILITY_TOLERANCE:
                 raise BadParameter(STATE_DEPENDENT_OBSERVATION_MESSAGE)
-    transition_table, reward_table = (
-        transition.reshape(state_count, action_count, state_count),
-        rewards.reshape(state_count, action_count, -1),
-    )
+    transition_table = transition.reshape(state_count, action_count, state_count)
+    reward_table = rewards.reshape(state_count, action_count, -1)
     terminal_states = np.flatnonzero(problem.terminal(states) & (not problem.partially_observable))
     # terminal states absorb, whatever the dynamics return
-    transition_table[terminal_states], reward_table[terminal_states] = (
-        np.eye(state_count)[terminal_states, None],
-        0.0,
-    )
+    transition_table[terminal_states] = np.eye(state_count)[terminal_states, None]
+    reward_table[terminal_states] = 0.0
     return Tables(transition_table, reward_table, observation)

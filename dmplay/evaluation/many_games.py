@@ -141,10 +141,8 @@ def summarize_run(
             problem.agents, rollout.returns.T, rollout.total_rewards.T, strict=True
         )
     )
-    mean_turns, terminated_share = (
-        float(rollout.turn_counts.mean()),
-        float(rollout.terminated.mean()),
-    )
+    mean_turns = float(rollout.turn_counts.mean())
+    terminated_share = float(rollout.terminated.mean())
     return RunResult(
         seat_summaries,
         len(episode_numbers),

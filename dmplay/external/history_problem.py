@@ -60,12 +60,10 @@ class GameHistory:
             history = cls._instances.get((game, uniform, actions, id(previous)))
             if history is None:
                 history = super().__new__(cls)
-                history.game, history.uniform, history.actions, history.previous = (
-                    game,
-                    uniform,
-                    actions,
-                    previous,
-                )
+                history.game = game
+                history.uniform = uniform
+                history.actions = actions
+                history.previous = previous
                 cls._instances[game, uniform, actions, id(previous)] = history
             return history
 

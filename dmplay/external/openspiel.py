@@ -278,10 +278,8 @@ class OpenSpielEnvironment(ExternalEnvironment):
         self, legal_actions: Sequence[Sequence[int]]
     ) -> tuple[dict[int, str], ...]:
         """Return the names of the legal actions in this state; () if the labels name them all."""
-        labels_by_player, wait_action = (
-            _collect_action_labels(self._name),
-            _load_game(self._name).num_distinct_actions(),
-        )
+        labels_by_player = _collect_action_labels(self._name)
+        wait_action = _load_game(self._name).num_distinct_actions()
         pairs = [*zip(labels_by_player, legal_actions, strict=True)]
         if not any(
             labels[action] == _default_action_name(action)

@@ -60,10 +60,8 @@ class Keyboard:
             and not self.problem.partially_observable
         ):
             is_second = key in key_maps.second_player_keys
-            seat, keys = (
-                self.human_seats[is_second],
-                key_maps.second_player_keys if is_second else key_maps.first_player_keys,
-            )
+            seat = self.human_seats[is_second]
+            keys = key_maps.second_player_keys if is_second else key_maps.first_player_keys
         action = find_action_by_key(self.problem, seat, key, keys)
         return None if action is None else (seat, action)
 

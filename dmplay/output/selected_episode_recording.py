@@ -49,11 +49,9 @@ def record_episodes(setting_result: SettingResult, selection: TranscriptSelectio
     """Play the selected episodes of a run again, recording transcripts; yield a row for each."""
     if selection.folder is None:
         return
-    match, (problem, names, _), result = (
-        setting_result.request,
-        setting_result.lineup,
-        setting_result.run,
-    )
+    match = setting_result.request
+    problem, names, _ = setting_result.lineup
+    result = setting_result.run
     folder = selection.folder / str(setting_result)
     folder.mkdir(parents=True, exist_ok=True)
     seats = [f"{seat}={name}" for seat, name in zip(problem.agents, names, strict=True)]

@@ -50,10 +50,8 @@ class SeatSpaces:
         self.problem, self.seat = problem, seat
         self._action_set = problem.actions[seat]
         self._full_action_mask = np.ones(problem.action_counts[seat], np.int8)
-        self.action_space, self.observation_space = (
-            self._make_action_space(),
-            self._make_observation_space(),
-        )
+        self.action_space = self._make_action_space()
+        self.observation_space = self._make_observation_space()
 
     def _make_action_space(self) -> Space:
         """Return the action space: a Box for an interval, else Discrete."""

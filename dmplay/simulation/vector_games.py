@@ -25,11 +25,9 @@ class VectorGames:
         limit: int,
         illegal_rule: IllegalActionRule,
     ) -> None:
-        self.problem, self.seat_spaces, self.uniform_source = (
-            seat_spaces.problem,
-            seat_spaces,
-            uniform_source,
-        )
+        self.problem = seat_spaces.problem
+        self.seat_spaces = seat_spaces
+        self.uniform_source = uniform_source
         self._policies = policies
         self._limit, self._illegal_rule = limit, illegal_rule
         self._all_rows, self._no_rows = np.arange(game_count), np.zeros(game_count, bool)
@@ -165,10 +163,8 @@ class VectorGames:
     def _restart_games(self, rows: Ints, rewards: Reals) -> None:
         """Restart the games in these rows and set their rewards to 0."""
         state, memories, observations = self._start_games(rows)
-        self._state, self.observations = (
-            _replace_rows(self._state, rows, state),
-            _replace_rows(self.observations, rows, observations),
-        )
+        self._state = _replace_rows(self._state, rows, state)
+        self.observations = _replace_rows(self.observations, rows, observations)
         self._memories = _replace_memory_rows(self._memories, rows, memories)
         rewards[rows] = 0.0
 

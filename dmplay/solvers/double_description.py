@@ -41,11 +41,9 @@ def cut_cone(cone: Cone, normal: Reals, budget: Budget | None = None) -> Cone:
     rays = np.concatenate([cone.rays[is_kept], crossings])
     tight = np.ones((len(rays), cone.tight_borders.shape[1] + 1), bool)
     kept_count = len(rays) - len(i)
-    tight[:kept_count, :-1], tight[:kept_count, -1], tight[kept_count:, :-1] = (
-        cone.tight_borders[is_kept],
-        on_border[is_kept],
-        common,
-    )
+    tight[:kept_count, :-1] = cone.tight_borders[is_kept]
+    tight[:kept_count, -1] = on_border[is_kept]
+    tight[kept_count:, :-1] = common
     return Cone(rays, tight)
 
 

@@ -78,10 +78,8 @@ def can_plan_jointly(problem: Problem) -> bool:
         return False
     if not all(isinstance(space, Labels) for space in problem.observations):
         return False
-    joint_action_count, joint_observation_count = (
-        prod(problem.action_counts),
-        prod(problem.observation_counts),
-    )
+    joint_action_count = prod(problem.action_counts)
+    joint_observation_count = prod(problem.observation_counts)
     if (
         problem.state_count
         * joint_action_count

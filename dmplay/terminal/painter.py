@@ -12,10 +12,8 @@ from dmplay.terminal.styles import StyledRow, to_styled_rows
 ENTER_SCREEN, LEAVE_SCREEN = "\x1b[?1049h\x1b[?25l", "\x1b[m\x1b[?1049l\x1b[?25h"
 # A paste arrives as one event, not as keys. The mouse wheel reports itself; terminals would
 # otherwise send arrow keys, which would play actions.
-ENABLE_INPUT_REPORTS, DISABLE_INPUT_REPORTS = (
-    "\x1b[?2004h\x1b[?1000h\x1b[?1006h",
-    "\x1b[?1006l\x1b[?1000l\x1b[?2004l",
-)
+ENABLE_INPUT_REPORTS = "\x1b[?2004h\x1b[?1000h\x1b[?1006h"
+DISABLE_INPUT_REPORTS = "\x1b[?1006l\x1b[?1000l\x1b[?2004l"
 CLEAR_SCREEN = "\x1b[m\x1b[H\x1b[2J"
 SHOW_CURSOR, HIDE_CURSOR = "\x1b[?25h", "\x1b[?25l"
 DEFAULT_SIZE = (80, 24)  # columns and rows of a terminal that does not report its size

@@ -16,10 +16,8 @@ from dmplay.transcript.replay import replay
 # a problem and its uniforms; seeing all of such a game reveals the next one
 GameKey = tuple[str, object]
 RESUMABLE_END_REASONS = ("", "interrupted")  # end reasons after which nothing hidden was shown
-FINISH_MESSAGE, PEEK_ADVICE = (
-    "this game can still be continued: finish it first",
-    ", or add --peek, which marks it as peeked",
-)
+FINISH_MESSAGE = "this game can still be continued: finish it first"
+PEEK_ADVICE = ", or add --peek, which marks it as peeked"
 
 
 def make_game_key(name: str, uniform_source: object) -> GameKey:

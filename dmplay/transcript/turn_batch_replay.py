@@ -86,10 +86,8 @@ class BatchReplayer:
         block, session = self._blocks[position], self._session
         if not 0 <= position - self._batch_start < len(self._batch_turns):
             batch = self.compute_turns(position)
-            self._batch_start, self._batch_turns = (
-                position,
-                [] if batch is None else split_turns(batch),
-            )
+            self._batch_start = position
+            self._batch_turns = [] if batch is None else split_turns(batch)
         if self._batch_turns and block["turn"] == len(session.turns) + 1:
             session.append_turns(
                 self._batch_turns[position - self._batch_start : position - self._batch_start + 1]
@@ -171,11 +169,9 @@ class BatchReplayer:
         uniforms = [
             read_uniforms(self._transcript, block, uniform_count) for block in blocks[:turn_count]
         ]
-        s, a, u = (
-            make_readonly(s[:turn_count]),
-            make_readonly(a[:turn_count]),
-            make_readonly(np.array(uniforms)),
-        )
+        s = make_readonly(s[:turn_count])
+        a = make_readonly(a[:turn_count])
+        u = make_readonly(np.array(uniforms))
         computed_states = self._computes_states
         self._computes_states = False  # This stays False unless a batch leads to the same bits.
         state, rewards, observations = problem.step(s, a, u)

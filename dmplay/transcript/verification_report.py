@@ -143,10 +143,8 @@ class VerificationReport:
 
     def __str__(self) -> str:
         """Return a line for each of the first findings, and for their common cause if any."""
-        path, lines = (
-            escape_newlines(self.path),
-            [str(finding) for finding in self.findings[:MAX_PRINTED_FINDINGS]],
-        )
+        path = escape_newlines(self.path)
+        lines = [str(finding) for finding in self.findings[:MAX_PRINTED_FINDINGS]]
         if len(self.findings) > len(lines):
             lines.append(f"{path}: {len(self.findings) - len(lines)} more differences")
         if self.findings and all(finding.level == "inputs" for finding in self.findings):

@@ -247,10 +247,8 @@ def _summarize_description(view: View[Problem]) -> str:
 
 def lesson(view: View[Problem]) -> Lesson:
     """Return the three sentences that introduce the problem: role, objective and actions."""
-    problem, objective = (
-        view.problem,
-        _summarize_description(view) or "You want the largest sum of rewards",
-    )
+    problem = view.problem
+    objective = _summarize_description(view) or "You want the largest sum of rewards"
     other_count = len(problem.agents) - 1
     others = f", one of {other_count + 1} agents" if other_count else ""
     visibility = "the state is hidden" if problem.partially_observable else "you see the state"

@@ -158,8 +158,6 @@ def solve_best_replies(problem: Problem) -> Solution:
         f"{format_start_values(problem, result.graph, result.values)}; "
         f"gain by another policy: {gains}"
     )
-    states, rounds = (
-        format_count(len(result.values), "state"),
-        format_count(result.round_count, "round"),
-    )
+    states = format_count(len(result.values), "state")
+    rounds = format_count(result.round_count, "round")
     return Solution(f"best responses over {states}, {rounds}", summary, rows)

@@ -113,10 +113,8 @@ def solve_by_simulation(problem: Problem, agents: Sequence[str] = ()) -> Solutio
         {"seat": player, "agent": name} | mean_with_error(simulated.returns[:, seat])
         for seat, (player, name) in enumerate(zip(problem.agents, names, strict=True))
     ]
-    game_text, length_text = (
-        format_count(len(simulated.turns), "game"),
-        append_noun(format_score(simulated.turns.mean()), "turn"),
-    )
+    game_text = format_count(len(simulated.turns), "game")
+    length_text = append_noun(format_score(simulated.turns.mean()), "turn")
     summary = f"{game_text} with seed {SIMULATION_SEED}, {length_text} on average"
     return Solution(
         f"not a solution, but a simulation of {_describe_agents(names)}, "

@@ -122,10 +122,8 @@ class Bot(SeatPolicy):
             return None
         actions: list[int | None] = [None] * len(self.problem.agents)
         observations = list(actions)
-        actions[self.seat], observations[self.seat] = (
-            int(percept.action[row]),
-            int(percept.observation[row]),
-        )
+        actions[self.seat] = int(percept.action[row])
+        observations[self.seat] = int(percept.observation[row])
         return belief.update_belief(self.problem, previous, actions, observations).belief
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:

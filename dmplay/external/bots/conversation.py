@@ -151,10 +151,8 @@ class BotConversation:
         if len(uniforms):
             fields["luck"] = uniforms.tolist()
         if "history" in self._wants:
-            turn_messages, fields["history"] = (
-                "",
-                [node.turn_message for node in history.nodes_after(None)],
-            )
+            turn_messages = ""
+            fields["history"] = [node.turn_message for node in history.nodes_after(None)]
         if "belief" in self._wants and history.belief is not None:
             problem = self._problem
             pairs = zip(problem.enumerate_states(), history.belief.tolist(), strict=True)

@@ -74,10 +74,8 @@ def _list_layouts(options: DrawOptions) -> list[CartPoleLayout]:
         layout._replace(has_straight_pole=True)
         for layout in (*LAYOUTS[:-1], LOW_LAYOUT, LAYOUTS[-1])
     ]
-    width, pole_rows = (
-        min(options.columns_beside_panel, MAX_LAYOUT.width),
-        min(options.height - 8, MAX_LAYOUT.pole_rows),
-    )
+    width = min(options.columns_beside_panel, MAX_LAYOUT.width)
+    pole_rows = min(options.height - 8, MAX_LAYOUT.pole_rows)
     if width < LAYOUTS[1].width or pole_rows < LAYOUTS[1].pole_rows:
         return straight_layouts
     return [
@@ -189,16 +187,12 @@ def _draw_hint(
     canvas: Canvas, options: DrawOptions, cart_column: int, layout: CartPoleLayout
 ) -> None:
     """Draw each push's regret in turns at its side of the cart, or both at one side."""
-    left_text, right_text = (
-        _format_turns_lost(format_regret(options, 0, MAX_NUMBER_COLUMNS)),
-        _format_turns_lost(format_regret(options, 1, MAX_NUMBER_COLUMNS)),
-    )
+    left_text = _format_turns_lost(format_regret(options, 0, MAX_NUMBER_COLUMNS))
+    right_text = _format_turns_lost(format_regret(options, 1, MAX_NUMBER_COLUMNS))
     if not left_text or not right_text:
         return
-    left_column, right_column = (
-        cart_column - layout.half_cart_columns - 3 - len(left_text),
-        cart_column + layout.half_cart_columns + 2,
-    )
+    left_column = cart_column - layout.half_cart_columns - 3 - len(left_text)
+    right_column = cart_column + layout.half_cart_columns + 2
     joint_text = f"← {left_text}  → {right_text}"
     if left_column < 0:
         canvas.write_text(right_column, layout.pole_rows, joint_text, "green")

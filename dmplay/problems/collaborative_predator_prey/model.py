@@ -33,10 +33,8 @@ class PredatorPreyDecPomdp(DecPomdp):
         observation_indices = problem.observe(problem.enumerate_states()) @ np.array(
             [second_count, 1]
         )
-        observation_table, joint_action_count = (
-            np.eye(first_count * second_count)[observation_indices],
-            len(problem.walk_probabilities) ** 2,
-        )
+        observation_table = np.eye(first_count * second_count)[observation_indices]
+        joint_action_count = len(problem.walk_probabilities) ** 2
         return cls(
             np.zeros((problem.state_count, joint_action_count, 0)),
             np.tile(compute_state_rewards(problem).reshape(-1, 1), joint_action_count),
@@ -93,11 +91,9 @@ class PredatorPreyDecPomdp(DecPomdp):
         self, joint: Reals, first_directions: Ints, second_directions: Ints
     ) -> Reals:
         """Return the next-state probabilities `[A1, A2, N, S']` for pairs of directions."""
-        hex_count, row_count, walks = (
-            len(self.problem.hexes),
-            len(joint),
-            self.problem.walk_probabilities.swapaxes(1, 2),
-        )
+        hex_count = len(self.problem.hexes)
+        row_count = len(joint)
+        walks = self.problem.walk_probabilities.swapaxes(1, 2)
         prey_moved = np.matmul(
             joint.reshape(row_count, hex_count**2, hex_count).swapaxes(0, 1), self._prey_transitions
         )

@@ -50,10 +50,8 @@ def optimize_reactive_team(problem: CollaborativePredatorPrey) -> ReactiveTeam:
                     ARRAY_CALL_WORK + 2 * arrays.operations_per_sweep,
                     (2 * round_index + seat) / (2 * ROUND_COUNT),
                 )
-                values, visits = (
-                    arrays.backup_values(values, *walks),
-                    arrays.propagate_visits(visits, *walks),
-                )
+                values = arrays.backup_values(values, *walks)
+                visits = arrays.propagate_visits(visits, *walks)
             gradient = arrays.compute_policy_gradient(seat, values, visits, walks[1 - seat])
             policies[seat] *= np.exp(
                 GRADIENT_STEP * (gradient - gradient.max(axis=1, keepdims=True))

@@ -240,10 +240,8 @@ class CollaborativePredatorPrey(HexHunt):
             [matrices[a] for a in action_indices] for matrices in self._walk_matrices
         )
         joint = belief.reshape(-1, self.state_count // hex_count, hex_count)
-        uncaught, caught = (
-            np.where(self._captured_mask, 0.0, joint),
-            np.where(self._captured_mask, joint, 0.0),
-        )
+        uncaught = np.where(self._captured_mask, 0.0, joint)
+        caught = np.where(self._captured_mask, joint, 0.0)
         moved = np.matmul(
             uncaught[:, :, None], self.prey_move_probabilities.reshape(-1, hex_count, hex_count)
         )

@@ -75,10 +75,8 @@ def _iter_pair_values(problem: CollaborativePredatorPrey) -> Iterator[TeamValue]
     yield TeamValue("reactive", value, "exact, if the agents also observe the first state")
     if problem.sighted:
         return
-    hunting_team, budget = (
-        PredatorPreyDecPomdp.from_predator_prey(problem),
-        Budget("upper bound", "try fewer hexes", 5e10),
-    )
+    hunting_team = PredatorPreyDecPomdp.from_predator_prey(problem)
+    budget = Budget("upper bound", "try fewer hexes", 5e10)
     with scale_progress_part(1, 3):
         upper_bound = CentralizedPomdp(
             hunting_team, MAX_SIMULATED_TURNS, budget, INFORMED_BOUND_WORK

@@ -273,10 +273,8 @@ def _iter_numbered_maps(
         if hex_beliefs is None:
             return HexCell("")
         index = problem.hexes.index(hex_)
-        prey_probability, own_probability = (
-            float(hex_beliefs.prey[index]),
-            float(hex_beliefs.you[index]),
-        )
+        prey_probability = float(hex_beliefs.prey[index])
+        own_probability = float(hex_beliefs.you[index])
         style = (
             "reverse"
             if hex_ in true_hexes

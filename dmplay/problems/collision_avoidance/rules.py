@@ -78,10 +78,8 @@ class CollisionAvoidance(RealStateProblem):
         acted in.
         """
         h, dh, a_prev, t_col = split_columns(s)
-        advised, gust = (
-            ADVISED_RATES[to_column(a[:, 0])],
-            GUST_ACCELERATIONS[to_column(events[0])],
-        )
+        advised = ADVISED_RATES[to_column(a[:, 0])]
+        gust = GUST_ACCELERATIONS[to_column(events[0])]
         next_rate = dh + (self._compute_acceleration(dh, advised) + gust)
         collides = (abs(h) < COLLISION_DISTANCE) & (t_col == 0)
         cost = COLLISION_COST * collides + ADVISORY_CHANGE_COST * (advised != a_prev)

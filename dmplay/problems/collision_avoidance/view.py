@@ -82,10 +82,8 @@ def _list_layouts(options: DrawOptions) -> list[EncounterLayout]:
 
     A layout that fills the space beside the panel comes before those of a transcript.
     """
-    width, rows = (
-        min(options.columns_beside_panel - PATH_LABEL_COLUMNS, MAX_LAYOUT.width),
-        min(options.height - 3, MAX_LAYOUT.height_rows),
-    )
+    width = min(options.columns_beside_panel - PATH_LABEL_COLUMNS, MAX_LAYOUT.width)
+    rows = min(options.height - 3, MAX_LAYOUT.height_rows)
     labels = (rows - 1) // 4
     if width < LAYOUTS[1].width or rows < LAYOUTS[2].height_rows:
         return [*LAYOUTS]
@@ -225,10 +223,8 @@ def _draw_encounter(
     max_height = _choose_max_height(
         [*(h for h, *_ in past_states), *(h for path in paths for h in path.heights)]
     )
-    height_axis, time_axis = (
-        NumberLine(-max_height, max_height, 0, layout.height_rows - 1),
-        _make_time_line(layout),
-    )
+    height_axis = NumberLine(-max_height, max_height, 0, layout.height_rows - 1)
+    time_axis = _make_time_line(layout)
     bottom = layout.height_rows - 1
     for row in range(0, layout.height_rows, layout.label_interval):
         canvas.write_text(
@@ -352,10 +348,8 @@ def _describe_pass(view: View[CollisionAvoidance]) -> str:
 
 def _format_miss_distance(view: View[CollisionAvoidance]) -> str:
     """Describe the miss distance as passed, or at the current rate without gusts."""
-    verb, side = (
-        "passed" if has_passed_intruder(view) else "at this rate",
-        "below" if predict_miss_distance(view) < 0 else "above",
-    )
+    verb = "passed" if has_passed_intruder(view) else "at this rate"
+    side = "below" if predict_miss_distance(view) < 0 else "above"
     return f"{verb} {abs(predict_miss_distance(view)):.0f} m {side}"
 
 

@@ -72,8 +72,6 @@ def _get_cell_shifts() -> BoardArray:
 def _get_slide_tables() -> tuple[Reals, SlideTable, SlideTable]:
     """Return the tables of each line's score and of its slides to the first and the last cell."""
     slide_results = get_line_tables().slide_results
-    first, last = (
-        slide_results[:LINE_COUNT].astype(np.uint16),
-        slide_results[LINE_COUNT:].astype(np.uint16),
-    )
+    first = slide_results[:LINE_COUNT].astype(np.uint16)
+    last = slide_results[LINE_COUNT:].astype(np.uint16)
     return (slide_results[:LINE_COUNT] >> SCORE_SHIFT).astype(float), first, last

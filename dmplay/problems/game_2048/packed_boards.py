@@ -257,10 +257,8 @@ def slide_cells(cells: Cells, a: Ints) -> tuple[Cells, Reals]:
 
     Works line by line, without tables, for tiles of any size.
     """
-    is_vertical, is_reversed = (
-        (a % 2 == 1)[:, None, None],
-        ((a == DOWN) | (a == RIGHT))[:, None, None],
-    )
+    is_vertical = (a % 2 == 1)[:, None, None]
+    is_reversed = ((a == DOWN) | (a == RIGHT))[:, None, None]
     oriented_cells = np.where(is_vertical, cells.swapaxes(1, 2), cells)
     after, line_scores = _slide_lines(
         np.where(is_reversed, oriented_cells[:, :, ::-1], oriented_cells).reshape(-1, 4)

@@ -257,13 +257,11 @@ def _draw_margins(
     for action in sort_regrets(options):
         if title and action == UP:
             continue  # The title is at its place.
-        arrow, regret_text, regret_bar = (
-            ARROWS[action],
-            format_regret(
-                options, action, MAX_NUMBER_COLUMNS if action in {UP, DOWN} else MARGIN_COLUMNS - 1
-            ),
-            format_regret_bar(options, action, MARGIN_COLUMNS - 2),
+        arrow = ARROWS[action]
+        regret_text = format_regret(
+            options, action, MAX_NUMBER_COLUMNS if action in {UP, DOWN} else MARGIN_COLUMNS - 1
         )
+        regret_bar = format_regret_bar(options, action, MARGIN_COLUMNS - 2)
         style = "bold green" if regret_text == "best" else "green"
         if arrow in "↑↓":
             text = f" {arrow} {regret_text} {regret_bar}".rstrip() + " "

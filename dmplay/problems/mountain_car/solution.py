@@ -46,10 +46,8 @@ def solve_mountain_car(problem: Problem) -> Solution:
 
 def _count_driven_turns(problem: Problem, values: Reals, s: Reals) -> list[int | None]:
     """Return the turns that the best actions take from each state, None if too many."""
-    turns, budget = (
-        np.zeros(len(s), np.int64),
-        Budget("simulating the drive", "use the agent search"),
-    )
+    turns = np.zeros(len(s), np.int64)
+    budget = Budget("simulating the drive", "use the agent search")
     while (unfinished := ~problem.terminal(s)).any() and turns.max() < MAX_DRIVE_TURNS:
         budget.spend_work(10 * ARRAY_CALL_WORK, int(turns.max()) / MAX_DRIVE_TURNS)
         a = select_greedy_actions(

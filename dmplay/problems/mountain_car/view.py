@@ -66,10 +66,8 @@ def _list_layouts(options: DrawOptions) -> list[HillLayout]:
 
     The first one fills the space beside the side panel, if that is large enough.
     """
-    width, hill_rows = (
-        min(options.columns_beside_panel, MAX_LAYOUT.width),
-        min(options.height - 8, MAX_LAYOUT.hill_rows),
-    )
+    width = min(options.columns_beside_panel, MAX_LAYOUT.width)
+    hill_rows = min(options.height - 8, MAX_LAYOUT.hill_rows)
     layouts = [layout for layout in LAYOUTS if layout.width <= options.width]
     if width < LAYOUTS[1].width or hill_rows < LAYOUTS[2].hill_rows:
         return layouts

@@ -64,10 +64,8 @@ class SharedObservationPlan(SeatPolicy):
         stage = joint_plan_dynamic_programming.build_unpruned_stage(self.problem, self.horizon)
         vectors = []
         for a, b in self._joint_actions:
-            first, second = (
-                stage.plans_by_agent[0].first_actions == a,
-                stage.plans_by_agent[1].first_actions == b,
-            )
+            first = stage.plans_by_agent[0].first_actions == a
+            second = stage.plans_by_agent[1].first_actions == b
             pair_values = (
                 stage.pair_values[:, first][:, :, second].reshape(len(stage.pair_values), -1).T
             )

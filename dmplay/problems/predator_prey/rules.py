@@ -121,10 +121,8 @@ class PredatorPrey(HexHunt):
                 rewards.append(np.where(feeds, prey_count / predator_count, MOVE_REWARD))
                 next_hexes.append(np.where(feeds, hex_, move_end))
             else:
-                is_caught, move_end = (
-                    predator_count > 0,
-                    self.move_walker(hex_, direction, np.minimum(event, 2)),
-                )
+                is_caught = predator_count > 0
+                move_end = self.move_walker(hex_, direction, np.minimum(event, 2))
                 rewards.append(np.where(is_caught, DEVOURED_REWARD, 0.0))
                 next_hexes.append(np.where(is_caught, event, move_end))
         next_states = np.stack(next_hexes, axis=1)

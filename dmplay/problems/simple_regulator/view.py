@@ -125,10 +125,8 @@ def iter_boards(view: View[SimpleRegulator], options: DrawOptions) -> Iterator[T
         _draw_number_line(
             canvas, layout.shown_turns + layout.distribution_rows, scale, numbers[-1], next_push
         )
-        is_brief, y = (
-            layout.width == LAYOUTS[-1].width,
-            layout.shown_turns + layout.distribution_rows + 2,
-        )
+        is_brief = layout.width == LAYOUTS[-1].width
+        y = layout.shown_turns + layout.distribution_rows + 2
         if options.forecast:
             canvas.write_text(
                 0, y, _format_forecast_costs(view, options.forecast, is_brief), "bold cyan"

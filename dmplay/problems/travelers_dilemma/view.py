@@ -253,10 +253,8 @@ def _draw_claim_table(
         0, y + 1, "─" * ROW_LABEL_COLUMNS + "".join("┼" + "─" * width for width in widths), "dim"
     )
     for canvas_row, row in enumerate(rows, y + 2):
-        row_label, style = (
-            f"{row:>4}" if row else "…".rjust(ROW_LABEL_COLUMNS - 1),
-            "" if row else "dim",
-        )
+        row_label = f"{row:>4}" if row else "…".rjust(ROW_LABEL_COLUMNS - 1)
+        style = "" if row else "dim"
         if row and row == last_row_claim:
             row_label, style = f">{row:>3}", "bold"
         canvas.write_text(0, canvas_row, row_label, style)

@@ -22,11 +22,9 @@ class _TurnBeliefs:
     """The beliefs of one turn, and the outcomes of the belief-action pairs expanded so far."""
 
     def __init__(self, team: DecPomdp, bound: Reals) -> None:
-        state_count, action_count, observation_count = (
-            len(team.initial_belief),
-            len(team.joint_actions),
-            team.observation_model.shape[2],
-        )
+        state_count = len(team.initial_belief)
+        action_count = len(team.joint_actions)
+        observation_count = team.observation_model.shape[2]
         self.state_action_bounds = bound  # [S, A]
         self.belief_index: dict[bytes, int] = {}
         self.beliefs = np.empty((1, state_count))  # grows by doubling
@@ -142,10 +140,8 @@ class CentralizedPomdp:
 
     def _expand_first_turns(self) -> int:
         """Expand all beliefs of the first turns, and return the number of complete turns."""
-        (states, action_count), observation_count = (
-            self.team.rewards.shape,
-            self.team.observation_model.shape[2],
-        )
+        states, action_count = self.team.rewards.shape
+        observation_count = self.team.observation_model.shape[2]
         remaining = min(
             MAX_EXACT_HISTORIES,
             self.budget.memory_limit / (64 * (states + 2 * action_count + observation_count)),

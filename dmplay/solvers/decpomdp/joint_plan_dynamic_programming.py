@@ -131,10 +131,8 @@ def _compute_pair_values(
     observation_count = next_plans[1].shape[1]
     for observation, probabilities in enumerate(tables.observation_model[joint].T):
         if probabilities.any():
-            first, second = (
-                next_plans[0][:, observation // observation_count],
-                next_plans[1][:, observation % observation_count],
-            )
+            first = next_plans[0][:, observation // observation_count]
+            second = next_plans[1][:, observation % observation_count]
             transition = tables.transition[:, joint] * probabilities
             next_values = next_stage.pair_values[:, first][:, :, second]
             values = values + problem.discount * np.einsum("st,tij->sij", transition, next_values)

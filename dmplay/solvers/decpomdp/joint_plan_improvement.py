@@ -44,10 +44,8 @@ def sample_random_plans(
             count=1 + observation_count,
         )
         by_turn = u.reshape(turns, nodes_per_turn, 1 + observation_count)
-        actions, next_nodes = (
-            (action_count * by_turn[:, :, 0]).astype(int),
-            (nodes_per_turn * by_turn[:, :, 1:]).astype(int),
-        )
+        actions = (action_count * by_turn[:, :, 0]).astype(int)
+        next_nodes = (nodes_per_turn * by_turn[:, :, 1:]).astype(int)
         next_nodes[-1] = 0
         plans.append(tuple(map(PlanLayer, actions, next_nodes)))
     return tuple(plans)
@@ -115,10 +113,8 @@ class PlanGraph:
 
     def improve_all_layers(self, sweep_number: int) -> float:
         """Improve each layer, the last one first, and return the value of the resulting plans."""
-        reached, values = (
-            self.compute_reach_probabilities(),
-            np.zeros((1, len(self.team.initial_belief))),
-        )
+        reached = self.compute_reach_probabilities()
+        values = np.zeros((1, len(self.team.initial_belief)))
         for turn in reversed(range(self.turns)):
             for seat in range(len(self.team.action_counts)):
                 self._improve_seat_nodes(
@@ -135,10 +131,8 @@ class PlanGraph:
 
         They are nan for a node that is not reached.
         """
-        reached, values = (
-            self.compute_reach_probabilities(),
-            np.zeros((1, len(self.team.initial_belief))),
-        )
+        reached = self.compute_reach_probabilities()
+        values = np.zeros((1, len(self.team.initial_belief)))
         result: list[Reals] = []
         for turn in reversed(range(self.turns)):
             total, _ = self._score_node_actions(turn, seat, reached[turn], values)
@@ -180,10 +174,8 @@ class PlanGraph:
 
     def _find_next_joint_nodes(self, turn: int) -> Ints:
         """Return the next joint node `[Q, O]` for each joint node and joint observation."""
-        node_columns, observation_columns = (
-            list_joint_nodes(self._count_nodes(turn)).T,
-            self.team.joint_observations.T,
-        )
+        node_columns = list_joint_nodes(self._count_nodes(turn)).T
+        observation_columns = self.team.joint_observations.T
         steps = zip(self._layers[turn], node_columns, observation_columns, strict=True)
         return compute_joint_indices(
             [layer.next_nodes[node_column[:, None], o] for layer, node_column, o in steps],
@@ -290,10 +282,8 @@ class PlanGraph:
         observation_columns = list_joint_nodes(
             [self.team.observation_counts[other] for other in others]
         ).T
-        node_columns, next_counts = (
-            list_joint_nodes(self._count_nodes(turn)).T,
-            self._count_nodes(turn + 1),
-        )
+        node_columns = list_joint_nodes(self._count_nodes(turn)).T
+        next_counts = self._count_nodes(turn + 1)
         steps = [
             self._layers[turn][other].next_nodes[
                 node_columns[other][:, None], observation_columns[k]

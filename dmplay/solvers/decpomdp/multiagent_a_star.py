@@ -200,10 +200,8 @@ class MultiagentAStar:
                     (*assigned, action),
                 )
             return None
-        action_bounds, first_free_node = (
-            game.bound_last_agent(assigned),
-            len(assigned) - len(game.assignment_order),
-        )
+        action_bounds = game.bound_last_agent(assigned)
+        first_free_node = len(assigned) - len(game.assignment_order)
         rule = np.append(
             assigned[len(game.assignment_order) :], action_bounds[first_free_node:].argmax(axis=1)
         ).astype(np.int64)

@@ -113,10 +113,8 @@ def _label_equivalent_nodes(occupancy: OccupancyState, seat: int) -> Ints:
 
 def _rank_nodes(occupancy: OccupancyState, seat: int) -> Ints:
     """Return the rank `[K]` of each node of an agent by its beliefs and their probabilities."""
-    seat_nodes, shares = (
-        occupancy.joint_nodes[:, seat],
-        np.round(occupancy.probabilities, PROBABILITY_DECIMALS),
-    )
+    seat_nodes = occupancy.joint_nodes[:, seat]
+    shares = np.round(occupancy.probabilities, PROBABILITY_DECIMALS)
     order = np.lexsort([shares, occupancy.belief_indices, seat_nodes])
     ends = np.searchsorted(seat_nodes[order], np.arange(seat_nodes.max() + 2)).tolist()
     signatures = [

@@ -52,10 +52,8 @@ def find_extreme_equilibria(payoffs: Reals) -> list[MixedProfile]:
             return []
         reduced_payoffs = normalize_payoffs(payoffs)[np.ix_(rows, columns)]
     budget = Budget("vertex enumeration", "try fewer actions, or the agent search", 1e10)
-    first, second = (
-        _enumerate_vertices(reduced_payoffs[:, :, 1], budget),
-        _enumerate_vertices(reduced_payoffs[:, :, 0].T, budget),
-    )
+    first = _enumerate_vertices(reduced_payoffs[:, :, 1], budget)
+    second = _enumerate_vertices(reduced_payoffs[:, :, 0].T, budget)
     if not is_exact and _is_nondegenerate(first) and _is_nondegenerate(second):
         return []
     first_missing = np.hstack([~first.unplayed_actions, ~first.best_responses]).astype(float)
@@ -64,10 +62,8 @@ def find_extreme_equilibria(payoffs: Reals) -> list[MixedProfile]:
     equilibria = []
     for i, j in np.argwhere(first_missing @ second_missing.T == 0):
         profile = MixedProfile(np.zeros(payoffs.shape[0]), np.zeros(payoffs.shape[1]))
-        profile.row_strategy[rows], profile.column_strategy[columns] = (
-            first.mixed_strategies[i],
-            second.mixed_strategies[j],
-        )
+        profile.row_strategy[rows] = first.mixed_strategies[i]
+        profile.column_strategy[columns] = second.mixed_strategies[j]
         equilibria.append(profile)
     return sorted(equilibria, key=_support_sort_key)
 

@@ -36,10 +36,8 @@ def build_induced_mdp(problem: Problem, seat: int, policies: Sequence[Reals]) ->
     max_support = int((probabilities > 0).sum(axis=1).max())
     likeliest = np.argsort(-probabilities, axis=1, kind="stable")[:, :max_support]
     weights = np.take_along_axis(probabilities, likeliest, axis=1).reshape(-1)
-    s, a = (
-        np.repeat(states, max_support, axis=0),
-        np.zeros((state_count * max_support, len(policies)), np.int64),
-    )
+    s = np.repeat(states, max_support, axis=0)
+    a = np.zeros((state_count * max_support, len(policies)), np.int64)
     a[:, others] = joint[likeliest].reshape(state_count * max_support, -1)
     outcome_count = (
         state_count * max_support * enumerate_outcomes(problem, s[:1], a[:1]).probabilities.shape[1]
@@ -50,10 +48,8 @@ def build_induced_mdp(problem: Problem, seat: int, policies: Sequence[Reals]) ->
         budget.spend_work(30.0 * outcome_count)
         a[:, seat] = action
         rows, p, outcome = enumerate_possible_outcomes(problem, s, a)
-        next_states, rewards = (
-            checked_state_indices(problem, outcome.state),
-            outcome.rewards[:, seat],
-        )
+        next_states = checked_state_indices(problem, outcome.state)
+        rewards = outcome.rewards[:, seat]
         parts.append(
             group_outcomes(
                 rows // max_support, p * weights[rows], next_states, rewards, state_count

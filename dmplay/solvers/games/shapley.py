@@ -107,10 +107,8 @@ def run_shapley_iteration(
         raise BadPolicy(ENDLESS_GAME_MESSAGE)
     budget = Budget("Shapley's iteration", "try fewer states, or the agent search", WORK_LIMIT)
     budget.check_memory(40.0 * len(graph.states) * np.prod(problem.action_counts, dtype=float))
-    loss_ratio, (cells, masks) = (
-        compute_loss_ratio(graph.rewards),
-        _index_joint_actions(problem, graph),
-    )
+    loss_ratio = compute_loss_ratio(graph.rewards)
+    cells, masks = _index_joint_actions(problem, graph)
     if loss_ratio is None:
         raise BadPolicy(OPPOSED_REWARDS_MESSAGE)
     result = ShapleyResult(graph, cells, masks, loss_ratio, [np.zeros(len(graph.states))])
@@ -135,12 +133,10 @@ def _solve_infinite_horizon(
 ) -> ShapleyResult:
     """Return infinite-horizon values halfway between their bounds, as close as the work allows."""
     live, bound_scale = result.graph.nonterminal_states, discount / (1.0 - discount)
-    best_values, gap, trial_values, is_plain = (
-        result.values_by_turns_left[0],
-        np.inf,
-        result.values_by_turns_left[0],
-        False,
-    )
+    best_values = result.values_by_turns_left[0]
+    gap = np.inf
+    trial_values = result.values_by_turns_left[0]
+    is_plain = False
     scale = compute_reward_scale(result.graph.rewards[:, 0])
     midpoint = 0.0  # of the bounds, relative to the best values
     while budget.work_spent <= budget.work_limit - turn_work:
@@ -155,10 +151,8 @@ def _solve_infinite_horizon(
                 break
             trial_values, is_plain = best_values, True
             continue
-        gap, midpoint = (
-            bound_scale * (max_change - min_change),
-            bound_scale * (min_change + max_change) / 2,
-        )
+        gap = bound_scale * (max_change - min_change)
+        midpoint = bound_scale * (min_change + max_change) / 2
         best_values, is_plain = next_values, False
         if gap <= max(TARGET_GAP, ROUNDING_ERROR * bound_scale) * max(
             scale, float(np.abs(next_values).max())

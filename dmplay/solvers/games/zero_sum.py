@@ -109,10 +109,8 @@ def _run_simplex(tableaux: Reals, bases: Ints, zero_tolerance: float, budget: Bu
 
     The lowest index enters first, so pivots can cycle only by rounding; then PIVOTS ends them.
     """
-    active_games, operation_work = (
-        np.arange(len(tableaux)),
-        1.0 if zero_tolerance else FRACTION_OPERATIONS,
-    )
+    active_games = np.arange(len(tableaux))
+    operation_work = 1.0 if zero_tolerance else FRACTION_OPERATIONS
     pivots_left = MAX_PIVOTS_PER_LINE * sum(tableaux.shape[1:]) if zero_tolerance else math.inf
     while len(active_games) and pivots_left > 0:
         pivots_left -= 1

@@ -150,11 +150,9 @@ def run_backward_value_iteration(graph: TransitionGraph, discount: float) -> Bac
     if not nonterminal_count:
         return BackwardSweepResult(graph, values, np.zeros(0), 0.0, 0)
     ends = discount == 1.0 or nonterminal_count < len(order)
-    blocks, bare_graph, graph_holder = (
-        _split_into_blocks(graph, order, distances, is_episodic=ends),
-        graph.without_outcomes,
-        [graph],
-    )
+    blocks = _split_into_blocks(graph, order, distances, is_episodic=ends)
+    bare_graph = graph.without_outcomes
+    graph_holder = [graph]
     del graph
     ordered = _reorder_graph(graph_holder.pop(), order, blocks, discount, is_episodic=ends)
     cost = 3 * (
@@ -303,11 +301,9 @@ def _reorder_graph(
     new_index[order] = np.arange(len(order))
     # Arrays are released early, because together they may take a gigabyte.
     p, graph = graph.probabilities[outcomes], graph._replace(probabilities=NO_REALS)
-    next_states, rewards, graph = (
-        graph.next_states[outcomes],
-        graph.rewards[graph_actions, 0],
-        graph.without_outcomes,
-    )
+    next_states = graph.next_states[outcomes]
+    rewards = graph.rewards[graph_actions, 0]
+    graph = graph.without_outcomes
     del outcomes
     for first in range(0, len(next_states), OUTCOMES_PER_BLOCK):
         block = slice(first, first + OUTCOMES_PER_BLOCK)

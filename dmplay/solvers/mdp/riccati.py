@@ -32,10 +32,8 @@ def linearize_dynamics(
         actions = np.full((len(s), 1), action)
         return np.asarray(problem.step(s, actions, np.zeros((len(s), 0))).state)
 
-    forward_points, backward_points = (
-        DIFFERENCE_STEP * np.eye(dimensions),
-        -DIFFERENCE_STEP * np.eye(dimensions),
-    )
+    forward_points = DIFFERENCE_STEP * np.eye(dimensions)
+    backward_points = -DIFFERENCE_STEP * np.eye(dimensions)
     jacobians = [
         (compute_next_states(forward_points, a) - compute_next_states(backward_points, a))
         / (2 * DIFFERENCE_STEP)
@@ -73,10 +71,8 @@ def solve_riccati(
     budget = Budget("Riccati equation", "try a longer time step or a higher cost of a push")
     a, b = dynamics
     eigenvalues, eigenvectors = np.linalg.eigh(state_cost)
-    cost_root, control_root = (
-        eigenvectors * np.sqrt(np.maximum(eigenvalues, 0.0)),
-        b / np.sqrt(action_cost),
-    )
+    cost_root = eigenvectors * np.sqrt(np.maximum(eigenvalues, 0.0))
+    control_root = b / np.sqrt(action_cost)
     transition = a  # maps s to the state after these turns
     cost, sweeps, change = state_cost, 1, np.inf
     while change > CONVERGENCE_TOLERANCE and np.abs(cost).max() <= MAX_COST:

@@ -175,11 +175,9 @@ def _find_initial_policy(model: SparseMdp, discount: float, budget: Budget) -> I
             break
         policy = np.eye(action_count)[actions]
         rows, outcomes = _select_policy_outcomes(model, policy)
-        states, p, next_states = (
-            rows % state_count,
-            model.probabilities[outcomes],
-            model.next_states[outcomes],
-        )
+        states = rows % state_count
+        p = model.probabilities[outcomes]
+        next_states = model.next_states[outcomes]
         rewards = (policy * model.rewards).sum(axis=1)
         for _ in range(SWEEPS_PER_ROUND):
             budget.spend_work(ARRAY_CALL_WORK + 10 * len(p))

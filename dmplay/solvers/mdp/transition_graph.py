@@ -295,10 +295,8 @@ def remove_terminal_actions(graph: TransitionGraph, terminal: Bools) -> Transiti
     if not terminal.any():
         return graph
     is_kept = ~np.repeat(terminal, np.diff(graph.action_starts))
-    lengths, counts = (
-        np.diff(graph.outcome_starts),
-        np.where(terminal, 0, np.diff(graph.action_starts)),
-    )
+    lengths = np.diff(graph.outcome_starts)
+    counts = np.where(terminal, 0, np.diff(graph.action_starts))
     outcomes = np.repeat(is_kept, lengths)
     return graph._replace(
         action_starts=compute_offsets(counts),

@@ -64,14 +64,10 @@ class BoundLayer:
         """
         action_count, state_count = lower_vectors.shape
         self.upper_vectors = upper_vectors
-        self.plan_vectors, self._plan_facts = (
-            GrowingColumns(state_count),
-            GrowingColumns(2 + observation_count, int),
-        )
-        self.sawtooth_points, self._likeliest_states = (
-            GrowingColumns(state_count),
-            GrowingColumns(LIKELIEST_STATE_COUNT + 1, int),
-        )
+        self.plan_vectors = GrowingColumns(state_count)
+        self._plan_facts = GrowingColumns(2 + observation_count, int)
+        self.sawtooth_points = GrowingColumns(state_count)
+        self._likeliest_states = GrowingColumns(LIKELIEST_STATE_COUNT + 1, int)
         self._point_values, self._point_drops = GrowingColumns(1 + action_count), GrowingColumns(1)
         self._latest_points: dict[int, int] = {}  # index of the latest point of each node
         for action, vector in enumerate(lower_vectors):
@@ -193,11 +189,9 @@ class BoundLayer:
             work += 1.5 * ARRAY_CALL_WORK + 4.0 * len(rows) + 6.0 * size * len(best)
             remaining = optimistic_bounds < new_bounds[rows]
             remaining[best] = False
-            rows, point_indices, optimistic_bounds = (
-                rows[remaining],
-                point_indices[remaining],
-                optimistic_bounds[remaining],
-            )
+            rows = rows[remaining]
+            point_indices = point_indices[remaining]
+            optimistic_bounds = optimistic_bounds[remaining]
         return new_bounds, work
 
     def _apply_sawtooth_points(

@@ -192,10 +192,8 @@ def _combine_plans(
     first_plans: ConditionalPlans, second_plans: ConditionalPlans, budget: Budget
 ) -> ConditionalPlans:
     """Return the undominated pairs of two sets of plans; the vectors of a pair are added."""
-    pairs, states = (
-        len(first_plans.alpha_vectors) * len(second_plans.alpha_vectors),
-        first_plans.alpha_vectors.shape[1],
-    )
+    pairs = len(first_plans.alpha_vectors) * len(second_plans.alpha_vectors)
+    states = first_plans.alpha_vectors.shape[1]
     budget.check_memory(BYTES_PER_PLAN_PAIR * pairs * states**2)
     budget.spend_work(ARRAY_CALL_WORK + 8 * pairs * states)
     i, j = np.indices((len(first_plans.alpha_vectors), len(second_plans.alpha_vectors))).reshape(

@@ -80,10 +80,8 @@ def _iter_indistinguishable_states(problem: Problem, states: Array, legal: Bools
     transitions = [
         _possible_transitions(problem, states, legal[:, a], a) for a in range(legal.shape[1])
     ]
-    is_active, initial_observations = (
-        ~problem.terminal(states),
-        problem.initial_observations(states)[:, 0],
-    )
+    is_active = ~problem.terminal(states)
+    initial_observations = problem.initial_observations(states)[:, 0]
     p, start_states = initial_state_distribution(problem)
     is_start = np.isin(
         np.arange(len(states)),

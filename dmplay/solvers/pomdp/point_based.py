@@ -98,11 +98,9 @@ class PointBasedSolver:
         ):
             self.tree.tighten_lower_bounds(branch, self.turns - 1)
         self._game_work = self._trial_work = 0.0
-        self._updated_belief_count, self._growth_factor, self._gap_and_work_before = (
-            10,
-            MIN_GROWTH_FACTOR,
-            (self.gap, 0.0),
-        )
+        self._updated_belief_count = 10
+        self._growth_factor = MIN_GROWTH_FACTOR
+        self._gap_and_work_before = (self.gap, 0.0)
         self._generator = make_generator(0)
 
     @property
@@ -176,10 +174,8 @@ class PointBasedSolver:
             ),
             MAX_GROWTH_FACTOR,
         )
-        self._updated_belief_count, self._gap_and_work_before = (
-            len(tree.branches),
-            (self.gap, tree.work),
-        )
+        self._updated_belief_count = len(tree.branches)
+        self._gap_and_work_before = (self.gap, tree.work)
 
     def _reevaluate_plans(self) -> None:
         """Reevaluate the plans, which may continue with better plans than when they were made.
@@ -211,10 +207,8 @@ class PointBasedSolver:
                     added_plans[plan_index] = layer.add_plan(
                         vectors[plan_index], action, next_plans[plan_index], node
                     )
-                tree.lower_bounds[node], tree.lower_bound_plans[node] = (
-                    value,
-                    added_plans[plan_index],
-                )
+                tree.lower_bounds[node] = value
+                tree.lower_bound_plans[node] = added_plans[plan_index]
 
     def _run_trial(self, target_gap: float) -> None:
         """Run a trial: one path from the start to a small gap, then backups along it."""
@@ -351,10 +345,8 @@ class PointBasedSolver:
             self.model.observation_count, int((mean_belief @ vectors[states]).argmax())
         )
         next_plans[branch.observations] = self.tree.lower_bound_plans[branch.child_nodes]
-        next_states, observations = (
-            self.model.next_states[entries],
-            self.model.observations[entries],
-        )
+        next_states = self.model.next_states[entries]
+        observations = self.model.observations[entries]
         return self.model.backup_plan(
             action, vectors[next_states, next_plans[observations]]
         ), next_plans
@@ -362,10 +354,8 @@ class PointBasedSolver:
     @property
     def _reporting_work(self) -> float:
         """The work reserved for collecting the result."""
-        action_count, entry_count = (
-            len(self.model.rewards),
-            len(self.model.joint_probabilities.values),
-        )
+        action_count = len(self.model.rewards)
+        entry_count = len(self.model.joint_probabilities.values)
         return min(MAX_WITNESS_BELIEFS, len(self.tree.branches)) * (
             8 * ARRAY_CALL_WORK * action_count + 20.0 * entry_count
         )
@@ -449,10 +439,8 @@ def _make_initial_layers(
     while len(layers) <= horizon:
         budget.check_memory(16.0 * len(layers) * 16 * model.state_count)
         budget.spend_work(2 * ARRAY_CALL_WORK + 8.0 * action_count * entry_count)
-        lower_vectors, upper_vectors = (
-            layers[-1].plan_vectors.array[:, :action_count].T,
-            layers[-1].upper_vectors,
-        )
+        lower_vectors = layers[-1].plan_vectors.array[:, :action_count].T
+        upper_vectors = layers[-1].upper_vectors
         layers.append(
             BoundLayer(
                 model.backup_blind_policies(lower_vectors),

@@ -183,11 +183,9 @@ def build_sparse_pomdp(problem: Problem, budget: Budget) -> SparsePomdp:
     """Return the sparse arrays of a POMDP of one agent with finite chance."""
     budget.check_memory(6 * sparse_mdp.BYTES_PER_OUTCOME * sparse_mdp.count_outcomes(problem))
     states = problem.enumerate_states()
-    state_count, action_count, observation_count = (
-        len(states),
-        problem.action_counts[0],
-        problem.observation_counts[0],
-    )
+    state_count = len(states)
+    action_count = problem.action_counts[0]
+    observation_count = problem.observation_counts[0]
     outcomes_per_pair = max(sparse_mdp.count_outcomes(problem) // (state_count * action_count), 1)
     blocks = range(0, state_count, max(sparse_mdp.OUTCOMES_PER_BLOCK // outcomes_per_pair, 1))
     cells, probabilities, rewards = [], [], np.zeros((action_count, state_count))

@@ -104,11 +104,9 @@ def _compute_line_envelope(vectors: Reals, budget: Budget) -> UpperEnvelope:
     beliefs = np.stack([1.0 - crossings, crossings], axis=1)
     chosen = np.array([line[2] for line in upper_lines])
     values = (beliefs * vectors[[*chosen, chosen[-1]]]).sum(axis=1)
-    corner, index, order = (
-        np.arange(len(crossings))[:, None],
-        np.arange(len(upper_lines)),
-        np.argsort(chosen),
-    )
+    corner = np.arange(len(crossings))[:, None]
+    index = np.arange(len(upper_lines))
+    order = np.argsort(chosen)
     touching = (corner == index) | (corner == index + 1)
     return UpperEnvelope(chosen[order], beliefs, values, touching[:, order])
 

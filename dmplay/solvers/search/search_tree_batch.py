@@ -82,10 +82,8 @@ class TreeBatch:
             rank = np.arange(max_lanes)
             used = rank < lanes[group][:, None]
             lane_indices = order[(starts[group][:, None] + rank)[used]]
-            lane_slots[lane_indices], visit_numbers[lane_indices] = (
-                slots[used],
-                previous_visits[used],
-            )
+            lane_slots[lane_indices] = slots[used]
+            visit_numbers[lane_indices] = previous_visits[used]
         return lane_slots, visit_numbers
 
     def _group_by_lane_count(self, lanes: Ints) -> Iterator[tuple[Ints | slice, int]]:
@@ -274,11 +272,9 @@ class TreeBatch:
             + lane_counts[np.searchsorted(visited_edges, lane_edges)]
         )
         allowed = positions < np.minimum(np.ceil(np.sqrt(visits)), self.config.observation_slots)
-        first_lanes, lane_edges, positions = (
-            first_lanes[allowed],
-            lane_edges[allowed],
-            positions[allowed],
-        )
+        first_lanes = first_lanes[allowed]
+        lane_edges = lane_edges[allowed]
+        positions = positions[allowed]
         new_nodes = self._add_nodes(node[first_lanes])
         self.children.reshape(-1, self.config.observation_slots)[lane_edges, positions] = new_nodes
         self.observation_keys[lane_edges, positions] = key[first_lanes]

@@ -183,10 +183,8 @@ class _UctSearch:
     ) -> None:
         """Offer the action of the seat's own policy at nodes reached for the first time."""
         config = self.config
-        policy, uniform_slice = (
-            config.opponent_model.seat_policies[config.seat],
-            config.opponent_model.uniform_slices[config.seat],
-        )
+        policy = config.opponent_model.seat_policies[config.seat]
+        uniform_slice = config.opponent_model.uniform_slices[config.seat]
         new_lanes = self.trees.find_unopened_lanes(nodes) if policy else nodes[:0]
         if policy is None or not len(new_lanes):
             return
@@ -222,10 +220,8 @@ class _UctSearch:
                 node, slot * config.observation_slots + observation_indices
             )
         else:
-            keys, widening_uniforms = (
-                hash_observations(config.problem, observations),
-                u[:, config.opponent_model.uniform_slices[config.seat].start],
-            )
+            keys = hash_observations(config.problem, observations)
+            widening_uniforms = u[:, config.opponent_model.uniform_slices[config.seat].start]
             children, existed = self.trees.find_or_widen_child(
                 node, slot, keys, widening_uniforms, outcome
             )

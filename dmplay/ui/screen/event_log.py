@@ -34,11 +34,9 @@ class EventLog:
         The given rows are added if they report new turns and all people see the same. Otherwise one
         row per log describes the last turn, or how far the game was undone.
         """
-        game, (previous_count, previous_turn), self._logged_turn_key = (
-            self.game,
-            self._logged_turn_key,
-            self._last_turn_key,
-        )
+        game = self.game
+        previous_count, previous_turn = self._logged_turn_key
+        self._logged_turn_key = self._last_turn_key
         turn_count, newest_turn = self._logged_turn_key
         if turn_count == previous_count and newest_turn is previous_turn:
             return False

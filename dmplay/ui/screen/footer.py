@@ -68,10 +68,8 @@ def format_footer(
         return fit_text(Text(" Enter predicts  Esc skips  Bksp erases, or undoes"), viewport)
     # A replayed transcript never counts as over, because the player can step back in it.
     has_ended = game.request is not None and game.session.over
-    uses_game_over_keys, is_choosing = (
-        bool(frame_state.is_lookback or has_ended),
-        game.choosing_seat is not None,
-    )
+    uses_game_over_keys = bool(frame_state.is_lookback or has_ended)
+    is_choosing = game.choosing_seat is not None
     skipped_count = 0 if uses_game_over_keys else 3 if game.hints_forbidden else not is_choosing
     excluded_command = "undo" * bool(game.undo_forbidden_reason)
     navigation_keys = _navigation_keys(game, frame_state, is_game_over=has_ended)

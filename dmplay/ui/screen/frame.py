@@ -224,10 +224,8 @@ class Frame:
         if not layout.is_log_beside:
             return [layout.rows, log]
         rows = [*layout.rows]
-        width, first_row = (
-            viewport.width - layout.log_viewport.width,
-            has_goal_row(viewport) + self._body_height - layout.log_viewport.height,
-        )
+        width = viewport.width - layout.log_viewport.width
+        first_row = has_goal_row(viewport) + self._body_height - layout.log_viewport.height
         rows += [" " * width] * (first_row + len(log) - len(rows))
         for index, line in enumerate(log, first_row):
             rows[index] = to_rich_text(rows[index]).copy().append_text(to_rich_text(line))

@@ -94,10 +94,8 @@ def _scrolled_rows(
 
     `last_rows` holds the last of all `row_count` rows, enough for this window.
     """
-    end, skipped_rows = (
-        max(row_count - scroll_offset, viewport.height - 1),
-        row_count - len(last_rows),
-    )
+    end = max(row_count - scroll_offset, viewport.height - 1)
+    skipped_rows = row_count - len(last_rows)
     begin = end - viewport.height + 1
     position = f" rows {begin + 1}-{end} of {row_count}"
     # Without Shift, these keys are actions in some problems.

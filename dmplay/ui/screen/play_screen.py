@@ -253,10 +253,8 @@ class PlayScreen:
 
     def turn_page(self, page_count: float) -> bool:
         """Turn `page_count` pages forward, or back if negative; return whether it moved forward."""
-        previous_index, last_index = (
-            self.page_index,
-            len(frame.split_pages(self._viewport, self.frame_state)) - 1,
-        )
+        previous_index = self.page_index
+        last_index = len(frame.split_pages(self._viewport, self.frame_state)) - 1
         self.page_index = int(min(max(previous_index + page_count, 0), last_index))
         return self.page_index > previous_index
 

@@ -94,10 +94,8 @@ class GameTimeline(Game):
     @property
     def move_hints(self) -> Hint | None:
         """The reviewed action values of the viewing seat in this turn, or None."""
-        name, labels = (
-            self.problem.agents[self.viewing_seat],
-            self.problem.actions[self.viewing_seat].labels,
-        )
+        name = self.problem.agents[self.viewing_seat]
+        labels = self.problem.actions[self.viewing_seat].labels
         move = next(
             (
                 candidate

@@ -87,12 +87,10 @@ class HexMove(NamedTuple):
 
 
 LARGE_SIZES = HexSize(18, 4, 4), HexSize(14, 4, 3), HexSize(10, 3, 2), HexSize(8, 3, 2)
-NORMAL_SIZE, COMPACT_SIZE, DOT_SIZE, SMALL_DOT_SIZE = (
-    HexSize(6, 2),
-    HexSize(4, 1),
-    HexSize(4, 0),
-    HexSize(2, 0),
-)
+NORMAL_SIZE = HexSize(6, 2)
+COMPACT_SIZE = HexSize(4, 1)
+DOT_SIZE = HexSize(4, 0)
+SMALL_DOT_SIZE = HexSize(2, 0)
 
 
 def iter_maps(
