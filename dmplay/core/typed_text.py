@@ -1,13 +1,19 @@
-"""Typed texts: numbers, probabilities and labels."""
+"""Typed texts: numbers, probabilities, labels, states, histories and beliefs."""
 
 import math
 import re
+from collections.abc import Sequence
 
-from dmplay.core.spaces import normalize_label
+import numpy as np
+
+from dmplay.core.arrays import Array, Reals
+from dmplay.core.problem import ContinuousStates, Problem
+from dmplay.core.spaces import Labels, normalize_label
 from dmplay.errors import BadParameter, UnknownName
 
 MAX_ORDERED_LABELS = 4  # more probabilities are typed with their names
 PAIR_PATTERN = re.compile(r"\(?\s*(-?\d+)\s*(?:,|\s)\s*(-?\d+)\s*\)?")  # such as (8,2)
+SUM_TOLERANCE = 0.011  # so that rounded probabilities are accepted
 FRACTION_PATTERN = re.compile(r"([-+]?\d+)\s*/\s*(\d+)")
 
 
@@ -81,7 +87,55 @@ def find_label(text: str, labels: tuple[str, ...]) -> str:
     return label
 
 
-def list_spellings(text: str) -> list[str]:
+def parse_state(problem: Problem, text: str) -> Array:
+    """Return the state that a text names; raise BadParameter if it names none."""
+    start = problem.sample_initial_states(np.zeros((1, problem.uniform_counts.start)))[0]
+    for spelling in _list_spellings(text):
+        try:
+            state = problem.parse_state(spelling)
+        except (ValueError, LookupError):
+            continue
+        is_finite = state.dtype.kind != "f" or bool(np.isfinite(state).all())
+        if state.shape == start.shape and is_finite:
+            return state
+    raise BadParameter(f"got {text!r}, expected a state such as {format_example(problem, start)}")
+
+
+def format_example(problem: Problem, state: Array) -> str:
+    """Return a state as it can be typed; real numbers have three significant digits."""
+    is_rounded = isinstance(problem.state_count, ContinuousStates)
+    return problem.describe_state(state) if is_rounded else problem.format_state(state)
+
+
+def parse_history(problem: Problem, seat: int, history: Sequence[str]) -> list[tuple[int, int]]:
+    """Return the action of a seat and its observation in each turn of a history."""
+    observations = problem.observations[seat] if problem.partially_observable else None
+    if not isinstance(observations, Labels):
+        raise BadParameter("history: expected a problem that has observations with labels")
+    pairs = []
+    for turn in history:
+        action, _, observation = turn.strip().rpartition(" ")
+        if not action:
+            raise BadParameter(f"history: got {turn!r}, expected an action and an observation")
+        pairs.append(
+            (int(problem.parse_action(seat, action)), observations.parse_action(observation))
+        )
+    return pairs
+
+
+def parse_belief(problem: Problem, text: str) -> Reals:
+    """Return the belief `[S]` that a text describes; raise BadParameter if its sum is not 1."""
+    names = tuple(map(problem.format_state, problem.enumerate_states()))
+    typed = parse_distribution(text, names)
+    total = sum(typed.values())
+    if abs(total - 1.0) > SUM_TOLERANCE or min(typed.values()) < 0.0:
+        got = f"probabilities that add up to {total:g}"
+        raise BadParameter(f"got {got}, expected 1, and none below 0")
+    belief = np.array([typed.get(name, 0.0) for name in names])
+    return np.asarray(belief / belief.sum())
+
+
+def _list_spellings(text: str) -> list[str]:
     """Return a typed state as it is, as a pair `(8,2)`, and with spaces for commas."""
     pair = PAIR_PATTERN.fullmatch(text.strip())
     return [text, f"({pair[1]},{pair[2]})" if pair else " ".join(text.replace(",", " ").split())]

@@ -6,7 +6,7 @@ and the random numbers of the game are out of reach.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import replace
 from functools import cached_property
 from itertools import product
 from typing import NamedTuple, Self, TypeVar
@@ -24,14 +24,20 @@ from dmplay.core.problem import (
     build_percept,
     checked_state_indices,
     enumerate_possible_outcomes,
+    find_seat,
     mark_inactive_agents,
     validate_outcome,
 )
+from dmplay.core.seat_history import BeliefHistory, SeatHistory
 from dmplay.core.session import Session, View, call_memory_method
 from dmplay.core.spaces import Labels
+from dmplay.core.typed_text import parse_belief, parse_history, parse_state
 from dmplay.core.work_budget import Budget, limit_total_work
 from dmplay.errors import BadParameter, BadPolicy, BudgetExceeded
+from dmplay.game.action_breakdown import ActionBreakdown, Payoff, PossibleOutcome
 from dmplay.registry.agents import HintAgent, find_hint_provider, load_hint_agent
+from dmplay.registry.problems import load_problem
+from dmplay.solvers.search.simulated_opponents import make_start_state
 from dmplay.views.protocol import Forecast
 
 T = TypeVar("T")
@@ -41,95 +47,7 @@ SAMPLE_COUNT = 200  # samples of outcomes that cannot be listed
 QUASI_RANDOM_STEPS = np.sqrt(
     np.array([2.0, 3.0, 5.0, 7.0, 11.0, 13.0, 17.0, 19.0])
 )  # irrational steps of quasi-random uniforms
-END_PREFIX = "the end ("  # of the text of a state that ends the problem
 MAX_VALUED_OUTCOMES = 2000  # maximum number of outcomes whose values are computed
-RELATIVE_TOLERANCE = 1e-6  # largest difference, as a share, of parts that sum to the value
-
-
-class PossibleOutcome(NamedTuple):
-    """A possible outcome of an action: the next state, an observation, or the others' actions."""
-
-    text: str
-    probability: float
-    reward: float  # expected reward of this turn, given the outcome
-    value_after: float  # value of playing on; 0 after the end of the game
-    belief: Reals | None = None  # [S], the belief after an observation
-    ends_problem: bool = False  # whether the problem ends with it, not only the turn limit
-
-    @property
-    def label(self) -> str:
-        """The outcome as text, which says whether the next state ends the problem."""
-        is_end = self.ends_problem and self.belief is None
-        return f"{END_PREFIX}{self.text})" if is_end else self.text
-
-
-class Payoff(NamedTuple):
-    """The expected reward of an action if the other agents act in one way."""
-
-    joint_action: Array  # [n]
-    probability: float
-    reward: float
-
-
-@dataclass(frozen=True, eq=False)
-class ActionBreakdown:
-    """The value of an action and its parts.
-
-    The values after an outcome come from the agent that gives the hints, with its memory after that
-    outcome. An exact value therefore equals reward + discount x sum(probability x value after).
-    """
-
-    action: int
-    value: float
-    discount: float
-    outcomes: tuple[PossibleOutcome, ...]  # likeliest first
-    replies: Reals | None  # [A'], probability of each action of the only other agent, if modelled
-    next_replies: Reals | None  # [A'], the same in the next turn
-    information_value: float  # part of the value lost if the next action is chosen blindly
-    is_last_turn: bool  # whether the value counts no later turn
-    scale: float = 1.0  # of the problem's rewards
-
-    @property
-    def reward(self) -> float:
-        """The expected reward of this turn."""
-        return sum(outcome.probability * outcome.reward for outcome in self.outcomes)
-
-    @property
-    def value_after(self) -> float:
-        """The mean value of playing on, not discounted."""
-        return sum(outcome.probability * outcome.value_after for outcome in self.outcomes)
-
-    @property
-    def later_value(self) -> float:
-        """The part of the value that comes from later turns."""
-        return self.discount * self.value_after
-
-    @property
-    def mean_belief(self) -> Reals | None:
-        """The mean belief `[S]` after the observations; None if no state is hidden."""
-        if self.outcomes[0].belief is None:
-            return None
-        beliefs = np.array([outcome.belief for outcome in self.outcomes])
-        return np.asarray(np.array([outcome.probability for outcome in self.outcomes]) @ beliefs)
-
-    def outcome_total(self, outcome: PossibleOutcome) -> float:
-        """Return the reward of an outcome plus the discounted value after it."""
-        return outcome.reward + self.discount * outcome.value_after
-
-    @property
-    def adds_up(self) -> bool:
-        """True if the parts sum to the value, as those of exact values do."""
-        difference = self.value - self.reward - self.later_value
-        return abs(difference) <= RELATIVE_TOLERANCE * max(self.scale, abs(self.value))
-
-
-class OutcomeShare(NamedTuple):
-    """The share of one outcome in the difference between the values of two actions."""
-
-    outcome: PossibleOutcome
-    better_probability: float  # after the action with the higher value
-    worse_probability: float
-    share: float
 
 
 class _Events(NamedTuple):
@@ -161,11 +79,12 @@ class Position:
         turns_done: int | None = None,
         memory: Memory | None = None,
         inactive_agents: Bools | None = None,
+        belief: Reals | None = None,
     ) -> None:
         self.view, self.question, self.agent = view, question, agent
         self.problem, self.seat = view.problem, view.seat
         self.turns_done = view.turns_played if turns_done is None else turns_done
-        self._memory = memory
+        self._memory, self._belief = memory, belief
         self._inactive_agents = inactive_agents
         self._breakdowns: dict[int, ActionBreakdown | None] = {}
 
@@ -193,6 +112,81 @@ class Position:
         inactive = np.array([session.is_inactive(seat) for seat in seats])
         view = session.view(question.seat)
         return cls(view, question, agent, memory=memory, inactive_agents=inactive)
+
+    @classmethod
+    def from_text(  # noqa: PLR0913 - a position has these parts
+        cls,
+        problem: Problem | str,
+        seat: int | str = 0,
+        *,
+        state: str = "",
+        history: Sequence[str] = (),
+        belief: str = "",
+        turns_left: int | None = None,
+        players: Sequence[str] = (),
+    ) -> Self:
+        """Return the position of a seat that texts describe.
+
+        `state` is a visible state. If states are hidden, `history` lists the actions of the seat
+        and its observations, such as "feed crying", or `belief` has the probability of each state,
+        such as "hungry 0.3 sated 0.7". Without `turns_left`, the game has the problem's horizon, or
+        no turn limit. `players` are the names of the agents of all seats, if they are known.
+
+        Raise BadParameter for a text that does not fit the problem.
+        """
+        problem = load_problem(problem) if isinstance(problem, str) else problem
+        seat = find_seat(problem, seat) if isinstance(seat, str) else seat
+        turns_done = len(history)
+        turn_limit = problem.horizon if turns_left is None else turns_done + turns_left
+        question = AdviceQuestion(seat, turn_limit, tuple(players))
+        agent = find_hint_provider(problem, question)
+        if not problem.partially_observable:
+            s = parse_state(problem, state) if state else make_start_state(problem)[0]
+            return cls.at_state(problem, question, agent, s, turns_done)
+        if belief:
+            return cls.at_belief(problem, question, agent, parse_belief(problem, belief))
+        return cls.after_history(problem, question, agent, parse_history(problem, seat, history))
+
+    @classmethod
+    def at_state(
+        cls,
+        problem: Problem,
+        question: AdviceQuestion,
+        agent: HintAgent | None,
+        state: Array,
+        turns_done: int = 0,
+    ) -> Self:
+        """Return the position in a state that every agent sees, after this number of turns."""
+        view = _make_view(problem, question, [state])
+        return cls(view, question, agent, turns_done=turns_done)
+
+    @classmethod
+    def after_history(
+        cls,
+        problem: Problem,
+        question: AdviceQuestion,
+        agent: HintAgent | None,
+        turns: Sequence[tuple[int, int]],
+    ) -> Self:
+        """Return the position after the seat's action and observation in each of some turns."""
+        actions, observations = zip(*turns, strict=True) if turns else ((), ())
+        null = problem.observations[question.seat].null_observation(1)[0]
+        view = _make_view(problem, question, [null, *map(np.asarray, observations)], actions)
+        return cls(view, question, agent)
+
+    @classmethod
+    def at_belief(
+        cls,
+        problem: Problem,
+        question: AdviceQuestion,
+        agent: HintAgent | None,
+        belief: Reals,
+        turns_done: int = 0,
+    ) -> Self:
+        """Return the position with a belief `[S]` after this number of turns."""
+        null = problem.observations[question.seat].null_observation(1)[0]
+        view = replace(_make_view(problem, question, [null]), beliefs=[belief])
+        return cls(view, question, agent, turns_done=turns_done, belief=belief)
 
     # What the seat knows
 
@@ -263,6 +257,11 @@ class Position:
     def _remember(self, policy: SeatPolicy) -> Memory:
         """Return the memory of a policy after what the seat perceived."""
         view, prefix = self.view, f"turn {self.turns_done + 1}"
+        if self._belief is not None:
+            memory = policy.memory_at_turn(view.observation[None], self.turns_done)
+            if policy.current_belief(memory) is None:
+                raise BadParameter("the agent that gives the hints has no belief to change")
+            return (self._belief[None], *memory[1:])
         if self.turns_done != view.turns_played:
             return policy.memory_at_turn(view.observation[None], self.turns_done)
         memory = call_memory_method(
@@ -669,6 +668,32 @@ class Position:
         )
 
 
+def _make_view(
+    problem: Problem,
+    question: AdviceQuestion,
+    observations: Sequence[Array],
+    actions: Sequence[float] = (),
+) -> View[Problem]:
+    """Return the view of a seat with these observations and its actions between them."""
+    seat, hidden, state = question.seat, problem.partially_observable, observations[-1]
+    legal = None if hidden else problem.legal_actions_mask(state[None])
+    labels = None if hidden else problem.action_labels(state)
+    history = SeatHistory([*observations], [*actions], [], [], [], [])
+    return View(
+        problem=problem,
+        seat=seat,
+        observations=observations,
+        actions=actions,
+        joint_actions=None if hidden else [],
+        rewards=None,  # texts do not tell them
+        legal_actions_mask=None if legal is None else legal[0, seat],
+        beliefs=BeliefHistory(problem, seat, history) if hidden else None,
+        end_reason=None,
+        turn_limit=question.turn_limit,
+        state_action_labels=labels[seat].labels if labels else None,
+    )
+
+
 def find_exact_agent(session: Session, question: AdviceQuestion) -> HintAgent | None:
     """Return the agent with exact values of the game of a question; None if there is none.
 
@@ -683,46 +708,6 @@ def find_exact_agent(session: Session, question: AdviceQuestion) -> HintAgent | 
     basis = agent.basis if agent else UNKNOWN_BASIS
     is_exact = basis.accuracy is Accuracy.EXACT and basis.has_exact_regrets
     return agent if is_exact else None
-
-
-def compute_outcome_shares(better: ActionBreakdown, worse: ActionBreakdown) -> list[OutcomeShare]:
-    """Return the shares of all outcomes in the difference of two values, largest first.
-
-    With the probabilities p of an outcome after both actions, its share is
-    (p_better - p_worse) (x - v) / difference. x is its reward plus the discounted value after it,
-    and v is the value of the worse action. Outcomes with other rewards or other later values are
-    other outcomes. The shares sum to 1 if both values add up.
-    """
-    difference = better.value - worse.value
-    probabilities: list[tuple[PossibleOutcome, list[float]]] = []
-    by_text: dict[str, list[tuple[PossibleOutcome, list[float]]]] = {}
-    for index, parts in enumerate((better, worse)):
-        for outcome in parts.outcomes:
-            same_text = by_text.setdefault(outcome.label, [])
-            pair = next(
-                (item for item in same_text if _is_same(item[0], outcome, better.scale)), None
-            )
-            if pair is None:
-                pair = outcome, [0.0, 0.0]
-                same_text.append(pair)
-                probabilities.append(pair)
-            pair[1][index] += outcome.probability
-    shares = [
-        OutcomeShare(
-            outcome,
-            p[0],
-            p[1],
-            (p[0] - p[1]) * (better.outcome_total(outcome) - worse.value) / difference,
-        )
-        for outcome, p in probabilities
-    ]
-    return sorted(shares, key=lambda item: -item.share)
-
-
-def _is_same(outcome: PossibleOutcome, other: PossibleOutcome, scale: float) -> bool:
-    """Return whether two outcomes of the same text have the same reward and later value."""
-    atol = RELATIVE_TOLERANCE**2 * scale
-    return np.allclose(outcome[2:4], other[2:4], rtol=RELATIVE_TOLERANCE, atol=atol)
 
 
 def _compute_blind_value(

@@ -14,7 +14,8 @@ from dmplay.core.best_actions import VALUE_TOLERANCE
 from dmplay.core.problem import Problem
 from dmplay.core.text import format_score
 from dmplay.errors import BadParameter
-from dmplay.game.position import ActionBreakdown, Position, PossibleOutcome
+from dmplay.game.action_breakdown import ActionBreakdown, PossibleOutcome
+from dmplay.game.position import Position
 from dmplay.registry.problem_module_exports import load_exported_list
 from dmplay.solvers.games.bimatrix_game import build_payoffs
 from dmplay.views.protocol import load_view_module

@@ -70,7 +70,6 @@ def _plot_hex_map(subject: PlottedProblem, hex_map: HexMap) -> Plot:
 def build_hex_value_panel(subject: PlottedProblem, hex_map: HexMap, title: str = "") -> HexPanel:
     """Return a map of hexes with their values and best directions."""
     (hexes, exits), q = hex_map, compute_state_action_values(subject)
-    scale = subject.problem.reward_scale
     cells = []
     for hex_, action_values in zip(hexes, q[: len(hexes)], strict=True):
         value = float(action_values.max())
@@ -79,8 +78,8 @@ def build_hex_value_panel(subject: PlottedProblem, hex_map: HexMap, title: str =
             text = format_signed(reward)
             cells.append(PlottedHex(hex_, value, (), text, "gain" if reward > 0 else "loss"))
         else:
-            directions = np.flatnonzero(mark_best_actions(action_values, scale)).tolist()
-            cells.append(PlottedHex(hex_, value, directions, f"{value:z.2f}"))
+            directions = np.flatnonzero(mark_best_actions(action_values)).tolist()
+            cells.append(PlottedHex(hex_, value, directions, f"{value:.2f}"))
     return HexPanel(title, cells, VALUE_LABEL)
 
 

@@ -6,6 +6,7 @@ from typing import NamedTuple
 from dmplay.core.typed_text import (
     describe_distribution,
     find_label,
+    format_example,
     parse_distribution,
     parse_number,
     parse_whole_number,
@@ -15,7 +16,6 @@ from dmplay.errors import BadParameter
 from dmplay.tutor.lesson import Prediction
 from dmplay.tutor.positions import PositionInGame
 from dmplay.tutor.quantity import Quantity, compute_truth, find_quantity
-from dmplay.tutor.state_quantities import format_briefly
 from dmplay.tutor.truth import Truth, format_number
 
 DEFAULT_TOLERANCE = 1e-9
@@ -56,7 +56,7 @@ def _describe_expected_argument(position: PositionInGame, prediction: Prediction
     if prediction.asks == "action":
         return _list_labels(position.problem.actions[position.seat].labels)
     if prediction.asks == "state":
-        return f"a state, such as {format_briefly(position, position.session.state)}"
+        return f"a state, such as {format_example(position.problem, position.session.state)}"
     if prediction.asks == "belief":
         names = map(position.problem.format_state, position.problem.enumerate_states())
         return describe_distribution(tuple(names))

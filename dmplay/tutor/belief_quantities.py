@@ -5,13 +5,13 @@ from collections.abc import Sequence
 import numpy as np
 
 from dmplay.core.arrays import Reals
+from dmplay.core.belief import initial_belief
 from dmplay.core.best_actions import mark_best_actions
 from dmplay.core.tabular import tabulate
 from dmplay.core.text import format_count
-from dmplay.core.typed_text import find_label, parse_distribution, parse_number
+from dmplay.core.typed_text import find_label, parse_belief, parse_history, parse_number
 from dmplay.errors import BadParameter
 from dmplay.solvers.pomdp.exact_pomdp import AlphaVectorStage, compute_action_values, solve_stages
-from dmplay.tutor.beliefs import compute_belief, parse_history
 from dmplay.tutor.positions import PositionInGame
 from dmplay.tutor.state_quantities import find_action
 from dmplay.tutor.truth import Truth, format_number
@@ -20,7 +20,6 @@ BISECTIONS = 50
 ROUNDED_DIFFERENCE = 0.002  # between a probability and the same one as it is typed
 MIN_CLUE_DISTANCE = 0.05  # from the answer to another probability that a reason quotes
 MAX_COMPARED_TURNS = 12
-SUM_TOLERANCE = 0.011  # so that rounded probabilities are accepted
 GRID_SIZE = 2001  # beliefs between which the best action is compared
 
 
@@ -47,7 +46,7 @@ def observation_probability(
     problem, seat = position.problem, position.seat
     actions: list[int | None] = [None] * len(problem.agents)
     observations = actions.copy()
-    actions[seat], observations[seat] = parse_history(position, [f"{action} {observation}"])[0]
+    actions[seat], observations[seat] = parse_history(problem, seat, [f"{action} {observation}"])[0]
     probabilities = compute_belief(position, history)
     chances = {
         problem.format_state(s): float(
@@ -207,9 +206,11 @@ def describe_implied_prior(
     """
     if not history or len(position.problem.agents) > 1:
         return ""
-    action, observation = parse_history(position, history[-1:])[0]
+    action, observation = parse_history(position.problem, position.seat, history[-1:])[0]
     tables, index = tabulate(position.problem), _state_index(position, state)
-    prior = compute_belief(position, history[:-1], from_start=True)
+    prior = (
+        compute_belief(position, history[:-1]) if history[1:] else initial_belief(position.problem)
+    )
     predicted = prior @ tables.transition[:, action]
     likelihoods = tables.observation_model[action, :, observation]
     observed = history[-1].rpartition(" ")[2]
@@ -253,15 +254,25 @@ def _make_beliefs(position: PositionInGame, index: int, probabilities: Reals) ->
     return beliefs if index == 0 else beliefs[:, ::-1]
 
 
+def compute_belief(position: PositionInGame, history: Sequence[str]) -> Reals:
+    """Return the belief `[S]` after a history from the start; if it is empty, at the position."""
+    view = position.ask(history=history).view
+    if view.beliefs is None:
+        raise BadParameter(f"{position.problem_name} has no beliefs at this position")
+    return view.belief
+
+
+def describe_belief(position: PositionInGame, history: Sequence[str]) -> str:
+    """Return the probability of each state after a history as text."""
+    belief = compute_belief(position, history)
+    pairs = zip(_state_names(position), belief, strict=True)
+    listed = [f"P({name}) = {format_number(float(p))}" for name, p in pairs]
+    return f"the probabilities of the hidden states are {', '.join(listed)}"
+
+
 def _parse_belief(position: PositionInGame, text: str) -> Reals:
-    """Return the belief `[1, S]` that a text describes; raise BadParameter if its sum is not 1."""
-    names = _state_names(position)
-    typed = parse_distribution(text, names)
-    if abs(sum(typed.values()) - 1.0) > SUM_TOLERANCE:
-        total = format_number(sum(typed.values()))
-        raise BadParameter(f"got probabilities that add up to {total}, expected 1")
-    beliefs = np.array([[typed.get(name, 0.0) for name in names]])
-    return np.asarray(beliefs / beliefs.sum())
+    """Return the belief `[1, S]` that a text describes."""
+    return parse_belief(position.problem, text)[None]
 
 
 def _state_names(position: PositionInGame) -> tuple[str, ...]:

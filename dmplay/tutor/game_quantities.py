@@ -17,7 +17,7 @@ from dmplay.core.uniforms import SeededUniforms
 from dmplay.errors import BadParameter
 from dmplay.game.rules_of_thumb import build_seat_payoffs
 from dmplay.registry import agents
-from dmplay.tutor.beliefs import describe_belief, remember_history
+from dmplay.tutor.belief_quantities import describe_belief
 from dmplay.tutor.positions import PositionInGame, load_agent
 from dmplay.tutor.state_quantities import find_action, find_state
 from dmplay.tutor.truth import Truth, format_number, list_best_labels, list_values
@@ -246,17 +246,16 @@ def team_cost(position: PositionInGame, state: str, actions: str) -> Truth:
 def planned_action(position: PositionInGame, agent: str, history: Sequence[str] = ()) -> Truth:
     """Return the action of an agent in the player's seat after a history."""
     provider = agents.load_hint_agent(position.problem, position.question, agent)
-    policy = provider.policy
-    memory = remember_history(position, policy, history)
-    choice = policy.choose(memory, None, np.zeros((1, policy.uniform_count)))
-    label = position.problem.format_action(position.seat, float(choice[0]))
-    values, labels = policy.action_values(memory), _labels(position)
+    knowledge, policy = position.ask(provider, history=history), provider.policy
+    choice = policy.choose(knowledge.memory, None, np.zeros((1, policy.uniform_count)))
+    label, labels = knowledge.format_action(float(choice[0])), _labels(position)
+    values = knowledge.values()
 
     def explain(answer: str) -> str:
         """Return the loss of value by the answer, or the belief if the agent has no values."""
         if values is None:
             return describe_belief(position, history)
-        loss = format_number(float(values[0].max() - values[0][labels.index(answer)]))
+        loss = format_number(float(values.regrets[labels.index(answer)]))
         basis = provider.basis
         source = ", ".join(filter(None, [basis.method or agent, basis.turns_scope]))
         return f"{answer} is worth {loss} less than the best action; source of the values: {source}"

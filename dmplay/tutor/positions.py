@@ -1,6 +1,7 @@
 """Games that stand at the position of a lesson's step."""
 
 import os
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -8,6 +9,7 @@ from dmplay.agents.base import AdviceQuestion
 from dmplay.core.policy import Policy
 from dmplay.core.problem import Problem, find_seat
 from dmplay.core.session import Session
+from dmplay.core.typed_text import parse_history, parse_state
 from dmplay.core.uniforms import SeededUniforms
 from dmplay.errors import BadParameter
 from dmplay.game.hints.ghost_agent import Ghost, create_ghost
@@ -42,9 +44,33 @@ class PositionInGame:
         """The seat of the player."""
         return self.question.seat
 
-    def ask(self, agent: agents.HintAgent | None = None) -> Position:
-        """Return the player's knowledge here, with an agent, by default that of the hints."""
-        return Position.of_session(self.session, self.question, agent)
+    def ask(
+        self,
+        agent: agents.HintAgent | None = None,
+        state: str = "",
+        history: Sequence[str] = (),
+        turns_left: int = 0,
+    ) -> Position:
+        """Return the player's knowledge here, with an agent, by default that of the hints.
+
+        If all agents see the state, it may be another state or another turn. If states are hidden,
+        it may be the knowledge after another history, such as "feed crying".
+        """
+        problem, question, session = self.problem, self.question, self.session
+        agent = agent or agents.find_hint_provider(problem, question)
+        if history:
+            turns = parse_history(problem, self.seat, history)
+            return Position.after_history(problem, question, agent, turns)
+        if problem.partially_observable or not (state or turns_left):
+            return Position.of_session(session, question, agent)
+        turns_done, limit = len(session.turns), session.turn_limit
+        if turns_left:
+            if limit is None or turns_left > limit:
+                expected = "expected a game of as many turns"
+                raise BadParameter(f"turns_left: got {turns_left}, {expected}")
+            turns_done = limit - turns_left
+        s = parse_state(problem, state) if state else session.state
+        return Position.at_state(problem, question, agent, s, turns_done)
 
 
 def open_position(position: PositionText, folder: Path, *, trusted: bool = False) -> PositionInGame:

@@ -8,13 +8,11 @@ import numpy as np
 from dmplay.core.action_values import Accuracy
 from dmplay.core.arrays import Array
 from dmplay.core.best_actions import VALUE_TOLERANCE
-from dmplay.core.problem import ContinuousStates, enumerate_possible_outcomes
-from dmplay.core.session import SeatedPolicy
+from dmplay.core.problem import enumerate_possible_outcomes
 from dmplay.core.text import format_count
-from dmplay.core.typed_text import list_spellings, parse_distribution
+from dmplay.core.typed_text import parse_distribution, parse_state
 from dmplay.errors import BadParameter
 from dmplay.registry import agents
-from dmplay.tutor.beliefs import remember_history
 from dmplay.tutor.positions import PositionInGame
 from dmplay.tutor.truth import Truth, format_number, list_best_labels, list_values
 
@@ -150,33 +148,12 @@ def missed_outcome_probability(
 
 def find_state(position: PositionInGame, text: str) -> Array:
     """Return the state that a text names, or that of the position if it is empty."""
-    current = position.session.state
-    if not text:
-        return current
-    problem = position.problem
-    for spelling in list_spellings(text):
-        try:
-            state = problem.parse_state(spelling)
-        except (ValueError, LookupError):
-            continue
-        if state.shape == current.shape and (
-            state.dtype.kind != "f" or bool(np.isfinite(state).all())
-        ):
-            return state
-    example = format_briefly(position, position.session.initial_state)
-    raise BadParameter(f"got {text!r}, expected a state such as {example}")
+    return parse_state(position.problem, text) if text else position.session.state
 
 
 def find_state_index(position: PositionInGame, state: str) -> int:
     """Return the index of a state."""
     return int(position.problem.state_indices(find_state(position, state)[None])[0])
-
-
-def format_briefly(position: PositionInGame, s: Array) -> str:
-    """Return a state as text; real numbers have three significant digits."""
-    if isinstance(position.problem.state_count, ContinuousStates):
-        return " ".join(f"{number + 0.0:.3g}" for number in s)
-    return position.problem.format_state(s)
 
 
 def find_action(position: PositionInGame, text: str) -> str:
@@ -193,37 +170,19 @@ def compute_q(
     They are those of a visible state, or of the belief after a history; without both, those of the
     position. Raise BadParameter if that agent has no values of this game, or only upper bounds.
     """
-    problem, session, seat = position.problem, position.session, position.seat
-    provider = agents.find_hint_provider(problem, position.question)
-    if provider is None:
+    agent = agents.find_hint_provider(position.problem, position.question)
+    if agent is None:
         raise BadParameter(f"{position.problem_name} has no agent with values")
-    is_bound, basis_scope = provider.basis.accuracy is Accuracy.UPPER_BOUND, provider.basis.scope
-    if basis_scope or is_bound:
-        scope = "are upper bounds" if is_bound else f"are about another game ({basis_scope})"
+    is_bound = agent.basis.accuracy is Accuracy.UPPER_BOUND
+    if agent.basis.scope or is_bound:
+        about = f"are about another game ({agent.basis.scope})"
+        scope = "are upper bounds" if is_bound else about
         raise BadParameter(f"the values of {position.problem_name} {scope}")
-    policy = provider.policy
-    s = find_state(position, state)
-    turns_done = len(session.turns)
-    if turns_left:
-        if session.turn_limit is None or turns_left > session.turn_limit:
-            raise BadParameter(f"turns_left: got {turns_left}, expected a game of as many turns")
-        turns_done = session.turn_limit - turns_left
-    if problem.partially_observable:
-        memory = remember_history(position, policy, history)
-    elif state or turns_left:
-        memory = policy.memory_at_turn(s[None], turns_done)
-    else:
-        memory = SeatedPolicy(session, seat, policy).current_memory()
-    values = policy.action_values(memory)
-    labels = problem.actions[seat].labels
-    if values is None or not labels:
+    knowledge = position.ask(agent, state, history, turns_left)
+    values = knowledge.values()
+    if values is None:
         raise BadParameter(f"{position.problem_name} has no values of actions")
-    legal = problem.legal_actions_mask(s[None])
-    return {
-        label: float(value)
-        for index, (label, value) in enumerate(zip(labels, values[0], strict=True))
-        if legal is None or legal[0, seat, index]
-    }
+    return {knowledge.labels[action]: float(values.q[action]) for action in knowledge.legal_actions}
 
 
 def list_outcomes(position: PositionInGame, action: str, s: Array) -> dict[str, float]:

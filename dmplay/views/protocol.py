@@ -25,7 +25,6 @@ class Overlay(NamedTuple):
 
     kind: str
     action_values: Reals  # [S, A], the value of each action in each state
-    scale: float = 1.0  # of the rewards
 
 
 class Forecast(NamedTuple):

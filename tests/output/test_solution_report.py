@@ -230,12 +230,6 @@ def test_a_value_that_rests_on_an_indifferent_player_says_so(
     assert agent.basis.players == f"if the other agents take their {first}best actions"
 
 
-def test_a_worthless_state_has_the_value_zero() -> None:
-    problem = dmplay.load_problem("hexworld", rewards=())
-    rows = {row["state"]: row for row in dmplay.solve(problem).rows}
-    assert rows["(1,0)"]["value"] == 0.0
-
-
 def test_a_value_is_printed_without_the_rounding_error_of_its_scale() -> None:
     assert format_value(5.55112e-17, 1.0) == "0"
     assert format_value(-5.55112e-17, 1.0) == "0"

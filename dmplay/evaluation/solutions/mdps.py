@@ -25,7 +25,6 @@ from dmplay.solvers.mdp.transition_graph import TransitionGraph
 
 MAX_SWEEPS = 10_000
 CONVERGENCE_THRESHOLD = 1e-10  # change of the values below which sweeps stop, at a scale of 1
-MAX_ROUNDING_ERROR = 1e-12  # of a value, at a scale of 1
 MAX_STATE_TURNS = 10_000_000  # up to which the value of a finite game is reported too
 MAX_LISTED_STATES = 1000  # If there are more states, only the start states are listed.
 
@@ -101,7 +100,7 @@ def solve_by_value_iteration(problem: Problem) -> Solution:
     rows: list[Row] = [
         {
             "state": problem.format_state(s),
-            "value": _clear_rounding_error(float(row.max()), problem),
+            "value": float(row.max()),
             "best": format_action_names(problem, mark_best_actions(row, problem.reward_scale)),
         }
         for s, row in zip(states, q, strict=True)
@@ -207,11 +206,6 @@ def _build_rows(problem: Problem, graph_values: _GraphValues) -> list[Row]:
     ]
 
 
-def _clear_rounding_error(value: float, problem: Problem) -> float:
-    """Return a value, or 0 if it is only a rounding error at the scale of the rewards."""
-    return value if abs(value) > MAX_ROUNDING_ERROR * problem.reward_scale else 0.0
-
-
 def _build_row(problem: Problem, graph_values: _GraphValues, state_index: int) -> Row:
     """Return the row of one state: its values, the agent that decides and the best actions."""
     state_graph, deciding_seat = graph_values.graph, int(graph_values.deciding_seat[state_index])
@@ -226,9 +220,7 @@ def _build_row(problem: Problem, graph_values: _GraphValues, state_index: int) -
                 mark_best_actions(graph_values.decider_q[action_rows], problem.reward_scale)
             ]
         ] = True
-    state_values = [
-        _clear_rounding_error(value, problem) for value in graph_values.values[state_index].tolist()
-    ]
+    state_values = graph_values.values[state_index].tolist()
     if len(state_values) == 1:
         return row | {"value": state_values[0], "best": format_action_names(problem, mask)}
     value_columns = {

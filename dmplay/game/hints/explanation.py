@@ -11,14 +11,14 @@ from dmplay.core.best_actions import VALUE_TOLERANCE
 from dmplay.core.problem import ContinuousStates
 from dmplay.core.session import Session
 from dmplay.core.text import count_probability_decimals, format_score
-from dmplay.game.hints.hint_provider import Hint, HintProvider, format_fixed
-from dmplay.game.hints.rule_explanation import describe_rule, format_real_action
-from dmplay.game.position import (
+from dmplay.game.action_breakdown import (
     END_PREFIX,
     ActionBreakdown,
     PossibleOutcome,
     compute_outcome_shares,
 )
+from dmplay.game.hints.hint_provider import Hint, HintProvider, format_fixed
+from dmplay.game.hints.rule_explanation import describe_rule, format_real_action
 from dmplay.game.rules_of_thumb import RuleChoice, find_losing_rule
 from dmplay.views.protocol import load_view_module
 

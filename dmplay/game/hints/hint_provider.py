@@ -17,9 +17,10 @@ from dmplay.core.session import SeatedPolicy, Session, Turn
 from dmplay.core.spaces import Interval
 from dmplay.core.work_budget import limit_total_work
 from dmplay.errors import BadParameter, BadPolicy, BudgetExceeded
+from dmplay.game.action_breakdown import ActionBreakdown
 from dmplay.game.hints.action_simulation import ActionSimulation, can_simulate, simulate_returns
 from dmplay.game.hints.forecast_text import format_forecast
-from dmplay.game.position import ADVICE_WORK_LIMIT, ActionBreakdown, Position
+from dmplay.game.position import ADVICE_WORK_LIMIT, Position
 from dmplay.registry import agents
 from dmplay.views.protocol import Forecast, Overlay
 
@@ -478,8 +479,7 @@ class HintProvider:
         if not kind or (has_ended and kind in HINT_OVERLAYS):
             return None
         values = self._compute_all_state_values(turn_count)
-        scale = self.session.problem.reward_scale
-        return None if values is None else Overlay(kind, values, scale)
+        return None if values is None else Overlay(kind, values)
 
     @property
     def is_overlay_ready(self) -> bool:

@@ -230,9 +230,9 @@ def _draw_policy_regions(
         if view.turn_limit is None
         else min(view.turn_limit - view.turns_played, MAX_PLANNED_TURNS)
     )
-    q = compute_action_values(solve_stages(view.problem, remaining_turns)[-1], beliefs)
+    stage = solve_stages(view.problem, remaining_turns)[-1]
     for (row, offset), action in zip(
-        points, mark_best_actions(q, view.problem.reward_scale), strict=True
+        points, mark_best_actions(compute_action_values(stage, beliefs)), strict=True
     ):
         best_action = int(np.argmax(action))
         canvas.write_text(x + size + offset, row + 1, keys[best_action], REGION_STYLES[best_action])

@@ -182,7 +182,7 @@ def format_percent(probability: float, decimals: int = 0) -> str:
 def format_to_width(value: float, width: int) -> str:
     """Format a value with at most two decimals in `width` columns; '#' if it does not fit."""
     for decimals in (2, 1, 0):
-        text = f"{value:z.{decimals}f}"
+        text = f"{value:.{decimals}f}"
         if len(text) <= width:
             return text
     return "#" * width

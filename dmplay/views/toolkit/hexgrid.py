@@ -284,8 +284,7 @@ def make_overlay_cell(options: DrawOptions, state: int, size: HexSize) -> HexCel
         text = format_to_width(values.max(), size.width - 1)
     else:
         names = COMPASS if options.ascii else ARROWS
-        is_best = mark_best_actions(values, options.overlay.scale)
-        directions = [names[a] for a in np.flatnonzero(is_best)]
+        directions = [names[a] for a in np.flatnonzero(mark_best_actions(values))]
         text = (
             directions[0]
             if len(directions) == 1 or size.text_rows == 1

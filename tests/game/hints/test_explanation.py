@@ -19,13 +19,13 @@ from dmplay.core.problem import Problem, enumerate_outcomes
 from dmplay.core.session import Session, Turn
 from dmplay.core.uniforms import SeededUniforms
 from dmplay.errors import BadParameter, IllegalAction
+from dmplay.game.action_breakdown import ActionBreakdown
 from dmplay.game.game import Game
 from dmplay.game.game_series import GameController
 from dmplay.game.game_setup import start_new_game
 from dmplay.game.hints.explanation import MAX_SENTENCE_WORDS, explain_action
 from dmplay.game.hints.hint_provider import HintProvider
 from dmplay.game.launch_requests import GameRequest
-from dmplay.game.position import ActionBreakdown
 from dmplay.registry import agents
 from dmplay.ui.shell.commands import run_line
 from tests.support.literature_pomdps import make_four_by_three, make_tiger
