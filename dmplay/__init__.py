@@ -66,6 +66,7 @@ _PUBLIC_MODULES = {
     "load_problem": "registry.problems",
     # one game
     "Playback": "game.playback",
+    "Position": "game.position",
     "Session": "core.session",
     "View": "core.session",
     "play": "game.manual_game",

@@ -30,6 +30,7 @@ from dmplay.game.hints.ghost_agent import Ghost
 from dmplay.game.hints.hint_provider import HintProvider
 from dmplay.game.launch_requests import GameRequest
 from dmplay.game.narration import Narrator
+from dmplay.game.position import Position
 from dmplay.game.saves import SaveRemoval
 from dmplay.game.seat_snapshot import SeatSnapshot
 from dmplay.game.seats import list_scripts, name_without_actions
@@ -243,6 +244,10 @@ class Game:
         if seat not in self._hint_providers:
             self._hint_providers[seat] = HintProvider(self.session, self.advice_question(seat))
         return self._hint_providers[seat]
+
+    def position(self, seat: int) -> Position:
+        """Return a seat's knowledge at this turn, which answers questions about its actions."""
+        return Position.of_session(self.session, self.advice_question(seat))
 
     def advice_question(self, seat: int) -> AdviceQuestion:
         """Return the question that all advice for a seat answers: its turns and other players."""

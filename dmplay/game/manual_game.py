@@ -3,6 +3,7 @@
 import os
 from collections.abc import Sequence
 
+from dmplay.agents.base import AdviceQuestion
 from dmplay.core.notebook_display import NotebookDisplay
 from dmplay.core.policy import Policy, is_policy_sequence
 from dmplay.core.problem import Problem, check_problem, find_seat
@@ -17,6 +18,8 @@ from dmplay.external.bots.protocol import (
     encode_percept,
 )
 from dmplay.external.bots.shutdown import close_bots
+from dmplay.game.position import Position
+from dmplay.game.seats import HUMAN
 from dmplay.registry import agents as known
 from dmplay.registry import problems
 
@@ -24,8 +27,8 @@ from dmplay.registry import problems
 class ManualGame(NotebookDisplay):
     """A game whose manual seats are played from Python; a notebook shows its board."""
 
-    def __init__(self, session: Session) -> None:
-        self.session = session
+    def __init__(self, session: Session, players: Sequence[str]) -> None:
+        self.session, self._players = session, tuple(players)
         self._manual_seats = [
             seat for seat, policy in enumerate(session.seated_policies) if policy is None
         ]
@@ -52,6 +55,12 @@ class ManualGame(NotebookDisplay):
         seat = self._seat_index(agent)
         observation = self.session.observation_after(seat, len(self.session.turns))
         return encode_observation(self.session.problem, seat, observation)
+
+    def position(self, agent: str = "") -> Position:
+        """Return a seat's knowledge at this turn, which answers questions about its actions."""
+        seat = self._seat_index(agent)
+        question = AdviceQuestion.about(self.session, seat, self._players)
+        return Position.of_session(self.session, question)
 
     def act(self, *actions: str | float) -> JsonObject:
         """Play a turn with one action for each manual seat; return the information that
@@ -127,4 +136,8 @@ def play(
         for seat, player in enumerate(players)
     ]
     seed = new_seed() if seed is None else seed
-    return ManualGame(Session(loaded, SeededUniforms(seed), policies, turn_limit=turns))
+    names = [
+        player if isinstance(player, str) else type(player).__name__ if player else HUMAN
+        for player in players
+    ]
+    return ManualGame(Session(loaded, SeededUniforms(seed), policies, turn_limit=turns), names)

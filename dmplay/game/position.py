@@ -230,8 +230,13 @@ class Position:
             seat for seat in seats if seat != self.seat and (inactive is None or not inactive[seat])
         ]
 
-    def validate_action(self, action: float) -> float:
-        """Return the action as it is played; raise IllegalAction if it is not legal here."""
+    def validate_action(self, action: float | str) -> float:
+        """Return an action, or that of a label, as it is played.
+
+        Raise IllegalAction if it is not legal here, and UnknownName if there is no such label.
+        """
+        if isinstance(action, str):
+            action = self.problem.parse_action(self.seat, action)
         prefix = f"turn {self.turns_done + 1}, {self.problem.agents[self.seat]}"
         action_set = self.labels or self.problem.actions[self.seat]
         return action_set.validate_action(action, prefix, self.view.legal_actions_mask)
@@ -345,15 +350,31 @@ class Position:
         is_last = turn_limit is not None and self.turns_done + 1 >= turn_limit
         return basis.horizon is Horizon.ROUND or (is_last and not basis.turns_scope)
 
-    def break_down(self, action: int) -> ActionBreakdown | None:
+    def best_actions(self) -> list[str]:
+        """Return the labels of the actions of greatest value; [] if the agent has no values.
+
+        Of estimates, these are all actions that may have it.
+        """
+        values = self.values()
+        return [] if values is None else [self.labels[action] for action in values.best_actions]
+
+    def rules_of_thumb(self) -> dict[str, str]:
+        """Return the rules of thumb that name an action here, with the label of the action."""
+        from dmplay.game.rules_of_thumb import apply_rule, list_rules  # they ask positions
+
+        choices = {rule.text: apply_rule(self, rule) for rule in list_rules(self.problem)}
+        return {text: self.labels[a] for text, a in choices.items() if a is not None}
+
+    def break_down(self, action: int | str) -> ActionBreakdown | None:
         """Return the parts of the value of an action; None if they cannot be listed.
 
         They cannot be listed if the agent has no values, if random events are real numbers, or if
         the agent has no model of the other agents that act in this turn.
         """
-        if action not in self._breakdowns:
-            self._breakdowns[action] = self._break_down(action)
-        return self._breakdowns[action]
+        index = int(self.validate_action(action))
+        if index not in self._breakdowns:
+            self._breakdowns[index] = self._break_down(index)
+        return self._breakdowns[index]
 
     def _break_down(self, action: int) -> ActionBreakdown | None:
         """Return the parts of the value of an action, not cached."""
@@ -411,7 +432,7 @@ class Position:
 
     # Outcomes
 
-    def outcomes(self, action: int) -> tuple[PossibleOutcome, ...]:
+    def outcomes(self, action: int | str) -> tuple[PossibleOutcome, ...]:
         """Return the outcomes of an action that the seat can tell apart, likeliest first.
 
         The values after the outcomes are nan if the agent has no values. Raise BadParameter if the
@@ -422,7 +443,7 @@ class Position:
             return breakdown.outcomes
         if not self._lists_events:
             raise BadParameter("expected outcomes that can be listed, not real numbers")
-        events = self._list_events(action)
+        events = self._list_events(int(self.validate_action(action)))
         return self._merge_events(events, np.full(len(events.probabilities), np.nan))
 
     def expected_rewards(self) -> Reals:
@@ -433,9 +454,9 @@ class Position:
             rewards[action] = events.probabilities @ events.rewards
         return rewards
 
-    def list_payoffs(self, action: int) -> list[Payoff]:
+    def list_payoffs(self, action: int | str) -> list[Payoff]:
         """Return the expected reward of an action for each way in which the others may act."""
-        events = self._list_next_states(action)
+        events = self._list_next_states(self.validate_action(action))
         assert events.joint_actions is not None
         joint_actions, indices = np.unique(events.joint_actions, axis=0, return_inverse=True)
         indices = indices.reshape(-1)
@@ -444,7 +465,7 @@ class Position:
         pairs = zip(probabilities.tolist(), rewards.tolist(), strict=True)
         return [Payoff(joint, *pair) for joint, pair in zip(joint_actions, pairs, strict=True)]
 
-    def forecast(self, action: float) -> Forecast:
+    def forecast(self, action: float | str) -> Forecast:
         """Return the outcomes of an action for a drawing, likeliest first.
 
         They are next states, or observations if states are hidden. If the next states cannot be
@@ -547,7 +568,10 @@ class Position:
         return np.array([*product(*options_by_seat)]), probabilities, is_modelled
 
     def predict_actions(self, seat: int) -> Reals | None:
-        """Return the probability `[A']` of each action of another seat in the agent's model."""
+        """Return the probability `[A']` of each action of another seat in the agent's model.
+
+        None if the agent has no model of that seat.
+        """
         if self.agent is None or not models_opponents(self.agent.policy):
             return None
         predicted = self.ask(lambda policy, memory: policy.predict_actions(memory, seat))
