@@ -358,13 +358,6 @@ class Position:
         values = self.values()
         return [] if values is None else [self.labels[action] for action in values.best_actions]
 
-    def rules_of_thumb(self) -> dict[str, str]:
-        """Return the rules of thumb that name an action here, with the label of the action."""
-        from dmplay.game.rules_of_thumb import apply_rule, list_rules  # they ask positions
-
-        choices = {rule.text: apply_rule(self, rule) for rule in list_rules(self.problem)}
-        return {text: self.labels[a] for text, a in choices.items() if a is not None}
-
     def break_down(self, action: int | str) -> ActionBreakdown | None:
         """Return the parts of the value of an action; None if they cannot be listed.
 

@@ -12,6 +12,7 @@ from dmplay.core.uniforms import SeededUniforms
 from dmplay.errors import BadParameter, DmplayError, IllegalAction, UnknownName
 from dmplay.game.manual_game import ManualGame
 from dmplay.game.position import Position
+from dmplay.game.rules_of_thumb import list_choices
 from tests.privacy.indistinguishable_pairs import SECRET_PROBLEM_PARAMS, SHARED_TURNS, find_pair
 from tests.support.problem_cases import CASE_NAMES, every_problem, load_small_problem
 
@@ -40,7 +41,7 @@ def choose_first(session: Session, seat: int) -> float:
 
 def list_facts(position: Position) -> list[str]:
     """Return all answers of a position as text."""
-    facts = [str(position.values()), str(position.best_actions()), str(position.rules_of_thumb())]
+    facts = [str(position.values()), str(position.best_actions()), str(list_choices(position))]
     for action in position.legal_actions[:4]:
         try:
             outcomes = [
@@ -107,20 +108,20 @@ def test_a_position_made_from_text_has_the_values_of_the_game(name: str) -> None
             f"{problem.observations[0].format_observation(turn.observations[0])}"
             for turn in session.turns
         ]
-        here = Position.from_text(problem, history=history, turns_left=left)
+        described = Position.from_text(problem, history=history, turns_left=left)
         belief = " ".join(
             f"{problem.format_state(state)} {p!r}"
             for state, p in zip(
                 problem.enumerate_states(), played.view.belief.tolist(), strict=True
             )
         )
-        there = Position.from_text(problem, belief=belief, turns_left=left)
+        from_belief = Position.from_text(problem, belief=belief, turns_left=left)
     else:
         state = problem.format_state(session.state)
-        here = there = Position.from_text(problem, state=state, turns_left=left)
+        described = from_belief = Position.from_text(problem, state=state, turns_left=left)
     expected = played.values()
     assert expected is not None
-    for position in (here, there):
+    for position in (described, from_belief):
         values = position.values()
         assert values is not None
         assert values.q == pytest.approx(expected.q, abs=1e-6, nan_ok=True)
