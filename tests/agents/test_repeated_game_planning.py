@@ -117,6 +117,12 @@ def test_values_against_a_rule_that_forgives_at_random_are_expectations(turns: i
     assert first_values(plan_against("generous-tit-for-tat", turns)) == pytest.approx(expected)
 
 
+def test_fifty_rounds_against_an_unknown_rule_are_planned() -> None:
+    """The mean of 0 against `nash`, and of 49 to 50 against the two rules that can be guessed."""
+    policy = plan_against("human", 50, problem="rock-paper-scissors")
+    assert first_values(policy) == pytest.approx([98 / 3, 100 / 3, 96 / 3])
+
+
 def test_cooperation_against_tit_for_tat_is_best_until_the_last_round() -> None:
     problem = dmplay.load_problem("prisoners-dilemma")
     policies = [None, dmplay.load_agent(problem, 1, "tit-for-tat")]
