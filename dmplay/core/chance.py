@@ -174,9 +174,8 @@ def weighted_sum_columns(weights: Reals, values: Array) -> Reals:
     terms = values[:, :, None] if values.ndim == 2 else values.transpose(1, 2, 0)
     total: Reals = weight_rows[0] * terms[0]
     chunk_size = min(len(weight_rows) - 1, MAX_BUFFERED_TERMS // max(total.size, 1))
-    if (
-        chunk_size < MAX_COMPARED_EDGES or total.size == 1
-    ):  # NumPy would add the terms of a single sum in another order.
+    # NumPy would add the terms of a single sum in another order.
+    if chunk_size < MAX_COMPARED_EDGES or total.size == 1:
         for s in range(1, len(weight_rows)):
             total += weight_rows[s] * terms[s]
         return total

@@ -28,11 +28,9 @@ def parameter(  # noqa: PLR0913 - a problem sets each of them
     `exclusive_low` raises the lower bound by a millionth. A text must be one of `choices`, or any
     text if there are none.
     """
-    bound = (
-        max(DEFAULT_PARAMETER_BOUND, 10 * abs(default))
-        if isinstance(default, int | float)
-        else DEFAULT_PARAMETER_BOUND
-    )
+    bound = DEFAULT_PARAMETER_BOUND
+    if isinstance(default, int | float):
+        bound = max(DEFAULT_PARAMETER_BOUND, 10 * abs(default))
     low, high = -bound if low is None else low, bound if high is None else high
     low += 1 / DEFAULT_PARAMETER_BOUND if exclusive_low else 0
     metadata = {"meaning": description, "low": low, "high": high, "among": choices}
@@ -73,11 +71,9 @@ def _check_parameter(value: object, parameter_field: Field[Any]) -> None:
     number: Any = value
     low, high = (parameter_field.metadata[key] for key in ("low", "high"))
     if not low <= number <= high:
-        got = (
-            format_number(number)
-            if abs(number) <= MAX_PRINTED_NUMBER
-            else "a number that is too large or not finite"
-        )
+        got = "a number that is too large or not finite"
+        if abs(number) <= MAX_PRINTED_NUMBER:
+            got = format_number(number)
         has_upper_bound = high < DEFAULT_PARAMETER_BOUND or number > high
         upper_text = f" and at most {format_number(high)}" * has_upper_bound
         low_text = format_number(low)

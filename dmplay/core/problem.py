@@ -457,11 +457,9 @@ def build_percept(
         """Return a copy of an array if its field is required, else FIELD_OMITTED."""
         return readonly_copy(array) if name in field_names else FIELD_OMITTED
 
-    observation = (
-        select_seat_observations(outcome.observations, seat)
-        if problem.partially_observable
-        else outcome.observations
-    )
+    observation = outcome.observations
+    if problem.partially_observable:
+        observation = select_seat_observations(outcome.observations, seat)
     return Percept(
         copy_if_required("action", actions[:, seat]),
         copy_if_required("observation", observation),
@@ -481,11 +479,9 @@ def find_seat(problem: Problem, name: str) -> int:
 
 def _ensure_dataclass(problem_class: type[Problem]) -> type[Problem]:
     """Return a subclass as a frozen dataclass, applying the decorator if it is missing."""
-    return (
-        problem_class
-        if "__dataclass_fields__" in vars(problem_class)
-        else dataclass(frozen=True)(problem_class)
-    )
+    if "__dataclass_fields__" in vars(problem_class):
+        return problem_class
+    return dataclass(frozen=True)(problem_class)
 
 
 class OutcomeDistribution(NamedTuple):

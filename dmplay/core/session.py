@@ -114,11 +114,9 @@ class View(Generic[P_co]):
     @property
     def action_labels(self) -> Labels:
         """The current labels of the seat's actions; empty if actions are real numbers."""
-        return (
-            self.problem.actions[self.seat].labels
-            if self.state_action_labels is None
-            else self.state_action_labels
-        )
+        if self.state_action_labels is None:
+            return self.problem.actions[self.seat].labels
+        return self.state_action_labels
 
     @property
     def belief(self) -> Reals:

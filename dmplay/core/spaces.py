@@ -99,11 +99,9 @@ class Interval:
         bounds.
         """
         try:
-            value = (
-                round(float(text), ACTION_DECIMALS)
-                if text.isascii() and "_" not in text
-                else math.nan
-            )
+            value = math.nan
+            if text.isascii() and "_" not in text:
+                value = round(float(text), ACTION_DECIMALS)
         except ValueError:
             value = math.nan
         if not self.low <= value <= self.high:

@@ -166,11 +166,9 @@ def _assignment_targets(node: ast.stmt) -> list[ast.AST]:
     """Return the nodes of the targets that an assignment assigns to; empty for other statements."""
     targets = node.targets if isinstance(node, ast.Assign) else [getattr(node, "target", node)]
     assignment_types = ast.Assign | ast.AnnAssign
-    return (
-        [child for target in targets for child in ast.walk(target)]
-        if isinstance(node, assignment_types)
-        else []
-    )
+    if isinstance(node, assignment_types):
+        return [child for target in targets for child in ast.walk(target)]
+    return []
 
 
 def _argument_line(node: ast.stmt, argument: str, order: Sequence[str]) -> int:

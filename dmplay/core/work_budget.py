@@ -147,11 +147,9 @@ def stop_after(seconds: float) -> Iterator[None]:
 def scale_progress(low: float, high: float) -> AbstractContextManager[None]:
     """Run the block with its progress reported as the shares from `low` to `high`."""
     callback = _progress_callback.get()
-    return (
-        report_progress_to(lambda share: callback(low + (high - low) * share))
-        if callback
-        else nullcontext()
-    )
+    if callback:
+        return report_progress_to(lambda share: callback(low + (high - low) * share))
+    return nullcontext()
 
 
 def scale_progress_part(index: int, count: int) -> AbstractContextManager[None]:

@@ -254,11 +254,9 @@ class ExternalProblem(Problem, ABC):
         """
         names_by_agent = self.time_step_after(s[0]).action_labels
         pairs = zip(self.actions, names_by_agent, strict=bool(names_by_agent))
-        return (
-            tuple(_rename_labels(space.labels, names) for space, names in pairs)
-            if names_by_agent
-            else None
-        )
+        if names_by_agent:
+            return tuple(_rename_labels(space.labels, names) for space, names in pairs)
+        return None
 
     def terminal(self, s: Array) -> Bools:
         """Return the mask of terminal states."""
@@ -300,11 +298,9 @@ class ExternalProblem(Problem, ABC):
 
     def draw_observation(self, observation: Array) -> str:
         """Return a text observation; '' if it is a single line, or not text."""
-        return (
-            _keep_if_multiline(str(observation))
-            if isinstance(self.observations[0], TextLine)
-            else ""
-        )
+        if isinstance(self.observations[0], TextLine):
+            return _keep_if_multiline(str(observation))
+        return ""
 
     def format_state(self, s: Array) -> str:
         """Return the history as text."""

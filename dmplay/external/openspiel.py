@@ -267,11 +267,9 @@ class OpenSpielEnvironment(ExternalEnvironment):
         if EXTENSIVE_FORM_GAME in self._name and not self._is_to_act(player):
             return NOTHING_OBSERVED
         state = self._state
-        observe = (
-            state.information_state_string
-            if _shows_information_state(self._name)
-            else state.observation_string
-        )
+        observe = state.observation_string
+        if _shows_information_state(self._name):
+            observe = state.information_state_string
         return str(observe(player)).strip("\n") or NOTHING_OBSERVED
 
     def _current_action_names(

@@ -114,11 +114,9 @@ class TableProblem(Problem, ABC):
     def _environment_state(self, s: Array) -> int:
         """Return the environment's own number of a state."""
         nonterminal_count = len(self.transition_table.initial_distribution)
-        return (
-            int(s)
-            if s < nonterminal_count
-            else int(self.transition_table.terminal_states[int(s) - nonterminal_count])
-        )
+        if s < nonterminal_count:
+            return int(s)
+        return int(self.transition_table.terminal_states[int(s) - nonterminal_count])
 
     def format_state(self, s: Array) -> str:
         """Return the environment's number of the state, with a suffix if it is terminal."""

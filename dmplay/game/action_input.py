@@ -73,11 +73,9 @@ class Keyboard:
         is_second = (
             len(self.human_seats) == PLAYERS_SHARING_KEYBOARD and seat == self.human_seats[1]
         )
-        return (
-            {**self.key_maps.second_player_keys, **self.key_maps.first_player_keys}
-            if is_second
-            else self.key_maps.first_player_keys
-        )
+        if is_second:
+            return {**self.key_maps.second_player_keys, **self.key_maps.first_player_keys}
+        return self.key_maps.first_player_keys
 
     def get_keys_by_action(self, seat: int) -> Mapping[str, str]:
         """Return the key of each action of a seat, as shown; empty for real-valued actions."""

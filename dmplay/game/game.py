@@ -201,11 +201,9 @@ class Game:
         chosen.
         """
         has_new_seed = self.request is not None and self.request.has_fresh_seed
-        return (
-            self.request.format_command(self.problem_name, self.seed)
-            if self.request and has_new_seed
-            else ""
-        )
+        if self.request and has_new_seed:
+            return self.request.format_command(self.problem_name, self.seed)
+        return ""
 
     @property
     def has_private_views(self) -> bool:

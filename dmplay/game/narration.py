@@ -61,11 +61,9 @@ class Narrator:
 
     def describe_change(self, snapshot: SeatSnapshot, previous_turn_count: int) -> str:
         """Return the last turn in one line, or the current turn number if turns were undone."""
-        return (
-            f"undone. turn {snapshot.turn}."
-            if snapshot.turn < previous_turn_count
-            else self.describe_turn(snapshot)
-        )
+        if snapshot.turn < previous_turn_count:
+            return f"undone. turn {snapshot.turn}."
+        return self.describe_turn(snapshot)
 
     def seat_return(self, snapshot: SeatSnapshot) -> float:
         """Return the seat's discounted sum of rewards so far."""
@@ -122,11 +120,9 @@ class Narrator:
         is_visible = (
             not self.human_seats or self.reveal or session.end_reason not in RESUMABLE_END_REASONS
         )
-        return (
-            f"{summary} {scores}."
-            if is_visible or not session.problem.partially_observable
-            else summary
-        )
+        if is_visible or not session.problem.partially_observable:
+            return f"{summary} {scores}."
+        return summary
 
     def result_facts(self, extra_facts: Mapping[str, object] = NO_FACTS) -> dict[str, object]:
         """Return the result as data, with extra facts and the hidden facts of every turn."""

@@ -243,11 +243,9 @@ class Position:
 
     def format_action(self, action: float) -> str:
         """Return the label of an action, or its number as text."""
-        return (
-            self.labels[int(action)]
-            if self.labels
-            else self.problem.format_action(self.seat, action)
-        )
+        if self.labels:
+            return self.labels[int(action)]
+        return self.problem.format_action(self.seat, action)
 
     # Values
 

@@ -29,11 +29,9 @@ def visible_turn_facts(session: Session, snapshot: SeatSnapshot) -> dict[str, ob
         key: value for key, value in facts if key in PUBLIC_FACT_KEYS and key not in hidden_keys
     }
     agent = problem.agents[snapshot.seat]
-    return (
-        {key: _select_agent_facts(value, agent) for key, value in visible.items()}
-        if problem.partially_observable
-        else visible
-    )
+    if problem.partially_observable:
+        return {key: _select_agent_facts(value, agent) for key, value in visible.items()}
+    return visible
 
 
 def _select_agent_facts(value: object, agent: str) -> object:

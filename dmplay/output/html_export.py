@@ -193,11 +193,9 @@ def _belief_lines(game: Playback) -> list[PlotLine]:
     """
     problem = game.problem
     is_plotted = game.session.has_visible_beliefs and belief_size(problem) <= MAX_PLOTTED_STATES
-    return (
-        [PlotLine(problem.format_state(state), []) for state in problem.enumerate_states()]
-        if is_plotted
-        else []
-    )
+    if is_plotted:
+        return [PlotLine(problem.format_state(state), []) for state in problem.enumerate_states()]
+    return []
 
 
 def _render_plot(title: str, lines: Sequence[PlotLine]) -> str:

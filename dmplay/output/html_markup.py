@@ -49,11 +49,9 @@ def _wrap_in_span(style_words: Iterable[str], part: str) -> str:
     """
     known_words = (word for word in style_words if word in SGR_CODES)
     class_names = " ".join(sorted(map(_format_css_class, known_words)))
-    return (
-        f'<span class="{class_names}">{part}</span>'
-        if class_names and part.strip() + class_names
-        else part
-    )
+    if class_names and part.strip() + class_names:
+        return f'<span class="{class_names}">{part}</span>'
+    return part
 
 
 def _format_css_class(style_word: str) -> str:

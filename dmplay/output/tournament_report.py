@@ -65,11 +65,9 @@ def report_tournament(
     facts = {"problem": request.problem, "parameters": request.parameters, "entrants": [*entrants],
              "episodes": episodes, "turns": request.turn_limit, "seed": request.seed}  # fmt: skip
     facts |= {"seats": orders} if orders != SEATING_ORDERS[0] else {}
-    exact_agent = (
-        _find_equilibrium_agent_name(problem, request.turn_limit)
-        if orders == SEATING_ORDERS[0]
-        else ""
-    )
+    exact_agent = ""
+    if orders == SEATING_ORDERS[0]:
+        exact_agent = _find_equilibrium_agent_name(problem, request.turn_limit)
     seatings = list_seatings(len(entrants), seat_count, orders)
     played_seatings = seatings + (list_equilibrium_pairings(len(entrants)) if exact_agent else [])
     returns_by_seating = (
@@ -146,11 +144,9 @@ def _format_tournament(
     )
     parts = [headline, *cross, format_table([_standing_table_row(row) for row in standings])]
     if tournament.exploitability is not None and len(tournament.mean_returns.shape) > 3:
-        gain_text = (
-            f"more than {format_upper_bound(tournament.exploitability, 2)}"
-            if tournament.exploitability
-            else "anything"
-        )
+        gain_text = "anything"
+        if tournament.exploitability:
+            gain_text = f"more than {format_upper_bound(tournament.exploitability, 2)}"
         parts.append(
             f"equilibrium: of this table; no seat gains {gain_text} by changing its entrant"
         )

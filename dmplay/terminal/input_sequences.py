@@ -227,9 +227,8 @@ class InputSequences:
         if self._unfinished == "\x1b[" and data[start] == "M":
             self._start(self._read_mouse_report)
             return start + 1
-        if (
-            self._unfinished == "\x1b[" and data[start] == "["
-        ):  # a function key of the Linux console
+        # a function key of the Linux console
+        if self._unfinished == "\x1b[" and data[start] == "[":
             self._start(self._read_string, "\x1b[[")
             self._end_pattern = ANY_PATTERN
             return start + 1

@@ -122,11 +122,9 @@ def _extract_state(session: Session) -> Array | None:
 
 def _state_to_json(problem: Problem, state: Array) -> object:
     """Return a state as a JSON value: rounded numbers, or text."""
-    return (
-        _round_numbers(state.tolist())
-        if state.dtype.kind == "f"
-        else problem.format_transcript_state(state)
-    )
+    if state.dtype.kind == "f":
+        return _round_numbers(state.tolist())
+    return problem.format_transcript_state(state)
 
 
 def _observations_to_json(problem: Problem, observations: Array) -> object:

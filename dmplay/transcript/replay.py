@@ -22,11 +22,9 @@ def start_session(
     header = transcript.header
     check_seats(transcript, problem)
     start_blocks = transcript.blocks[:1]  # empty if the file ends before the start
-    initial_uniforms = (
-        read_uniforms(transcript, start_blocks[0], problem.uniform_counts.start)
-        if start_blocks
-        else None
-    )
+    initial_uniforms = None
+    if start_blocks:
+        initial_uniforms = read_uniforms(transcript, start_blocks[0], problem.uniform_counts.start)
     limit = resolve_turn_limit(problem, header.seats.values(), header.turns)
     return Session(
         problem, uniform_source, policies, turn_limit=limit, initial_uniforms=initial_uniforms

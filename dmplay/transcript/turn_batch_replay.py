@@ -181,11 +181,9 @@ class BatchReplayer:
         if self._computes_states != computed_states:
             return None
         next_states = readonly_copy(state[:turn_count])
-        copied_observations = (
-            readonly_copy(observations[:turn_count])
-            if problem.partially_observable
-            else next_states
-        )
+        copied_observations = next_states
+        if problem.partially_observable:
+            copied_observations = readonly_copy(observations[:turn_count])
         turns = Turn(
             a[:turn_count],
             u[:turn_count],

@@ -115,11 +115,8 @@ class VerificationReport:
     def summary(self) -> str:
         """A summary of the checks that were made and those that were not."""
         parts = [format_count(self.turns, "turn") + ", unfinished" * self.is_unfinished]
-        parts += (
-            [f"not recomputed: {', '.join(self.unchecked_players)}"]
-            if self.unchecked_players
-            else []
-        )
+        if self.unchecked_players:
+            parts += [f"not recomputed: {', '.join(self.unchecked_players)}"]
         parts += describe_peeks_and_hints(self.hint_counts, peeked=self.peeked)
         parts += [CHANGED_LINE_ENDS_REMARK] * self.has_changed_line_ends
         return "; ".join([*parts, self.problem_change] if self.problem_change else parts)

@@ -96,11 +96,9 @@ class _Verifier:
         blocks, position = transcript.blocks, 1
         replayer = BatchReplayer(transcript, blocks, session)
         while position < len(blocks):
-            turns = (
-                replayer.compute_turns(position)
-                if formatter.omits_belief and self.first_mismatch is None
-                else None
-            )
+            turns = None
+            if formatter.omits_belief and self.first_mismatch is None:
+                turns = replayer.compute_turns(position)
             turn_count = len(turns.state) if turns else 1
             if turns is None or not self._check_batch(turns, session, uniform_source, formatter):
                 for block in blocks[position : position + turn_count]:

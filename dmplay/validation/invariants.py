@@ -150,11 +150,9 @@ def _describe_difference(attribute: str, first: Array, second: Array, expectatio
     if first.shape != second.shape:
         return f"{attribute}: got the shapes {second.shape} and {first.shape}{expectation}"
     rows = np.flatnonzero((first != second).reshape(len(first), -1).any(axis=1))
-    pair = (
-        f"{second[rows[0]].tolist()} and {first[rows[0]].tolist()}"
-        if len(rows)
-        else "values that differ only in their bits"
-    )
+    pair = "values that differ only in their bits"
+    if len(rows):
+        pair = f"{second[rows[0]].tolist()} and {first[rows[0]].tolist()}"
     return f"{attribute}: got {pair}{expectation}"
 
 

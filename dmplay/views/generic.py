@@ -66,11 +66,9 @@ def iter_boards(view: View[Problem], options: DrawOptions) -> Iterator[Text]:
 def _iter_observation_boards(view: View[Problem], options: DrawOptions) -> Iterator[Text]:
     """Yield boards of the observation, drawn by the problem's `draw_observation` if it has one."""
     draw_observation = getattr(view.problem, "draw_observation", None)
-    drawing = (
-        draw_observation(view.observation)
-        if draw_observation and view.problem.partially_observable
-        else ""
-    )
+    drawing = ""
+    if draw_observation and view.problem.partially_observable:
+        drawing = draw_observation(view.observation)
     yield from (
         _iter_picture_boards(view, options, sanitize_drawing(drawing))
         if drawing
@@ -297,11 +295,9 @@ def _describe_dead_end(view: View[Problem]) -> str:
 def _describe_observation(view: View[Problem]) -> str:
     """Return the last observation as a sentence, or '' if a visible state is the only one."""
     problem = view.problem
-    return (
-        ""
-        if problem.state_count == 1 and not problem.partially_observable
-        else f"{format_last_observation(view)}. "
-    )
+    if problem.state_count == 1 and not problem.partially_observable:
+        return ""
+    return f"{format_last_observation(view)}. "
 
 
 def _describe_actions(view: View[Problem]) -> str:

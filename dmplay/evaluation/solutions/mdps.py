@@ -161,11 +161,9 @@ def solve_finite_horizon(problem: Problem) -> Solution:
     graph_values = _GraphValues(
         result.graph, result.get_values(horizon), result.deciding_seats, decider_q
     )
-    precision = (
-        f"longer games differ by at most {format_upper_bound(result.gap)}"
-        if result.gap
-        else "exact"
-    )
+    precision = "exact"
+    if result.gap:
+        precision = f"longer games differ by at most {format_upper_bound(result.gap)}"
     names = " and ".join(problem.agents[seat] for seat in sorted(result.indifferent_seats))
     if names:
         precision += f" if {names} at a tie chooses the first best action, on which others depend"

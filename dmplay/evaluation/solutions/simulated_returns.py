@@ -54,11 +54,9 @@ def simulate_games(
         options.used_options.add("turns")
         turns = options.turns or turns
     is_external = isinstance(problem, ExternalProblem)
-    max_turns = (
-        MAX_EXTERNAL_TURNS
-        if is_external and not options.episodes and options.workers in (None, 1)
-        else math.inf
-    )
+    max_turns = math.inf
+    if is_external and not options.episodes and options.workers in (None, 1):
+        max_turns = MAX_EXTERNAL_TURNS
     episodes, workers = options.episodes or episodes, options.workers or 1
     batch_size = EXTERNAL_EPISODES_PER_BATCH if is_external else EPISODES_PER_BATCH
     if workers != 1:

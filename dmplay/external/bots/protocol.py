@@ -62,11 +62,9 @@ def encode_observation(problem: Problem, seat: int, observation: Array) -> objec
         null_observation, is_float = space.null_observation(1)[0], observation.dtype.kind == "f"
         if np.array_equal(observation, null_observation, equal_nan=is_float):
             return None
-        return (
-            space[int(observation)]
-            if isinstance(space, Labels)
-            else space.to_json_value(observation)
-        )
+        if isinstance(space, Labels):
+            return space[int(observation)]
+        return space.to_json_value(observation)
     return (
         observation.tolist() if observation.dtype.kind == "f" else problem.format_state(observation)
     )

@@ -29,11 +29,9 @@ def close_bots(session: Session, game_name: str) -> list[Path]:
             continue
         if bot.is_running:
             sums = {"return": session.returns(), "total": session.total_rewards()}
-            sum_facts = (
-                {name: float(values[bot.seat]) for name, values in sums.items()}
-                if rewards_visible
-                else {}
-            )
+            sum_facts = {}
+            if rewards_visible:
+                sum_facts = {name: float(values[bot.seat]) for name, values in sums.items()}
             bot.close(end_facts | sum_facts, seated_policy.current_memory())
         logs += _save_log(f"{game_name} {session.problem.agents[bot.seat]}", bot.log)
     return logs

@@ -35,11 +35,9 @@ def complete_seats(problem: str, word: str = "") -> list[str]:
 def list_parameters(problem: str) -> list[str]:
     """Return the parameters of a problem as `NAME=`."""
     loaded_problem = _load_untrusted_problem(problem)
-    return (
-        []
-        if loaded_problem is None
-        else [f"{name}=" for name in problems.parameter_values(loaded_problem)]
-    )
+    if loaded_problem is None:
+        return []
+    return [f"{name}=" for name in problems.parameter_values(loaded_problem)]
 
 
 def _load_untrusted_problem(problem: str) -> Problem | None:

@@ -111,11 +111,9 @@ def _read_cart_state(view: View[CartPole], state: Array) -> CartState:
 def iter_boards(view: View[CartPole], options: DrawOptions) -> Iterator[Text]:
     """Yield the cart in five sizes, up to seven on a screen, then its numbers in one line."""
     cart, problem = _read_cart_state(view, view.observation), view.problem
-    forecast_carts = (
-        [_read_cart_state(view, state) for state in options.forecast.outcomes]
-        if options.forecast
-        else []
-    )
+    forecast_carts = []
+    if options.forecast:
+        forecast_carts = [_read_cart_state(view, state) for state in options.forecast.outcomes]
     for layout in _list_layouts(options):
         canvas = Canvas()
         margin = layout.half_cart_columns + 1
@@ -176,11 +174,9 @@ def _format_next_state(condition: str, cart: CartState, single_row: bool) -> lis
         f"angle {format_signed_fixed(cart.theta, 2)} deg"
     )
     outcome_text = "" if _describe_outcome(cart) == UPRIGHT else f", {_describe_outcome(cart)}"
-    return (
-        [f"{condition}: {state_text}{outcome_text}"]
-        if single_row
-        else [f"{condition}{outcome_text}:", state_text]
-    )
+    if single_row:
+        return [f"{condition}: {state_text}{outcome_text}"]
+    return [f"{condition}{outcome_text}:", state_text]
 
 
 def _draw_hint(
@@ -217,11 +213,9 @@ def _draw_hint(
 
 def _format_turns_lost(regret_text: str) -> str:
     """Format a regret in turns, unless it is a word such as 'best'."""
-    return (
-        f"{regret_text} {'turn' if regret_text == '-1' else 'turns'}"
-        if regret_text.startswith("-")
-        else regret_text
-    )
+    if regret_text.startswith("-"):
+        return f"{regret_text} {'turn' if regret_text == '-1' else 'turns'}"
+    return regret_text
 
 
 def _draw_pole(

@@ -177,11 +177,9 @@ def _format_own_density(belief: Reals, hex_index: int, width: int) -> str:
     sign_count = round(min(width, 3) * probability / max_probability)
     if max_probability >= MIN_CERTAIN_PROBABILITY:
         return "@" * (sign_count > 0)
-    text = (
-        format_percent(probability)
-        if probability >= max_probability - 1e-9 and (belief >= max_probability - 1e-9).sum() == 1
-        else ""
-    )
+    text = ""
+    if probability >= max_probability - 1e-9 and (belief >= max_probability - 1e-9).sum() == 1:
+        text = format_percent(probability)
     return f"@{text}" if text and len(text) < width else "@" * sign_count
 
 
@@ -224,11 +222,9 @@ def _format_caption(
         names = [
             hexgrid.get_direction_key(options, direction) for direction in range(len(DIRECTIONS))
         ]
-        columns = (
-            options.columns_beside_panel
-            if options.columns_beside_panel >= REGRET_ROW_COLUMNS
-            else options.width
-        )
+        columns = options.width
+        if options.columns_beside_panel >= REGRET_ROW_COLUMNS:
+            columns = options.columns_beside_panel
         return format_regret_rows(options._replace(width=columns), names)
     observation_text = f"sensed {format_last_observation(view)}"
     if view.beliefs is None:
@@ -336,11 +332,9 @@ def _format_true_positions(view: View[CollaborativePredatorPrey], options: DrawO
     full_text = "true positions: " + ", ".join(
         f"{name} {position}" for name, position in zip(names, positions, strict=True)
     )
-    return (
-        full_text
-        if len(full_text) <= options.width
-        else f"true: {' '.join(positions)}"[: options.width]
-    )
+    if len(full_text) <= options.width:
+        return full_text
+    return f"true: {' '.join(positions)}"[: options.width]
 
 
 def _list_likeliest_hexes(
@@ -381,16 +375,12 @@ def lesson(view: View[CollaborativePredatorPrey]) -> Lesson:
     problem, others = view.problem, len(view.problem.agents) - 1
     names = (*problem.agents, "prey")
     team = f", one of {others + 1} predators that cannot talk" if others else ""
-    blind = (
-        "after each turn you see your own hex"
-        if problem.sighted
-        else "you see nothing, not even your own hex"
-    )
-    slips = (
-        f"{format_percent(problem.slip)} of steps slip sideways"
-        if problem.slip
-        else "no step slips"
-    )
+    blind = "you see nothing, not even your own hex"
+    if problem.sighted:
+        blind = "after each turn you see your own hex"
+    slips = "no step slips"
+    if problem.slip:
+        slips = f"{format_percent(problem.slip)} of steps slip sideways"
     return Lesson(
         f"You are {problem.agents[view.seat]}{team}; {blind}, and only sense a prey on your hex or "
         "a neighbouring one",

@@ -228,11 +228,9 @@ def _describe_cry_probabilities(view: View[CaregiverProblem]) -> list[str]:
 
 def _format_cry_probability(without_song: float, with_song: float) -> str:
     """Return the probabilities of crying without and with a song as text, once if equal."""
-    return (
-        f"{without_song:.0%}, with a song {with_song:.0%}"
-        if without_song != with_song
-        else f"{without_song:.0%}, with or without a song"
-    )
+    if without_song != with_song:
+        return f"{without_song:.0%}, with a song {with_song:.0%}"
+    return f"{without_song:.0%}, with or without a song"
 
 
 def goal_lines(view: View[CaregiverProblem]) -> list[str]:

@@ -62,11 +62,9 @@ def iter_boards(view: View[HexWorld], options: DrawOptions) -> Iterator[Text]:
                 options, problem.hexes.index(hex_), size
             )
         if hex_ == position:
-            stay_text = (
-                format_probability(probabilities[hex_], size.width - 1)
-                if hex_ in probabilities and size.text_rows > 1
-                else note
-            )
+            stay_text = note
+            if hex_ in probabilities and size.text_rows > 1:
+                stay_text = format_probability(probabilities[hex_], size.width - 1)
             return HexCell("@", stay_text, "@", "bold reverse")
         if hex_ in probabilities:
             probability_text = format_probability(probabilities[hex_], size.width - 1)
@@ -173,11 +171,9 @@ def lesson(view: View[HexWorld]) -> Lesson:
     """Return the three sentences that introduce the problem: role, objective and costs."""
     problem = view.problem
     cost = f"costs {problem.bump_cost:g}" if problem.bump_cost else "is free too"
-    slips = (
-        f"{format_percent(problem.slip)} of steps slip sideways"
-        if problem.slip
-        else "no step slips"
-    )
+    slips = "no step slips"
+    if problem.slip:
+        slips = f"{format_percent(problem.slip)} of steps slip sideways"
     return Lesson(
         "You walk from hex to hex; you always see where you are",
         f"You want to {' and '.join(_format_exit_goals(problem.rewards))}: "

@@ -86,11 +86,9 @@ def _compute_hill_eighths(x: float, rows: int) -> int:
 
 def iter_boards(view: View[MountainCar], options: DrawOptions) -> Iterator[Text]:
     """Yield the hill in each layout, the largest first, then the state in one line."""
-    forecast_states = (
-        [tuple(map(float, state)) for state in options.forecast.outcomes]
-        if options.forecast
-        else []
-    )
+    forecast_states = []
+    if options.forecast:
+        forecast_states = [tuple(map(float, state)) for state in options.forecast.outcomes]
     for layout in _list_layouts(options):
         scale = NumberLine(LEFT_WALL, RIGHT_WALL, 1, layout.width - 1)
         canvas = _draw_hill(scale, layout, ASCII_BLOCKS if options.ascii else BLOCKS).copy()
@@ -113,11 +111,9 @@ def iter_boards(view: View[MountainCar], options: DrawOptions) -> Iterator[Text]
             y += 4
         if options.forecast and forecast_states:
             action_phrase, (x, v) = ACTION_PHRASES[int(options.forecast.action)], forecast_states[0]
-            condition = (
-                format_condition(options.forecast, action_phrase)
-                if layout.width > LAYOUTS[-1].width
-                else action_phrase
-            )
+            condition = action_phrase
+            if layout.width > LAYOUTS[-1].width:
+                condition = format_condition(options.forecast, action_phrase)
             text = (
                 f"{condition}: position {format_signed_fixed(x, 3)} "
                 f"speed {format_signed_fixed(v, 4)}"
@@ -278,11 +274,9 @@ def _describe_state(view: View[MountainCar]) -> str:
     x, v = map(float, view.observation)
     if view.problem.terminal(view.observation[None])[0]:
         return f"at the goal, position {format_signed_fixed(x, 3)}"
-    motion = (
-        f"rolls {'right' if v > 0 else 'left'} at {format_signed_fixed(v, 4)}"
-        if v
-        else "stands still"
-    )
+    motion = "stands still"
+    if v:
+        motion = f"rolls {'right' if v > 0 else 'left'} at {format_signed_fixed(v, 4)}"
     if x == LEFT_WALL:
         return f"at the left wall, {f'speed {format_signed_fixed(v, 4)}' if v else 'stopped'}"
     return f"{motion}, position {format_signed_fixed(x, 3)}"

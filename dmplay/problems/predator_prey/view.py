@@ -37,22 +37,18 @@ def get_agent_glyph(problem: PredatorPrey, seat: int) -> str:
 
 def get_displayed_glyph(view: View[PredatorPrey], seat: int, options: DrawOptions) -> str:
     """Return the displayed glyph of an agent: `@` for your own on small boards, else its glyph."""
-    return (
-        "@"
-        if seat == view.seat and not options.allow_large
-        else get_agent_glyph(view.problem, seat)
-    )
+    if seat == view.seat and not options.allow_large:
+        return "@"
+    return get_agent_glyph(view.problem, seat)
 
 
 def _choose_agent_style(view: View[PredatorPrey], seat: int, options: DrawOptions) -> str:
     """Return the style of an agent; your own agent is in reverse video."""
     if not options.allow_large:
         return "bold reverse" if seat == view.seat else "bold yellow"
-    color = (
-        PREDATOR_COLORS[seat % len(PREDATOR_COLORS)]
-        if seat in view.problem.predator_seats
-        else PREY_COLOR
-    )
+    color = PREY_COLOR
+    if seat in view.problem.predator_seats:
+        color = PREDATOR_COLORS[seat % len(PREDATOR_COLORS)]
     return f"bold {color}{' reverse' * (seat == view.seat)}"
 
 
@@ -120,11 +116,9 @@ def iter_boards(view: View[PredatorPrey], options: DrawOptions) -> Iterator[Text
             )
         if arrival_cell.second_line:
             return arrival_cell
-        return (
-            hexgrid.make_overlay_cell(options, find_state_at(hex_), size)
-            if options.overlay
-            else key_cell
-        )
+        if options.overlay:
+            return hexgrid.make_overlay_cell(options, find_state_at(hex_), size)
+        return key_cell
 
     yield from hexgrid.iter_maps(problem.hexes, make_cell, options, _format_caption(view, options))
 
@@ -209,11 +203,9 @@ def _describe_last_move(view: View[PredatorPrey], seat: int) -> tuple[str, str]:
     """Return the result of an agent's last move, in short for the panel and as a clause."""
     if _flag_feeding_agents(view, -2)[seat]:
         is_predator = seat in view.problem.predator_seats
-        return (
-            ("ate prey", "ate the prey, stayed")
-            if is_predator
-            else ("caught", "was caught, reappeared")
-        )
+        if is_predator:
+            return "ate prey", "ate the prey, stayed"
+        return "caught", "was caught, reappeared"
     result = hexgrid.classify_move(
         view.problem.hexes,
         _list_positions(view, -2)[seat],
@@ -261,11 +253,9 @@ def goal_lines(view: View[PredatorPrey]) -> list[str]:
 def lesson(view: View[PredatorPrey]) -> Lesson:
     """Return the three sentences that introduce the problem: role, objective and costs."""
     problem = view.problem
-    slips = (
-        f"{format_percent(problem.slip)} of steps slip sideways"
-        if problem.slip
-        else "no step slips"
-    )
+    slips = "no step slips"
+    if problem.slip:
+        slips = f"{format_percent(problem.slip)} of steps slip sideways"
     start = f"with {' and '.join(f'{name} at {{}}' for name in problem.agents)}"
     role = (
         f"You are {problem.agents[view.seat]}; all agents see each other, move one hex at the same "

@@ -128,7 +128,7 @@ class _BayesianGame:
         rules = [np.zeros(size, np.int64) for size in self.node_counts[:-1]]
         for (seat, node), action in zip(self.assignment_order, assigned_actions, strict=False):
             rules[seat][node] = action
-        return (*rules, last_agent_rule)
+        return *rules, last_agent_rule
 
 
 class MultiagentAStar:
@@ -157,11 +157,9 @@ class MultiagentAStar:
                 open_plan = heapq.heappop(self._open_plans)
                 bound = min(bound, -open_plan.negative_bound)
                 finished = self._expand_plan(open_plan)
-        return (
-            PlanSearchResult(_collect_plans(finished), finished.earned_value)
-            if finished
-            else PlanSearchResult(None, bound)
-        )
+        if finished:
+            return PlanSearchResult(_collect_plans(finished), finished.earned_value)
+        return PlanSearchResult(None, bound)
 
     def _open_partial_plan(self, partial_plan: PartialJointPlan, upper_bound: float) -> None:
         """Open a partial plan with no action of its current turn assigned."""

@@ -126,11 +126,9 @@ def enumerate_equilibria_if_small(payoffs: Reals) -> list[MixedProfile]:
 def find_enumerable_actions(payoffs: Reals) -> tuple[list[int], list[int]]:
     """Return the undominated actions if all pairs of supports can be tried, else empty lists."""
     rows, columns = find_undominated_actions(payoffs)
-    return (
-        (rows, columns)
-        if comb(len(rows) + len(columns), len(rows)) <= MAX_SUPPORT_PAIRS
-        else ([], [])
-    )
+    if comb(len(rows) + len(columns), len(rows)) <= MAX_SUPPORT_PAIRS:
+        return rows, columns
+    return [], []
 
 
 def normalize_payoffs(payoffs: Reals) -> Reals:

@@ -232,11 +232,9 @@ def _compute_target_gap(
 ) -> float:
     """Return the gap at which the sweeps end; rounding errors allow no smaller one."""
     size = max(scale, float(np.abs(values).max()))
-    return (
-        2 * CONVERGENCE_TOLERANCE * size
-        if discount == 1.0
-        else max(TARGET_GAP, ROUNDING_ERROR * horizon_factor) * size
-    )
+    if discount == 1.0:
+        return 2 * CONVERGENCE_TOLERANCE * size
+    return max(TARGET_GAP, ROUNDING_ERROR * horizon_factor) * size
 
 
 def _estimate_progress(gaps: list[float], target_gap: float) -> float:

@@ -72,11 +72,9 @@ class SearchConfig:
     def observation_count(self) -> int:
         """The number of observations possible after a turn; 0 if there are too many."""
         problem = self.problem
-        count = (
-            problem.observation_counts[self.seat]
-            if problem.partially_observable
-            else problem.state_count
-        )
+        count = problem.state_count
+        if problem.partially_observable:
+            count = problem.observation_counts[self.seat]
         return count if isinstance(count, int) and count <= MAX_UNWIDENED_OBSERVATIONS else 0
 
     @property

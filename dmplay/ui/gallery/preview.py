@@ -71,11 +71,9 @@ class ProblemPreview(NamedTuple):
     @property
     def _agents_line(self) -> str:
         """The names of the agents in one line."""
-        suffix = (
-            f" and {len(self.agents) - MAX_AGENTS_SHOWN} more"
-            if len(self.agents) > MAX_AGENTS_SHOWN
-            else ""
-        )
+        suffix = ""
+        if len(self.agents) > MAX_AGENTS_SHOWN:
+            suffix = f" and {len(self.agents) - MAX_AGENTS_SHOWN} more"
         return f"agents: {', '.join(self.agents[:MAX_AGENTS_SHOWN])}{suffix}"
 
 

@@ -84,11 +84,9 @@ def format_footer(
     if LEARN_KEY in navigation_keys:  # left out if not all of the other keys fit beside it
         others = tuple(key for key in navigation_keys if key != LEARN_KEY)
         command_rows = (*command_rows[:-1], *format_tails(others))
-    return (
-        _fit_footer(_iter_key_rows(game, frame_state.hint), command_rows, viewport)
-        if is_choosing
-        else _format_commands_only(command_rows, viewport)
-    )
+    if is_choosing:
+        return _fit_footer(_iter_key_rows(game, frame_state.hint), command_rows, viewport)
+    return _format_commands_only(command_rows, viewport)
 
 
 def format_page_footer(page_index: int, page_count: int, viewport: Viewport) -> Text:
@@ -237,9 +235,9 @@ def _navigation_keys(game: Game, frame_state: FrameState, *, is_game_over: bool)
     if game.human_seats and not (game.session.over and game.session.turns):
         return ()
     if game.human_seats:
-        return ("Enter look back", "PgUp log", *[LEARN_KEY] * game.has_known_mistakes)
+        return "Enter look back", "PgUp log", *[LEARN_KEY] * game.has_known_mistakes
     if isinstance(game, Playback):
-        return ("← → turns", "P play", "X worst", "Enter play from here")
+        return "← → turns", "P play", "X worst", "Enter play from here"
     return () if is_game_over else ("Space step", "P play")
 
 

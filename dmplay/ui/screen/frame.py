@@ -108,11 +108,9 @@ class Frame:
     def _log_viewport(self) -> Viewport:
         """Return the viewport of the log."""
         layout = self._compute_layout(self._snapshot)
-        return (
-            Viewport(self._viewport.width, self._body_height - 1)
-            if isinstance(layout, TooSmallNotice)
-            else layout.log_viewport
-        )
+        if isinstance(layout, TooSmallNotice):
+            return Viewport(self._viewport.width, self._body_height - 1)
+        return layout.log_viewport
 
     def _title_row(self) -> ScreenLine:
         """Return the title row."""
@@ -178,11 +176,9 @@ class Frame:
         else:
             parts = [[self._title_row()], *self._board_and_log_parts()]
         blank_count = viewport.height - 2 - sum(map(len, parts))
-        return (
-            [*parts, [""] * blank_count]
-            if blank_count >= 0
-            else [[*chain(*parts)][: viewport.height - 2]]
-        )
+        if blank_count >= 0:
+            return [*parts, [""] * blank_count]
+        return [[*chain(*parts)][: viewport.height - 2]]
 
     def _page_parts(self) -> list[ScreenRows]:
         """Return the page; below a short one also the board, with the coordinates it may name."""
@@ -199,11 +195,9 @@ class Frame:
 
     def _goal_rows(self, snapshot: SeatSnapshot) -> list[ScreenLine]:
         """Return the goal row as a list, or [] if the goal has no row of its own."""
-        return (
-            [heading.goal_row(self._game, snapshot, self._viewport)]
-            if has_goal_row(self._viewport)
-            else []
-        )
+        if has_goal_row(self._viewport):
+            return [heading.goal_row(self._game, snapshot, self._viewport)]
+        return []
 
     def _board_and_log_parts(self) -> list[ScreenRows]:
         """Return the rows of goal, board, panel and log, or a notice if the board does not fit."""
@@ -496,7 +490,7 @@ def _join_row(
 def _list_all_spans(text: Text) -> tuple[Span, ...]:
     """Return the spans of a text, with that of its own style."""
     own_span = [Span(0, len(text), text.style)] if text.style else []
-    return (*own_span, *text.spans)
+    return *own_span, *text.spans
 
 
 def _ghost_facts(game: Game) -> list[tuple[str, str]]:

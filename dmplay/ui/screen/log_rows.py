@@ -69,11 +69,9 @@ def _last_rows(lines: Sequence[str], viewport: Viewport) -> Sequence[ScreenLine]
     free_rows = viewport.height - sum(map(len, rows_by_line))
     while free_rows < 0 and len(rows_by_line) > 1:
         free_rows += len(rows_by_line.pop(0))
-    return (
-        [*chain(*rows_by_line)]
-        if free_rows >= 0
-        else _truncate_rows(rows_by_line[0], viewport.height, viewport)
-    )
+    if free_rows >= 0:
+        return [*chain(*rows_by_line)]
+    return _truncate_rows(rows_by_line[0], viewport.height, viewport)
 
 
 def _column_rows(log: Sequence[str], viewport: Viewport) -> Sequence[ScreenLine]:

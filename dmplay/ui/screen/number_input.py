@@ -66,11 +66,9 @@ class NumberInput:
         if len(game.human_seats) > 1:
             return f"the number is hidden   {effect}"
         try:
-            return (
-                f"{self.text}{self._describe_action(game)}   {effect}"
-                if self.text
-                else NO_NUMBER_MESSAGE
-            )
+            if self.text:
+                return f"{self.text}{self._describe_action(game)}   {effect}"
+            return NO_NUMBER_MESSAGE
         except DmplayError as error:
             return f"{self.text}: expected {str(error).partition('expected ')[2]}"
 
@@ -99,11 +97,9 @@ class NumberInput:
         Before the first turn, an untyped whole number starts in the middle of the range.
         """
         actions, view = game.problem.actions[game.viewing_seat], game.view()
-        last_action = (
-            game.problem.format_action(game.viewing_seat, view.actions[-1])
-            if view.turns_played
-            else "0"
-        )
+        last_action = "0"
+        if view.turns_played:
+            last_action = game.problem.format_action(game.viewing_seat, view.actions[-1])
         try:
             value = float(self.text or last_action)
         except ValueError:

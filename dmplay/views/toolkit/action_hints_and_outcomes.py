@@ -106,11 +106,9 @@ def _format_padded_bar(options: DrawOptions, action: int, width: int) -> str:
 def format_regret_with_bar(options: DrawOptions, action: int, width: int) -> str:
     """Format the regret of an action as a bar with its number; `best` or `equal` for 0."""
     text = format_regret(options, action, MAX_NUMBER_COLUMNS)
-    return (
-        text
-        if text in {"", BEST_LABEL, EQUALLY_GOOD_LABEL}
-        else f"{_format_padded_bar(options, action, width)} {text}"
-    )
+    if text in {"", BEST_LABEL, EQUALLY_GOOD_LABEL}:
+        return text
+    return f"{_format_padded_bar(options, action, width)} {text}"
 
 
 def format_regret_rows(options: DrawOptions, names: Sequence[str]) -> list[str]:
@@ -194,11 +192,9 @@ def format_forecast_rows(
     if forecast.beliefs is not None:
         rows = [f"{condition}:", "chance", *outcome_rows]
         column_width = max(map(len, rows))
-        header = (
-            _format_columns(state_names, state_names)
-            if len(state_names) <= MAX_STATE_COLUMNS
-            else "  likeliest states"
-        )
+        header = "  likeliest states"
+        if len(state_names) <= MAX_STATE_COLUMNS:
+            header = _format_columns(state_names, state_names)
         belief_texts = [_format_belief_columns(state_names, belief) for belief in forecast.beliefs]
         pairs = zip(rows, ["  belief then:", header, *belief_texts], strict=False)
         rows = [f"{row:<{column_width}}{tail}".rstrip() for row, tail in pairs]

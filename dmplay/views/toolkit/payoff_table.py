@@ -29,11 +29,9 @@ TOTAL_COLUMNS = 14  # columns of the total after the payoffs
 
 def get_last_joint_action(view: View[MatrixGame]) -> tuple[int, int] | None:
     """Return both actions of the last round, or None before the first."""
-    return (
-        (int(view.joint_actions[-1][0]), int(view.joint_actions[-1][1]))
-        if view.joint_actions
-        else None
-    )
+    if view.joint_actions:
+        return (int(view.joint_actions[-1][0]), int(view.joint_actions[-1][1]))
+    return None
 
 
 def iter_boards(view: View[MatrixGame], options: DrawOptions) -> Iterator[Text]:
