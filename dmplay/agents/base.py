@@ -90,9 +90,8 @@ class SeatPolicy(Policy):
     positional_parameter: ClassVar[str] = ""  # the parameter whose name may be omitted
     # the optional package that it needs, which may be slow to import
     required_package: ClassVar[str] = ""
-    plans_whole_game: ClassVar[bool] = (
-        False  # whether the agent's name alone means a plan for the current game
-    )
+    # whether the agent's name alone means a plan for the current game
+    plans_whole_game: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
         """Raise BadParameter if a parameter is out of bounds."""

@@ -107,7 +107,7 @@ class _ValueExplainer:
             actions = [*dict.fromkeys([self._best, self._action, *actions[:2]])]
         breakdowns: dict[int, ActionBreakdown] = {}
         for action in actions:
-            parts = self._provider.break_down_action(action)
+            parts = self._provider.position.break_down(action)
             if parts is None:
                 return {}
             breakdowns[action] = parts

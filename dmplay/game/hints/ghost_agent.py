@@ -134,16 +134,13 @@ def create_ghost(session: Session, human_seats: Sequence[int], name: str) -> Gho
     ):
         raise BadParameter(f"--ghost: got {name!r}, expected one of {', '.join(agent_names)}")
     policies = {seat: _load_for_game(session, seat, name) for seat in human_seats}
-
-    def find_basis() -> ValuesBasis:
-        """Return the basis of its values, without the players that they assume."""
-        questions = {seat: AdviceQuestion(seat, session.turn_limit) for seat in policies}
-        bases = [
-            find_values_basis(policies[seat], question) for seat, question in questions.items()
-        ]
-        return ValuesBasis(ignores_turn_limit=any(basis.ignores_turn_limit for basis in bases))
-
-    return Ghost(name, session, policies, find_basis)
+    question = AdviceQuestion(min(policies), session.turn_limit)
+    return Ghost(
+        name,
+        session,
+        policies,
+        lambda: find_values_basis(policies[question.seat], question)._replace(assumed_players=""),
+    )
 
 
 def _load_for_game(session: Session, seat: int, name: str) -> Policy:
@@ -223,6 +220,6 @@ def describe_ghost_result(
             f"{opponent.name} is playing the same game", is_after_game=True, can_be_skipped=True
         )
         run_cancellable(task_info, opponent.play_to_end)
+        return opponent.describe_comparison()
     except DmplayError:
         return ""
-    return opponent.describe_comparison()

@@ -17,7 +17,6 @@ from dmplay.core.session import SeatedPolicy, Session, Turn
 from dmplay.core.spaces import Interval
 from dmplay.core.work_budget import limit_total_work
 from dmplay.errors import BadParameter, BadPolicy, BudgetExceeded
-from dmplay.game.action_breakdown import ActionBreakdown
 from dmplay.game.hints.action_simulation import ActionSimulation, can_simulate, simulate_returns
 from dmplay.game.hints.forecast_text import format_forecast
 from dmplay.game.position import ADVICE_WORK_LIMIT, Position
@@ -332,10 +331,6 @@ class HintProvider:
         self._cached_forecast = (*self._turn_key, result)
         return format_forecast(self.position, result)
 
-    def break_down_action(self, action: float) -> ActionBreakdown | None:
-        """Return the parts of an action's value; None if the hint agent cannot list them."""
-        return self.position.break_down(int(action))
-
     def simulate_action(self, action: float) -> ActionSimulation | None:
         """Return simulated returns of an action and the hint agent's choices after it.
 
@@ -489,10 +484,6 @@ class HintProvider:
     def prepare_overlay(self) -> None:
         """Compute the values of all states, for overlays."""
         self._compute_all_state_values(len(self.session.turns))
-
-    def can_assume_players(self) -> bool:
-        """Return whether the values are about the players of the question."""
-        return self._hint_agent is not None and self._hint_agent.basis_with_players is not None
 
     def describe_model(self) -> str:
         """Return the hint agent's present estimate of the other players, '' if it has none."""

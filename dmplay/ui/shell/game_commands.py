@@ -235,7 +235,8 @@ def assume_player(game: Game, argument: str) -> str:
         else:
             make_seat_policy(game.problem, seat, agent_name)  # raises an error for unknown names
             game.assume_players({**previous, seat: agent_name})
-            if not game.hint_provider.can_assume_players():
+            agent = game.hint_provider.position.agent
+            if agent is None or agent.basis_with_players is None:
                 game.assume_players(previous)
                 raise BadParameter(f"assume: the advice in this game cannot assume {agent_name}")
     provider = game.hint_provider

@@ -131,7 +131,7 @@ def test_the_reward_now_and_the_values_after_each_outcome_sum_to_an_exact_value(
         assert hint is not None
         assert hint.action is not None
         for action in list_legal_actions(game.session)[:6]:
-            parts = provider.break_down_action(action)
+            parts = provider.position.break_down(action)
             if hint.values_basis.accuracy is not Accuracy.EXACT or parts is None:
                 break
             assert hint.values is not None
@@ -419,7 +419,7 @@ class HiddenCoin(Tabular):
 
 def test_looking_is_worth_the_difference_between_a_sure_call_and_a_blind_one() -> None:
     game = create_game("coin", HiddenCoin(), turn_limit=2)
-    look = game.hint_provider.break_down_action(0)
+    look = game.hint_provider.position.break_down(0)
     assert look is not None
     assert look.value == pytest.approx(0.5)  # 0 now, 0.5 x 1 after looking; a blind call: 0
     assert look.information_value == pytest.approx(0.5)
