@@ -251,9 +251,7 @@ def _format_value(plan_set: PlanSet, belief: Reals) -> str:
 def _format_vector(
     problem: Problem, tables: Tables, plan_set: PlanSet, previous: PlanSet | None, belief: Reals
 ) -> str:
-    """Return one number of the best plan's alpha vector, that of the likeliest state, as a
-    formula.
-    """
+    """Return one number of the best plan's alpha vector, for the likeliest state, as a formula."""
     best = int(np.argmax(plan_set.vectors @ belief))
     (action, choice), s = plan_set.plans[best], int(np.argmax(belief))
     state = problem.format_state(problem.enumerate_states()[s])

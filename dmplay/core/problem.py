@@ -143,9 +143,7 @@ class Problem(ABC):
     discount: float = parameter(1.0, "factor on the rewards of each later turn", 0.0, 1.0)
 
     def __init_subclass__(cls) -> None:
-        """Use a class attribute with a parameter's name, such as `discount = 0.95`, as its
-        default.
-        """
+        """Use a class attribute with a parameter's name, as in `discount = 0.95`, as default."""
         super().__init_subclass__()
         if "__init__" in vars(cls):
             location = user_code_locations.locate_definition(cls, "__init__")
@@ -190,9 +188,7 @@ class Problem(ABC):
 
     @cached_property
     def observation_counts(self) -> tuple[int, ...]:
-        """The number of possible observations of each agent; BadParameter if they have no
-        labels.
-        """
+        """The number of possible observations of each agent; BadParameter if they lack labels."""
         labels = [space for space in self.observations if isinstance(space, Labels)]
         if len(labels) < len(self.observations):
             name = type(self).__name__
@@ -314,9 +310,7 @@ class Problem(ABC):
         return None
 
     def format_transcript_state(self, s: Array) -> str:
-        """Return the state as transcripts record it: `format_state`, unless it grows with the
-        game.
-        """
+        """Return the state as transcripts record it: `format_state`, if it does not grow."""
         return self.format_state(s)
 
     def description(self) -> str:
@@ -324,9 +318,7 @@ class Problem(ABC):
         return inspect.getdoc(type(self)) or ""
 
     def enumerate_states(self) -> Array:
-        """Return all states of a finite problem `[S, ...]` in index order; else raise
-        BadParameter.
-        """
+        """Return all states `[S, ...]` in index order; raise BadParameter without a finite list."""
         if not isinstance(self.state_count, int):
             raise BadParameter(f"{type(self).__name__} has no finite list of states")
         check_listing_size(self, self.state_count)
@@ -387,9 +379,7 @@ class Problem(ABC):
         return self.resolve_events(s, a, sample_all(self.chance(s, a), u))
 
     def initial_observations(self, s: Array) -> Array:
-        """Return the observations `[B, n, ...]` of hidden initial states; null unless
-        overridden.
-        """
+        """Return the observations `[B, n, ...]` of hidden initial states; null by default."""
         return np.stack([space.null_observation(len(s)) for space in self.observations], axis=1)
 
     @property

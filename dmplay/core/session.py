@@ -206,9 +206,7 @@ class Session(NotebookDisplay):
 
     @property
     def end_reason(self) -> str | None:
-        """The reason the game is over: terminal, horizon, turn limit, or that of `end`; else
-        None.
-        """
+        """The reason of the end: terminal, horizon, turn limit, or that of `end`; else None."""
         return self._forced_end_reason or self._current_facts().natural_end_reason
 
     def _current_facts(self) -> _CurrentFacts:
@@ -366,9 +364,7 @@ class Session(NotebookDisplay):
         return self.advance(list(actions), draws)
 
     def observation_after(self, seat: int, turn: int) -> Array:
-        """Return the observation of a seat after a turn; before the first, the initial
-        observation.
-        """
+        """Return the observation of a seat after a turn; after turn 0, the initial observation."""
         if turn == 0:
             initial: Array = make_initial_observation(self.problem, self.initial_state[None], seat)[
                 0

@@ -95,9 +95,7 @@ class Interval:
         return Labels()
 
     def parse_action(self, text: str) -> float:
-        """Return the action that a text writes, rounded; raise BadParameter if it is out of
-        bounds.
-        """
+        """Return the rounded action that a text writes; raise BadParameter beyond the bounds."""
         try:
             value = math.nan
             if text.isascii() and "_" not in text:
@@ -119,9 +117,7 @@ class Interval:
     def validate_action(
         self, action: float, error_prefix: str, legal: Bools | None = None
     ) -> float:
-        """Return the action rounded to ACTION_DECIMALS; raise IllegalAction if it is out of
-        bounds.
-        """
+        """Return the action rounded to ACTION_DECIMALS; raise IllegalAction beyond the bounds."""
         if not self.low <= action <= self.high:
             raise IllegalAction(
                 f"{error_prefix}: got {action:g}, expected {self.describe_actions()}"

@@ -23,9 +23,7 @@ class Violation(NamedTuple):
         return f"{self.where} {self.what}".strip()
 
     def format_with_name(self, name: str) -> str:
-        """Return the violation in one line, with the problem's name if the source line is
-        unknown.
-        """
+        """Return the violation in a line, with the problem's name if the source line is unknown."""
         return str(self) if self.where or self.what[:1] in "./" else f"{name}: {self.what}"
 
 

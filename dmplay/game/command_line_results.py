@@ -129,9 +129,7 @@ class McpServerConfig(NamedTuple):
 
     @property
     def strict(self) -> bool | str:
-        """The strictness recorded in transcripts: False with undo, else True or "hints" (no
-        hints).
-        """
+        """The strictness in transcripts: False with undo, else True or "hints" (no hints)."""
         return not self.allow_undo and (self.allow_hints or "hints")
 
 

@@ -190,16 +190,12 @@ class Game:
 
     @property
     def is_seed_visible(self) -> bool:
-        """True if the player may see the seed; a randomly drawn seed is shown only after the
-        game.
-        """
+        """True if the player may see the seed; a new random one is shown only after the game."""
         return self.request is None or self.request.is_seed_visible or self.session.over
 
     @property
     def play_again_command(self) -> str:
-        """The command that plays this game again with its randomly drawn seed; '' if it was
-        chosen.
-        """
+        """The command that plays this game again with its random seed; '' if it was chosen."""
         has_new_seed = self.request is not None and self.request.has_fresh_seed
         if self.request and has_new_seed:
             return self.request.format_command(self.problem_name, self.seed)
@@ -316,9 +312,7 @@ class Game:
             load_roster(self.problem, seat)
 
     def view(self, seat: int | None = None) -> View[Problem]:
-        """Return the view of a seat (by default the viewing seat) that policies and drawings
-        read.
-        """
+        """Return the view of a seat (by default the viewing seat) for policies and drawings."""
         return self.snapshot(seat).view
 
     def draw_board(self, options: DrawOptions, snapshot: SeatSnapshot | None = None) -> Text:
@@ -336,9 +330,7 @@ class Game:
         return fit_board(self.view_module, snapshot.view, options)
 
     def describe_expected_reward(self, action: float) -> str:
-        """Return the view's text on an action's expected reward, after a comma; '' if it has
-        none.
-        """
+        """Return the view's text on an action's expected reward, after a comma, or ''."""
         describe: Callable[[View[Problem], float], str] | None = getattr(
             self.view_module, "describe_expected_reward", None
         )
@@ -439,9 +431,7 @@ class Game:
             self.advance()
 
     def _fill_in_actions(self, actions: Sequence[float | None]) -> Sequence[float | None]:
-        """Return the joint action: people's choices, completed by the agents in a cancellable
-        task.
-        """
+        """Return the joint action: people's choices, and the agents', in a cancellable task."""
         if len(self.human_seats) == len(self.player_names):
             return actions
         return run_cancellable(

@@ -78,9 +78,7 @@ class GameController:
         return self.is_interactive and self.has_game and len(self.game.human_seats) > 1
 
     def set_game(self, game: Game) -> None:
-        """End the current game and make this one current; play up to the first choice of a
-        person.
-        """
+        """End the current game and make this one current; play up to a person's first choice."""
         ended_count = len(self.finished_games)
         self.end_game()
         self._previous_recorders = [*self.finished_games][ended_count:]

@@ -83,9 +83,7 @@ class ManualGame(NotebookDisplay):
         return self.last_percept()
 
     def last_percept(self, agent: str = "") -> JsonObject:
-        """Return the information that a seat got in its last turn, or raise IllegalAction if
-        none.
-        """
+        """Return the information that a seat got in its last turn; raise IllegalAction if none."""
         seat = self._seat_index(agent)
         if not self.session.turns:
             raise IllegalAction("no turn has been played yet")

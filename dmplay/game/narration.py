@@ -134,9 +134,7 @@ class Narrator:
 
     @property
     def end_explanation(self) -> str:
-        """The seat that forfeited the game, and its reason, or that the transcript is full; else
-        ''.
-        """
+        """The seat that forfeited and its reason, or that the transcript is full; else ''."""
         return self.end_explanations.get(self.session.end_reason or "", "")
 
     def closing_lines(self) -> list[str]:

@@ -59,9 +59,7 @@ class EvaluationRequest(NamedTuple):
         return " ".join([self.problem, *self.settings])
 
     def load_problem(self) -> problems.LoadedProblem:
-        """Load the problem with these parameters; raise BadParameter if the turn limit is
-        below 1.
-        """
+        """Return the problem with these parameters; raise BadParameter for a turn limit below 1."""
         check_turn_limit(self.turn_limit)
         return problems.resolve_problem(self.problem, self.parameters)
 

@@ -71,9 +71,7 @@ class PageSteps:
         self.count, self.last_turn = self.count + 1, max(self.last_turn, turn)
 
     def _content_json(self, content: BoardAndPanel) -> str:
-        """Return the board and the panel as JSON members; the board's rows are replaced by
-        numbers.
-        """
+        """Return the board and the panel as JSON members; numbers replace the board's rows."""
         row_numbers = [
             self.row_numbers.setdefault(row, len(self.row_numbers)) for row in content.board
         ]

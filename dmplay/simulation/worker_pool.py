@@ -217,9 +217,7 @@ class WorkerPool(Generic[R]):
         return defer_signals() if self.caller_executor is None else nullcontext()
 
     def _release_processes(self, processes: "_ProcessPool") -> None:
-        """Shut down the processes if they are not reused, or still run blocks that are not
-        needed.
-        """
+        """Shut down the processes if they are not reused, or still run superfluous blocks."""
         if self.running or _shared_pools.get() is None:
             processes.shut_down(at_once=bool(self.running))
 

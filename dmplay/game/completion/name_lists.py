@@ -50,9 +50,7 @@ def list_algorithms() -> list[str]:
 
 
 def complete_transcripts(word: str = "") -> list[str]:
-    """Return the transcripts and folders in the folder of a partial path; hidden ones are
-    omitted.
-    """
+    """Return the transcripts and folders in the folder of a partial path, without hidden ones."""
     folder = Path(word).parent if word and not word.endswith("/") else Path(word or ".")
     try:
         entries = sorted(folder.iterdir())

@@ -124,9 +124,7 @@ class CollaborativePredatorPrey(HexHunt):
         return np.asarray(self._free_direction_bits(s.T) < PREY_FREE_BIT)
 
     def _free_direction_bits(self, hexes: Ints) -> Ints:
-        """Return the bits of the directions open to the prey, and PREY_FREE_BIT unless it is
-        caught.
-        """
+        """Return the bits of the directions open to the prey; PREY_FREE_BIT unless caught."""
         *predators, prey = hexes
         free_bits: Ints = np.full_like(prey, ALL_BITS)
         row_start = prey * len(self.hexes)

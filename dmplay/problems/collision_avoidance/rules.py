@@ -74,9 +74,7 @@ class CollisionAvoidance(RealStateProblem):
         return (GUST_CHANCE,)
 
     def resolve_events(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
-        """Return the outcome of one second (F.5 to F.9); the costs are those of the state
-        acted in.
-        """
+        """Return the outcome of one second (F.5 to F.9), with the costs of the state before it."""
         h, dh, a_prev, t_col = split_columns(s)
         advised = ADVISED_RATES[to_column(a[:, 0])]
         gust = GUST_ACCELERATIONS[to_column(events[0])]

@@ -62,9 +62,7 @@ class Game2048(Problem):
         return board.reshape(rows, 4, 4)
 
     def chance(self, s: Array, a: Array) -> tuple[Chance, ...]:
-        """Return the distributions of the new tile's cell, among those left empty, and of its
-        value.
-        """
+        """Return the distributions of the new tile's cell, an empty one, and of its value."""
         empty_counts = packed_boards.count_empty_after_slide(s, a.ravel())
         return DiscreteUniform(empty_counts, 16), self._tile_chance
 
@@ -89,9 +87,7 @@ class Game2048(Problem):
         return packed_boards.mark_stuck_boards(s)
 
     def format_state(self, s: Array) -> str:
-        """Return a board as text: rows of tile values, `.` for an empty cell: `2 4 . ./. . .
-        ./...`.
-        """
+        """Return a board as rows of tile values, `.` for an empty cell: `2 4 . ./. . . ./...`."""
         return "/".join(" ".join(str(2 ** int(e)) if e else EMPTY_CELL for e in row) for row in s)
 
     def parse_state(self, text: str) -> Array:

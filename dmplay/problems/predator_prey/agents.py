@@ -45,9 +45,7 @@ class _DistancePolicy(StationaryPolicy):
 
     @abstractmethod
     def _choose_by_distance(self, distances: Ints) -> Array:
-        """Return the first of the best moves `[B]`, by steps `[B, 6]` to the nearest of the
-        others.
-        """
+        """Return the first of the best moves `[B]`, by steps `[B, 6]` to the nearest other."""
 
 
 @dataclass(frozen=True)
@@ -198,9 +196,7 @@ class HuntEquilibrium(ReactivePolicy):
     uniform_count = 1  # for the choice of the move
 
     def __post_init__(self) -> None:
-        """Raise BadPolicy unless the hunt has two agents, few enough states and a discount
-        below 1.
-        """
+        """Raise BadPolicy unless the hunt has two agents, few states and a discount below 1."""
         super().__post_init__()
         hunt = self.problem
         if hunt.walker_count != 2 or hunt.state_count > markov_game_policy_iteration.MAX_STATES:

@@ -70,9 +70,7 @@ class PredatorPrey(HexHunt):
 
     @cached_property
     def _prey_event_cumulative(self) -> Reals:
-        """Cumulative probabilities of a prey's event: its next hex if devoured, its slip if
-        free.
-        """
+        """Cumulative probabilities of a prey's event: its next hex if devoured, else its slip."""
         event_count = max(len(self.hexes), 3)
         cumulative = np.ones((2, event_count - 1))
         cumulative[1, :2] = slip_chance(self.slip).cumulative
@@ -107,9 +105,7 @@ class PredatorPrey(HexHunt):
         return (*(self.slip_chance,) * self.predators, *prey_chances)
 
     def resolve_events(self, s: Array, a: Array, events: Sequence[Array]) -> Outcome:
-        """Return the outcome: all move as in hex world, except feeding predators and devoured
-        prey.
-        """
+        """Return the outcome: all move as in hex world, except eating predators and eaten prey."""
         hexes = np.ascontiguousarray(s.T)
         next_hexes, rewards = [], []
         agents = zip(hexes, np.ascontiguousarray(a.T), events, strict=True)

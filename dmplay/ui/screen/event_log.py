@@ -52,9 +52,7 @@ class EventLog:
             self._rows_by_seat[seat].append(row)
 
     def _append_change(self, previous_turn_count: int) -> None:
-        """Add one row to each log: the last turn, or how many turns were undone since the given
-        count.
-        """
+        """Add a row to each log: the last turn, or the number of turns undone since that count."""
         game = self.game
         for seat in game.human_seats if game.has_private_views else [game.viewing_seat]:
             row = game.narrator.describe_change(game.snapshot(seat), previous_turn_count)

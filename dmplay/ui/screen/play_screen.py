@@ -322,9 +322,7 @@ class PlayScreen:
         return ""
 
     def handle_viewer_key(self, key: str) -> None:
-        """Pass a key, or '' for a beat of the clock, to the viewer; return to the game if it
-        quits.
-        """
+        """Pass a key, or '' for a clock beat, to the viewer; return to the game if it quits."""
         if self.viewer:
             try:
                 self.viewer.handle_key(key)

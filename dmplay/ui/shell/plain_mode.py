@@ -68,9 +68,7 @@ class SentenceReporter(Reporter):
         self._terminal = terminal
 
     def report_start(self, game: Game) -> None:
-        """Print a line on the game; if people play, also the reason for plain mode and the
-        situation.
-        """
+        """Print a line on the game, and for people the reason for plain mode and the situation."""
         seed = f", seed {game.seed}" if game.is_seed_visible else ""
         if not game.human_seats:
             players = ", ".join(map(escape_unprintable, game.player_names))
@@ -129,9 +127,7 @@ class JsonReporter(Reporter):
         self._output = output
 
     def report_start(self, game: Game) -> None:
-        """Print the problem, the players, the seed if it may be shown, and the first visible
-        facts.
-        """
+        """Print the problem, the players, the seed if visible, and the first visible facts."""
         seats = dict(zip(game.problem.agents, game.player_names, strict=True))
         facts: dict[str, object] = {"problem": game.problem_name, "seats": seats}
         if game.is_seed_visible:

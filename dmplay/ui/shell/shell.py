@@ -112,9 +112,7 @@ class Shell:
             print(row)
 
     def _print_turn(self) -> None:
-        """Print the last turn if another one follows at once, unless people see different
-        things.
-        """
+        """Print the last turn if another follows at once, unless people see different things."""
         game = self.controller.game
         if not game.has_private_views:
             self._print_reply(game.narrator.describe_turn(game.snapshot()))
@@ -125,9 +123,7 @@ class Shell:
         return len(self.game.session.turns) if self.game else 0
 
     def _print_board(self, *, is_new_game: bool) -> None:
-        """Print the board on a terminal, else the situation of a new game; then the result,
-        once.
-        """
+        """Print the board on a terminal, else the situation of a new game; the result once."""
         game = self.controller.game
         if self.terminal.full_screen:
             rows = shutil.get_terminal_size().lines

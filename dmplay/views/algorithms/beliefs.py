@@ -28,9 +28,7 @@ MIN_NOTE_COLUMNS = 12
 
 
 def draw_belief_table(picture: BeliefTable, options: DrawOptions) -> Text:
-    """Return a row for each state, or for the most probable ones, with a number and a bar for
-    each column.
-    """
+    """Return a row for each state or the likeliest ones, with a number and a bar a column."""
     columns = np.array([numbers for _, numbers in picture.columns])
     sizes = np.nan_to_num(columns).max(axis=0)
     capacity = max(options.height - 1, 1)

@@ -19,9 +19,7 @@ NodePath = tuple[int, ...]  # the child to take at each node from the root on
 
 
 def draw_search_tree(root: TreeNode, options: DrawOptions) -> Text:
-    """Return the tree with as many nodes as fit: first those of the simulation, then the most
-    visited.
-    """
+    """Return the tree with the nodes that fit: those of the simulation, then the most visited."""
     open_paths = _choose_open_nodes(root, options.height - 2)
     rows = list(_iter_rows(root, (), open_paths, ""))
     omitted = len(rows) - max(options.height - 2, 1)
