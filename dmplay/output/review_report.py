@@ -26,7 +26,7 @@ def report_review(recording: ReplayRequest, *, write: bool = False, json: bool =
         write_file(path.resolve(), [*other_rows, *format_notes(reviewed_actions)], continues=True)
     hint_counts, peeked = dict(game.session.hint_counts), game.transcript.header.peeked
     if json:
-        rows_by_action = [action._asdict() for action in reviewed_actions]
+        rows_by_action = [action.data for action in reviewed_actions]
         return format_json_report(
             {"actions": rows_by_action, "peeked": peeked, "help": hint_counts}
         )

@@ -65,6 +65,15 @@ class ReviewedAction(NamedTuple):
         """The number of decimals of its values and its regret."""
         return _count_decimals([self], [*self.values.values()])
 
+    @property
+    def data(self) -> dict[str, object]:
+        """The review of this choice as data, with the basis of its values in words."""
+        facts = self._asdict()
+        last = {name: facts.pop(name) for name in ("about", "scale", "discount_factor")}
+        del facts["basis"]
+        words = {"scope": self.basis.scope, "about": last.pop("about")}
+        return {**facts, **words, "values_name": self.basis.accuracy.words, **last}
+
     def __str__(self) -> str:
         """Return the review of this choice on one line."""
         beginning = f"turn {self.turn}, {self.seat}: chose {self.chosen}"

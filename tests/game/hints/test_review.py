@@ -71,6 +71,13 @@ def test_a_regret_of_estimates_is_called_estimated(accuracy: Accuracy, word: str
     assert f", total {word} regret (value lost) 1.00, " in format_table([action])[2]
 
 
+def test_the_data_of_a_review_name_the_basis_of_its_values() -> None:
+    basis = ValuesBasis(Accuracy.UPPER_BOUND, ignores_turn_limit=True)
+    data = make_reviewed_action(1, "agent", "down", 1.0)._replace(basis=basis, about="2 left").data
+    assert [*data][-5:] == ["scope", "about", "values_name", "scale", "discount_factor"]
+    assert (data["scope"], data["values_name"]) == ("turn limit ignored", "upper bounds")
+
+
 def test_ratings_of_2048_are_whole_numbers_and_not_points() -> None:
     session = Session(dmplay.load_problem("2048"), SeededUniforms(3))
     session.advance([UP])
