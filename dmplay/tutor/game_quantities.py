@@ -17,6 +17,10 @@ from dmplay.core.uniforms import SeededUniforms
 from dmplay.errors import BadParameter
 from dmplay.game.rules_of_thumb import build_seat_payoffs
 from dmplay.registry import agents
+from dmplay.solvers.games import bimatrix_game
+from dmplay.solvers.games.bimatrix_game import MixedProfile
+from dmplay.solvers.games.extreme_equilibria import find_extreme_equilibria
+from dmplay.solvers.games.lemke_howson import find_equilibrium
 from dmplay.tutor.belief_quantities import describe_belief
 from dmplay.tutor.positions import PositionInGame, load_agent
 from dmplay.tutor.state_quantities import find_action, find_state
@@ -71,13 +75,12 @@ def level_k_action(position: PositionInGame, level: int) -> Truth:
 
 def equilibrium_probability(position: PositionInGame, action: str) -> Truth:
     """Return the probability of an action in a Nash equilibrium, in which no change pays."""
-    nash, (_, payoffs) = _nash(position)[position.seat], _payoffs(position)
-    index = _index(position, action)
+    (_, payoffs), index = _payoffs(position), _index(position, action)
 
     def explain(answer: str) -> str:
         """Return the gain of the other agent if the player mixes as typed."""
         typed = min(max(parse_number(answer), 0.0), 1.0)
-        mix = np.full(len(nash), (1.0 - typed) / max(len(nash) - 1, 1))
+        mix = np.full(len(payoffs), (1.0 - typed) / max(len(payoffs) - 1, 1))
         mix[index] = typed
         values = mix @ payoffs
         reply = position.problem.actions[1 - position.seat].labels[int(np.argmax(values))]
@@ -90,13 +93,13 @@ def equilibrium_probability(position: PositionInGame, action: str) -> Truth:
             f"the reply {reply} earns your opponent {format_number(float(values.max()))} on average"
         )
 
-    return Truth(float(nash[index]), explain)
+    probabilities = [profile[position.seat][index] for profile in _list_equilibria(position)]
+    return Truth(_require_equal(probabilities, 1.0), explain)
 
 
 def equilibrium_payoff(position: PositionInGame) -> Truth:
     """Return the player's expected reward of one round in a Nash equilibrium."""
-    nash, (payoffs, _) = _nash(position), _payoffs(position)
-    labels = _labels(position)
+    (payoffs, _), labels = _payoffs(position), _labels(position)
 
     def explain(answer: str) -> str:
         """Return by how much a change pays if both play the action that was typed."""
@@ -108,7 +111,11 @@ def equilibrium_payoff(position: PositionInGame) -> Truth:
         both = format_number(float(payoffs[index, index]))
         return f"if both play {claim}, each gets {both}, and one that changes can get {value}"
 
-    return Truth(float(nash[position.seat] @ payoffs @ nash[1 - position.seat]), explain)
+    rewards = [
+        float(profile[position.seat] @ payoffs @ profile[1 - position.seat])
+        for profile in _list_equilibria(position)
+    ]
+    return Truth(_require_equal(rewards, position.problem.reward_scale), explain)
 
 
 def agent_action(position: PositionInGame, agent: str, rounds: Sequence[str]) -> Truth:
@@ -322,17 +329,25 @@ def _payoffs(position: PositionInGame) -> tuple[Reals, Reals]:
     return build_seat_payoffs(position.problem, position.seat)
 
 
-def _nash(position: PositionInGame) -> list[Reals]:
-    """Return the mixed strategy of each agent in a Nash equilibrium."""
-    strategies = []
-    for seat in range(2):
-        policy = load_agent(position, seat, "nash")
-        memory = policy.initial_memory(position.session.state[None])
-        assert isinstance(policy, SeatPolicy)
-        probabilities = policy.choice_probabilities(memory)
-        assert probabilities is not None
-        strategies.append(probabilities[0])
-    return strategies
+def _list_equilibria(position: PositionInGame) -> list[MixedProfile]:
+    """Return the equilibria of one round, or the extreme ones; one if they are too many."""
+    payoffs = bimatrix_game.build_payoffs(position.problem)
+    profiles = find_extreme_equilibria(payoffs)
+    return (
+        profiles
+        or bimatrix_game.enumerate_equilibria_if_small(payoffs)
+        or [find_equilibrium(payoffs)]
+    )
+
+
+def _require_equal(numbers: Sequence[float], scale: float) -> float:
+    """Return a number of several equilibria; raise BadParameter if it is not the same in all."""
+    if max(numbers) - min(numbers) > VALUE_TOLERANCE * scale:
+        low, high = format_number(float(min(numbers))), format_number(float(max(numbers)))
+        raise BadParameter(
+            f"the game has several equilibria: got {low} to {high}, expected one answer"
+        )
+    return float(numbers[0])
 
 
 def _parse_mix(position: PositionInGame, text: str) -> Reals:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from dmplay.errors import BadParameter
 from dmplay.game.position import find_exact_agent
 from dmplay.game.rules_of_thumb import list_rules
 from dmplay.tutor.answers import check_answer
@@ -42,6 +43,11 @@ FILES: dict[str, Callable[[float], str]] = {
     "chicken.nfg": lambda scale: (
         'NFG 1 R "chicken" { "row" "column" } { { "swerve" "dare" } { "swerve" "dare" } } ""\n'
         + " ".join(repr(payoff * scale) for payoff in (3, 3, 5, 1, 1, 5, 0, 0))
+        + "\n"
+    ),
+    "prison.nfg": lambda scale: (
+        'NFG 1 R "prison" { "row" "column" } { { "stay" "tell" } { "stay" "tell" } } ""\n'
+        + " ".join(repr(payoff * scale) for payoff in (3, 3, 5, 0, 0, 5, 1, 1))
         + "\n"
     ),
 }
@@ -154,6 +160,16 @@ def test_a_quantity_that_is_no_reward_is_the_same_in_a_scaled_copy(
     assert second == (pytest.approx(first) if isinstance(first, float) else first)
 
 
+@pytest.mark.parametrize("quantity", ["equilibrium-payoff", "equilibrium-probability"])
+def test_an_equilibrium_that_is_not_the_only_one_is_no_answer(
+    tmp_path: Path, quantity: str
+) -> None:
+    arguments = {"action": "dare"} if quantity == "equilibrium-probability" else {}
+    for position in open_pair(tmp_path, "chicken.nfg", 1e-8):
+        with pytest.raises(BadParameter, match="the game has several equilibria"):
+            compute_truth(position, QuantityCall(quantity, arguments))
+
+
 @pytest.mark.parametrize("scale", SCALES)
 @pytest.mark.parametrize(
     ("name", "quantity", "arguments"),
@@ -161,7 +177,7 @@ def test_a_quantity_that_is_no_reward_is_the_same_in_a_scaled_copy(
         ("tiger.pomdp", "belief-loss",
          {"action": "open-left", "belief": "left 0.5 right 0.5", "turns_left": 2}),
         ("ladder.mdp", "sweep-value", {"state": "ground", "sweep": 3}),
-        ("chicken.nfg", "equilibrium-payoff", {}),
+        ("prison.nfg", "equilibrium-payoff", {}),
     ],
 )  # fmt: skip
 @pytest.mark.parametrize(("factor", "is_right"), [(1.0, True), (1.001, False), (0.0, False)])
