@@ -150,7 +150,7 @@ def iterate_steps(request: WatchRequest) -> Iterator[Step]:
     for turns in range(1, stage_count + 1):
         dominated = mark_dominated(plan_set.vectors)
         needed = np.flatnonzero(~dominated)
-        next_count = _count_plans(problem, len(needed))
+        next_count = int(problem.action_counts[0] * len(needed) ** problem.observation_counts[0])
         is_last = turns == stage_count or next_count > MAX_PLANS
         sentences = _describe_pruning(problem, plan_set, dominated, belief, turns)
         if turns == 1:
@@ -183,11 +183,6 @@ def iterate_steps(request: WatchRequest) -> Iterator[Step]:
             _format_vector(problem, tables, plan_set, previous, belief),
             (_picture_vectors(problem, plan_set, np.zeros(len(plan_set.plans), bool), belief),),
         )
-
-
-def _count_plans(problem: Problem, previous_count: int) -> int:
-    """Return the number of plans of an expansion."""
-    return int(problem.action_counts[0] * previous_count ** problem.observation_counts[0])
 
 
 def _picture_vectors(

@@ -15,7 +15,6 @@ from dmplay.game.command_line_results import CliInterpreter
 from dmplay.game.command_reply import Page
 from dmplay.game.game import Game
 from dmplay.game.game_setup import start_game, start_new_game
-from dmplay.game.launch_requests import GameRequest
 from dmplay.transcript.concealment import GameKey, make_game_key
 from dmplay.transcript.recorder import Recorder
 
@@ -191,7 +190,9 @@ class GameController:
         Whether the seed may be shown does not change. Raise BadParameter if the current game is to
         be handed in, unless the seed is another: playing it would reveal its random numbers.
         """
-        old_request = self._require_request()
+        if self.game.request is None:
+            raise BadParameter("this is a replay; branch starts a game from this turn")
+        old_request = self.game.request
         record = old_request.record_path and next_numbered_path(old_request.record_path)
         keep_save = old_request.keep_save or self.game.recorder is not None
         new_request = replace(
@@ -213,12 +214,6 @@ class GameController:
             self.game.finish()
         self.set_game(new_game)
         return self.describe_new_game()
-
-    def _require_request(self) -> GameRequest:
-        """Return the request of the current game; raise BadParameter for a replay."""
-        if self.game.request is None:
-            raise BadParameter("this is a replay; branch starts a game from this turn")
-        return self.game.request
 
     def describe_new_game(self) -> str:
         """Return a line with the game that was started or resumed, its seed, and the transcripts of

@@ -191,11 +191,6 @@ def _make_time_line(layout: EncounterLayout) -> NumberLine:
     return NumberLine(-START_TIME, 0.0, LABEL_COLUMNS, layout.width - 1)
 
 
-def _list_past_states(view: View[CollisionAvoidance]) -> list[tuple[float, float, float, float]]:
-    """Return (height, rate, advisory, time left) before each of the at most 40 turns, and now."""
-    return [(float(h), float(dh), float(a), float(t)) for h, dh, a, t in view.observations]
-
-
 def _get_current_state(view: View[CollisionAvoidance]) -> tuple[float, float, float, float]:
     """Return (height, rate, advisory, time left) now, or at the pass if it is over."""
     h, dh, a, seconds_left = map(
@@ -219,7 +214,8 @@ def _draw_encounter(
     paths: list[AdvisoryPath],
 ) -> None:
     """Draw the axes, the intruder, the past heights and advisories, and the predicted paths."""
-    past_states = _list_past_states(view)
+    # (height, rate, advisory, time left) before each turn, and now
+    past_states = [(float(h), float(dh), float(a), float(t)) for h, dh, a, t in view.observations]
     max_height = _choose_max_height(
         [*(h for h, *_ in past_states), *(h for path in paths for h in path.heights)]
     )

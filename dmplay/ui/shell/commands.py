@@ -541,12 +541,6 @@ def _format_question(game: Game) -> str:
     return DataReply(game.open_question, "predict", data)
 
 
-def _answer_question(game: Game, text: str) -> str:
-    """Take a prediction and play the turn that it is about; return the report of the turn."""
-    assert game.predictor is not None
-    return _choose_action(game, game.predictor.answer(text))
-
-
 def take_prediction_report(game: Game) -> str:
     """Return the score of the last prediction, also as data; '' if it was reported before."""
     scored = game.take_scored_prediction()
@@ -590,7 +584,8 @@ def _run_line_before_answer(controller: GameController, line: str) -> str:
         return _format_question(controller.game)
     if line.lower() in COMMANDS_BEFORE_ANSWER:
         return _run_command(find_command(line), controller, "")
-    return _answer_question(controller.game, line)
+    assert controller.game.predictor is not None
+    return _choose_action(controller.game, controller.game.predictor.answer(line))
 
 
 def _run_unaliased_line(controller: GameController, line: str) -> str:

@@ -77,7 +77,7 @@ def _build_spans(plain: str, styles: tuple[str, ...]) -> tuple[Span, ...]:
     style, span_start, position = "", 0, 0
     for cell_style, cells in groupby(styles):
         first, position = position, position + len([*cells])
-        if not cell_style and not _is_visible_on_blank(style):
+        if not cell_style and not ("underline" in style or "reverse" in style):
             piece = plain[first:position]
             first += len(piece) - len(piece.lstrip(" "))
         if cell_style == style or first == position:
@@ -88,11 +88,6 @@ def _build_spans(plain: str, styles: tuple[str, ...]) -> tuple[Span, ...]:
     if style:
         spans.append(Span(span_start, len(plain), style))
     return (*spans,)
-
-
-def _is_visible_on_blank(style: str) -> bool:
-    """Return whether a style is visible on blanks."""
-    return "underline" in style or "reverse" in style
 
 
 def draw_text_rows(*rows: str) -> Text:
