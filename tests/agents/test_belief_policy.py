@@ -30,10 +30,8 @@ def test_a_sparse_transition_has_only_nonzeros_and_equals_the_dense_product() ->
 
 
 def test_a_batched_belief_update_equals_single_updates() -> None:
-    belief_filter, b = (
-        PartnerBeliefFilter.from_arrays(EXPECTED_TRANSITIONS, UNEXPECTED_TRANSITIONS),
-        sample_beliefs(40),
-    )
+    belief_filter = PartnerBeliefFilter.from_arrays(EXPECTED_TRANSITIONS, UNEXPECTED_TRANSITIONS)
+    b = sample_beliefs(40)
     for turns in (np.arange(40) % 2, np.zeros(40, np.int64)):
         batched = belief_filter.update_beliefs(b, [turns])
         single = [

@@ -30,11 +30,9 @@ class NamedChickenGame(ChickenGame):
 
 def play_against(game: MatrixGame, seat: int, name: str, opponent_letters: str) -> str:
     """Return the first letters of a rule's actions against these actions of the opponent."""
-    rule, own_actions, opponent_actions = (
-        load_agent(game, seat, name),
-        game.actions[seat],
-        game.actions[1 - seat],
-    )
+    rule = load_agent(game, seat, name)
+    own_actions = game.actions[seat]
+    opponent_actions = game.actions[1 - seat]
     memory, letters = rule.initial_memory(np.zeros(1, int)), ""
     for letter in f"{opponent_letters}.":
         chosen = rule.choose(memory, None, np.full((1, rule.uniform_count), 0.99))

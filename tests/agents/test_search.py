@@ -196,10 +196,8 @@ def test_a_choice_is_the_same_alone_and_in_a_batch(name: str) -> None:
     s = problem.sample_initial_states(
         np.linspace(0, 0.9, rows * problem.uniform_counts.start).reshape(rows, -1)
     )
-    memory, u = (
-        search.initial_memory(make_initial_observation(problem, s, 0)),
-        np.linspace(0.1, 0.8, rows)[:, None],
-    )
+    memory = search.initial_memory(make_initial_observation(problem, s, 0))
+    u = np.linspace(0.1, 0.8, rows)[:, None]
     batch = search.choose(memory, None, u)
     for row in range(rows):
         single = search.choose(tuple(part[[row]] for part in memory), None, u[[row]])

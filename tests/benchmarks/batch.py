@@ -72,11 +72,9 @@ def report(runs: int) -> None:
     print(f"steps a second at {ROW_COUNTS} rows, medians of {runs} interleaved runs")
     for name, problem in problems.items():
         columns = "".join(f"{median(rates[name, rows]):14,.0f}" for rows in ROW_COUNTS)
-        mask = (
-            ""
-            if problem.legal_actions_mask(cases[name, 1][0][0]) is None
-            else "  with the legal mask"
-        )
+        mask = "  with the legal mask"
+        if problem.legal_actions_mask(cases[name, 1][0][0]) is None:
+            mask = ""
         print(f"  {name:<{width}} {columns}{mask}")
     _compare_with_gymnasium(problems["cart-pole"], runs)
 

@@ -180,10 +180,8 @@ def measure_control_variate_error_rate(runs: int, share: float = 0.05) -> float:
     """Return the error rate with a control variate, sampling rare and large differences from a
     search.
     """
-    problem, control_variate = (
-        dmplay.load_problem(RARE_DIFFERENCE_CASE[0]),
-        build_control_variate(dmplay.load_problem(RARE_DIFFERENCE_CASE[0])),
-    )
+    problem = dmplay.load_problem(RARE_DIFFERENCE_CASE[0])
+    control_variate = build_control_variate(dmplay.load_problem(RARE_DIFFERENCE_CASE[0]))
     entrants = [[create_policy(RARE_DIFFERENCE_CASE[0], name)] for name in RARE_DIFFERENCE_CASE[1:]]
     games = RolloutSpec(
         range(RARE_DIFFERENCE_EPISODES),

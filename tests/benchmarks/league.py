@@ -136,11 +136,9 @@ def measure_agent(
     divisor = SLOW_AGENT_DIVISORS.get(agent, 1)
     if agent == "search":
         divisor = SLOW_SEARCH_DIVISORS.get(name, divisor)
-    factor = (
-        REFERENCE_GAMES_FACTOR * RARE_EVENT_FACTORS.get(name, 1)
-        if reference and agent == reference.agent
-        else 1
-    )
+    factor = 1
+    if reference and agent == reference.agent:
+        factor = REFERENCE_GAMES_FACTOR * RARE_EVENT_FACTORS.get(name, 1)
     try:
         result = run(
             problem, policies, episodes=max(10, games * factor // divisor),

@@ -43,10 +43,8 @@ def _measure_simulation_rate(name: str, simulations: int, rows: int, runs: int) 
     assert isinstance(search, TreeSearch)
     rng = np.random.default_rng(1)
     s = problem.sample_initial_states(rng.random((rows, problem.uniform_counts.start)))
-    legal, memory = (
-        problem.legal_actions_mask(s),
-        search.initial_memory(make_initial_observation(problem, s, 0)),
-    )
+    legal = problem.legal_actions_mask(s)
+    memory = search.initial_memory(make_initial_observation(problem, s, 0))
     choose = partial(_time_choice, search, memory, None if legal is None else legal[:, 0])
     choose(rng.random((rows, 1)))  # warm up: some results are cached
     return simulations * rows / median(choose(rng.random((rows, 1))) for _ in range(runs))

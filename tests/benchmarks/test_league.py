@@ -108,10 +108,8 @@ def test_the_league_measures_every_seat_that_differs_and_every_team(
 
 
 def test_the_name_of_a_league_game_contains_the_measured_agent() -> None:
-    problem, reference = (
-        dmplay.load_problem("multicaregiver-crying-baby"),
-        ReferenceReturn(0.0, "arithmetic"),
-    )
+    problem = dmplay.load_problem("multicaregiver-crying-baby")
+    reference = ReferenceReturn(0.0, "arithmetic")
     names = [
         str(LeagueGame("m", problem, seats, reference))
         for seats in league.iter_measured_seats("m", 2)

@@ -18,10 +18,8 @@ def test_an_exceeded_budget_raises_one_line_with_the_remedy() -> None:
 
 
 def test_a_total_work_limit_is_shared_by_budgets() -> None:
-    sweeps, plans = (
-        Budget("sweeps", "a discount", work_limit=50),
-        Budget("plans", "a search", work_limit=50),
-    )
+    sweeps = Budget("sweeps", "a discount", work_limit=50)
+    plans = Budget("plans", "a search", work_limit=50)
     with limit_total_work(60):
         sweeps.spend_work(40)
         with pytest.raises(

@@ -64,11 +64,9 @@ def _run_cases(kinds: dict[Kind, int], seed: int, workers: int) -> int:
         for kind, case_count in kinds.items()
         for task in split_into_tasks(kind, seed, case_count)
     ]
-    start_time, endings, faulty_results = (
-        time.monotonic(),
-        Counter[tuple[str, str]](),
-        list[Result](),
-    )
+    start_time = time.monotonic()
+    endings = Counter[tuple[str, str]]()
+    faulty_results = list[Result]()
     for result in run_tasks(tasks, workers):
         endings[result.kind, result.ending] += 1
         faulty_results += [result] if result.faults else []

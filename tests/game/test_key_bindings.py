@@ -41,10 +41,8 @@ def bind_keys(family: str, **bindings: str) -> KeyPreferences:
 def test_every_preset_binds_every_action_and_no_key_twice(name: str, preset: str) -> None:
     problem = dmplay.load_problem(name)
     labels = problem.actions[0].labels
-    default_bindings, preset_bindings = (
-        resolve_key_maps(problem, DEFAULT_KEY_PREFERENCES).first_player_keys,
-        resolve_key_maps(problem, KeyPreferences(preset)).first_player_keys,
-    )
+    default_bindings = resolve_key_maps(problem, DEFAULT_KEY_PREFERENCES).first_player_keys
+    preset_bindings = resolve_key_maps(problem, KeyPreferences(preset)).first_player_keys
     # a key in both maps plays the same action
     assert {**preset_bindings, **default_bindings} == {**default_bindings, **preset_bindings}
     for action, label in enumerate(labels):

@@ -44,10 +44,8 @@ def test_a_picture_is_reproducible_and_shows_the_requested_turn(transcript_path:
 
 def test_a_picture_of_any_size_shows_a_hint_to_the_player(transcript_path: Path) -> None:
     options = ("--width", "100", "--height", "30", "--at", "1")
-    without_hint, with_hint = (
-        run_export(transcript_path, "--svg", *options),
-        run_export(transcript_path, "--svg", *options, "--hint"),
-    )
+    without_hint = run_export(transcript_path, "--svg", *options)
+    with_hint = run_export(transcript_path, "--svg", *options, "--hint")
     assert "hint&#160;by" not in without_hint
     assert "@&#160;agent,&#160;" in without_hint
     assert "@&#160;agent,&#160;" not in with_hint

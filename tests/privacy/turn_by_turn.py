@@ -146,11 +146,9 @@ def watch_rollout(play: Play, seat: int) -> OutputByTurn:
 def watch_manual_game(play: Play, seat: int) -> OutputByTurn:
     """Return the answers of `dmplay.play` to a seat."""
     agent = play.problem.agents[seat]
-    game, outputs, entries = (
-        dmplay.play(play.problem, seed=play.seed),
-        OutputByTurn(),
-        list[object](),
-    )
+    game = dmplay.play(play.problem, seed=play.seed)
+    outputs = OutputByTurn()
+    entries = list[object]()
     for turn, labels in enumerate(play.labels):
         entries += [game.last_observation(agent), game.legal_actions(agent)]
         entries.append(game.last_percept(agent) if turn else None)

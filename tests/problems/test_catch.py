@@ -22,10 +22,8 @@ UNIFORM_BELIEF = np.full((1, 4), 0.25)
 
 def throw_ball(proficiency: int, distance: int, u: float) -> tuple[int, float, int]:
     """Return the proficiency, the reward and the observation of one throw."""
-    s, a = (
-        np.array([CATCH.state_names.index(str(proficiency))]),
-        CATCH.parse_action(0, str(distance)),
-    )
+    s = np.array([CATCH.state_names.index(str(proficiency))])
+    a = CATCH.parse_action(0, str(distance))
     outcome = CATCH.step(s, np.array([[int(a)]]), np.array([[u]]))
     next_proficiency = int(CATCH.format_state(outcome.state[0]))
     return next_proficiency, float(outcome.rewards[0, 0]), int(outcome.observations[0, 0])
@@ -117,10 +115,8 @@ def test_the_optimal_thrower_goes_up_after_catches_and_down_after_drops() -> Non
 def test_the_last_throw_is_the_greedy_one() -> None:
     b = np.random.default_rng(2).dirichlet(np.ones(4), 50)
     turns_done = np.full(50, 9)
-    optimal, greedy = (
-        Optimal(CATCH, 0).action_values((b, turns_done)),
-        Greedy(CATCH, 0).action_values((b,)),
-    )
+    optimal = Optimal(CATCH, 0).action_values((b, turns_done))
+    greedy = Greedy(CATCH, 0).action_values((b,))
     np.testing.assert_allclose(optimal, greedy, atol=1e-8)
 
 

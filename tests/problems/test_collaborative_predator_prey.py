@@ -310,10 +310,8 @@ def test_a_reactive_team_catches_more_than_chance() -> None:
 
 
 def test_teams_without_a_plan_are_rejected_and_get_hints_from_chase_belief() -> None:
-    three_predators, undiscounted = (
-        dmplay.load_problem(PROBLEM_NAME, predators=3),
-        dmplay.load_problem(PROBLEM_NAME, discount=1.0),
-    )
+    three_predators = dmplay.load_problem(PROBLEM_NAME, predators=3)
+    undiscounted = dmplay.load_problem(PROBLEM_NAME, discount=1.0)
     for problem in (three_predators, undiscounted):
         assert load_roster(problem, 0).hint_provider == "chase-belief"
         for agent in ("qmdp", "reactive"):

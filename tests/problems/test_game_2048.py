@@ -222,10 +222,8 @@ def test_two_plies_are_searched_even_without_time() -> None:
 
 
 def test_progress_is_reported_within_a_layer_of_boards(monkeypatch: pytest.MonkeyPatch) -> None:
-    values, reports = (
-        expectimax.compute_action_values(parse_board(EARLY_BOARD), 0.8, 2),
-        list[float](),
-    )
+    values = expectimax.compute_action_values(parse_board(EARLY_BOARD), 0.8, 2)
+    reports = list[float]()
     monkeypatch.setattr(expectimax, "BOARDS_PER_EVALUATION", 10)  # of about two hundred boards
     with report_progress_to(reports.append):
         assert (expectimax.compute_action_values(parse_board(EARLY_BOARD), 0.8, 2) == values).all()

@@ -70,10 +70,8 @@ def test_steps_from_random_states_match_gymnasium(name: str) -> None:
 
 @pytest.mark.parametrize("name", STATE_BOXES)
 def test_whole_games_match_gymnasium(name: str) -> None:
-    problem, environment = (
-        dmplay.load_problem(f"{name}:gym"),
-        make_environment(STATE_BOXES[name][0]),
-    )
+    problem = dmplay.load_problem(f"{name}:gym")
+    environment = make_environment(STATE_BOXES[name][0])
     policy = dmplay.load_agent(problem, 0, "random" if name == "cart-pole" else "pump")
     lengths = []
     for game in range(5):

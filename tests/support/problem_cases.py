@@ -48,11 +48,9 @@ def load_problem(name: str) -> Problem:
 @cache
 def load_small_problem(name: str) -> Problem:
     """Load a problem, with a small map in place of a large one so that its agents plan quickly."""
-    return (
-        dmplay.load_problem(name, hexes=SMALL_MAP_HEXES)
-        if name in LARGE_MAP_PROBLEMS
-        else load_problem(name)
-    )
+    if name in LARGE_MAP_PROBLEMS:
+        return dmplay.load_problem(name, hexes=SMALL_MAP_HEXES)
+    return load_problem(name)
 
 
 def draw_uniforms(

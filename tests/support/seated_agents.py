@@ -25,11 +25,9 @@ def format_fast_agent(problem: Problem, seat: int, agent: str) -> str:
         return FAST_AGENTS[agent] + f",others={SMALL_JOINT_PLAN},rollout={SMALL_JOINT_PLAN}" * (
             is_planned and agent == "search"
         )
-    return (
-        SMALL_JOINT_PLAN
-        if is_planned and agent == "joint-plan"
-        else plan_for_turn_limit(problem, seat, agent, PLANNING_TURNS)
-    )
+    if is_planned and agent == "joint-plan":
+        return SMALL_JOINT_PLAN
+    return plan_for_turn_limit(problem, seat, agent, PLANNING_TURNS)
 
 
 def make_agent(problem: Problem, seat: int, agent: str) -> Policy | None:

@@ -51,10 +51,8 @@ class Case:
 
     def mean(self, key: str, sample: Any, episodes: int | None = None) -> None:
         """Assert that a sample's mean is within five standard errors of a simulated mean."""
-        expected, standard_error = (
-            self.expect[key],
-            self.expect.get(f"{key}_stderr", self.expect.get("stderr")),
-        )
+        expected = self.expect[key]
+        standard_error = self.expect.get(f"{key}_stderr", self.expect.get("stderr"))
         episode_count = episodes or self.inputs.get("games") or self.inputs.get("episodes")
         assert episode_count
         assert standard_error

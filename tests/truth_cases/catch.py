@@ -81,10 +81,8 @@ def optimal_from_belief(case: Case) -> None:
     assert best == case.expect["first_distance"]
     if "gap_to_second" in case.expect:
         case.close("gap_to_second", np.diff(np.sort(q))[-1])
-    rewards, discount_factors = (
-        tabulate(PROBLEM).rewards[:, :, 0],
-        case.inputs["gamma"] ** np.arange(horizon),
-    )
+    rewards = tabulate(PROBLEM).rewards[:, :, 0]
+    discount_factors = case.inputs["gamma"] ** np.arange(horizon)
     if "proficiency_known" in case.expect:
         case.close("proficiency_known", rewards.max(axis=1).mean() * discount_factors.sum())
     if "same_throw_every_time" in case.expect:

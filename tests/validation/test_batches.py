@@ -67,10 +67,8 @@ def test_each_of_the_first_rows_alone_has_the_same_bits(name: str) -> None:
 
 @every_problem
 def test_the_same_uniforms_give_the_same_outcome(name: str) -> None:
-    problem, turns = (
-        load_problem(name),
-        SampledTurns(*(part.copy() for part in make_turn_pool(name))),
-    )
+    problem = load_problem(name)
+    turns = SampledTurns(*(part.copy() for part in make_turn_pool(name)))
     assert not list_violations(
         problem, lambda: invariants.check_determinism(problem, turns, evaluate_pool(name))
     )

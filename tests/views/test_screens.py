@@ -55,10 +55,8 @@ def get_view(game: Session, seat: int = 0) -> View[Problem]:
 
 
 EXIT_GAME = make_hexworld_game(9, 0)
-HUNT_GAME, BLIND_HUNT_GAME = (
-    play_turns("predator-prey", "sw e"),
-    play_turns("collaborative-predator-prey", "e w", "ne w"),
-)
+HUNT_GAME = play_turns("predator-prey", "sw e")
+BLIND_HUNT_GAME = play_turns("collaborative-predator-prey", "e w", "ne w")
 TILE_GAME = make_tile_game()
 CART_GAME = make_session_from_state("cart-pole", [1.0, 0.4, 0.18, 0.6], [1])
 CART_AT_EDGE_GAME = make_session_from_state("cart-pole", [2.2, 0.4, 0.18, 0.6], [1])

@@ -775,10 +775,8 @@ def test_upper_bounds_are_no_smaller_than_the_returns_of_constant_teams() -> Non
     assert agent.basis.accuracy is Accuracy.UPPER_BOUND
     bounds = agent.policy.action_values(agent.policy.initial_memory(np.array([0])))
     assert bounds is not None
-    states, belief = (
-        problem.enumerate_states(),
-        Session(problem, dmplay.SeededUniforms(7)).view(0).belief,
-    )
+    states = problem.enumerate_states()
+    belief = Session(problem, dmplay.SeededUniforms(7)).view(0).belief
     for action, partner_action in [(0, 0), (0, 3), (1, 4), (2, 5), (3, 3), (5, 2)]:
         p, outcome = enumerate_outcomes(
             problem, states, np.tile([action, partner_action], (len(states), 1))

@@ -91,11 +91,9 @@ def test_every_agent_has_a_basis_whose_words_are_on_the_screen(
     session = Session(problem, dmplay.SeededUniforms(7), turn_limit=turns)
     provider = HintProvider(session, question)
     with limit_total_work(WORK_LIMIT):
-        text, game, basis = (
-            provider.list_values().full_values_text,
-            provider.describe_game(),
-            provider.values_basis,
-        )
+        text = provider.list_values().full_values_text
+        game = provider.describe_game()
+        basis = provider.values_basis
     assert basis.turns_scope in game
     assert game.endswith(basis.players)
     name_of_values = f"{basis.accuracy.words} ({game})" if game else basis.accuracy.words

@@ -35,10 +35,8 @@ def evaluate_rules(
 )
 def test_no_small_change_of_a_rule_improves_the_value(variant: str, min_value: float) -> None:
     problem = load_problem(f"{PROBLEM_NAME}:{variant}")
-    model, team = (
-        sparse_mdp.build_sparse_mdp(problem),
-        reactive_predator_team.optimize_reactive_team(problem),
-    )
+    model = sparse_mdp.build_sparse_mdp(problem)
+    team = reactive_predator_team.optimize_reactive_team(problem)
     assert team.mean_value == pytest.approx(evaluate_rules(problem, model, team.policies))
     assert team.mean_value > min_value
     for seat in (0, 1):

@@ -58,10 +58,8 @@ def test_a_nondegenerate_game_is_left_to_support_enumeration(rows: tuple[str, st
 @pytest.mark.parametrize("scale", [1e-10, 1e8])
 def test_scaling_the_payoffs_does_not_change_the_equilibria(scale: float) -> None:
     payoffs = np.random.default_rng(1).normal(size=(5, 5, 2))
-    expected, actual = (
-        bimatrix_game.enumerate_equilibria(payoffs),
-        bimatrix_game.enumerate_equilibria(scale * payoffs),
-    )
+    expected = bimatrix_game.enumerate_equilibria(payoffs)
+    actual = bimatrix_game.enumerate_equilibria(scale * payoffs)
     assert len(expected) == len(actual) == 5
     for expected_profile, actual_profile in zip(expected, actual, strict=True):
         np.testing.assert_allclose(

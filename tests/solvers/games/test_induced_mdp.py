@@ -31,10 +31,8 @@ def test_the_model_against_a_uniform_policy_averages_over_its_actions(seat: int)
 
 def test_the_model_against_a_deterministic_policy_lists_only_its_actions() -> None:
     policy = np.eye(6)[np.random.default_rng(1).integers(0, 6, 36)]
-    joint_tables, model = (
-        tabulate(CIRCLE_PROBLEM),
-        induced_mdp.build_induced_mdp(CIRCLE_PROBLEM, 0, [UNIFORM_POLICY, policy]),
-    )
+    joint_tables = tabulate(CIRCLE_PROBLEM)
+    model = induced_mdp.build_induced_mdp(CIRCLE_PROBLEM, 0, [UNIFORM_POLICY, policy])
     assert len(model.probabilities) * 6 == len(
         induced_mdp.build_induced_mdp(
             CIRCLE_PROBLEM, 0, [UNIFORM_POLICY, UNIFORM_POLICY]

@@ -218,10 +218,8 @@ class FreeStairs(Stairs):
 
 
 def test_a_problem_without_finite_values_raises_a_one_line_error() -> None:
-    problem, message = (
-        RewardedStairs(steps=4),
-        r"^value iteration: .* set a discount below 1, or a turn limit \(--turns N,",
-    )
+    problem = RewardedStairs(steps=4)
+    message = r"^value iteration: .* set a discount below 1, or a turn limit \(--turns N,"
     with pytest.raises(BudgetExceeded, match=message):
         solve_problem(problem)
     with pytest.raises(BudgetExceeded, match=message):

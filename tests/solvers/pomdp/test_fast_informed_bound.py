@@ -28,11 +28,9 @@ every_problem = pytest.mark.parametrize("name", PROBLEMS)
 
 def back_up(tables: Tables, discount: float, q: Reals) -> Reals:
     """Return one sweep of the bound `[S, A]`, term by term as in the book."""
-    states, actions, observations = (
-        range(len(q)),
-        range(q.shape[1]),
-        range(tables.observation_model.shape[2]),
-    )
+    states = range(len(q))
+    actions = range(q.shape[1])
+    observations = range(tables.observation_model.shape[2])
     result = tables.rewards[:, :, 0].copy()
     for s, a, o in product(states, actions, observations):
         result[s, a] += discount * max(

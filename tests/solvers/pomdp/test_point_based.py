@@ -146,10 +146,8 @@ def test_a_search_that_reaches_its_work_limit_returns_valid_bounds() -> None:
 
 
 def test_a_search_that_exhausts_its_memory_reports_it() -> None:
-    small, large = (
-        make_solver(make_hallway(SMALL_HALLWAY_MAP), memory=2**21),
-        make_solver(make_hallway(SMALL_HALLWAY_MAP)),
-    )
+    small = make_solver(make_hallway(SMALL_HALLWAY_MAP), memory=2**21)
+    large = make_solver(make_hallway(SMALL_HALLWAY_MAP))
     while small.run_trial_or_game(0.0):
         large.run_trial_or_game(0.0)
     assert small.collect_bounds(0.0).is_memory_full

@@ -243,10 +243,8 @@ def test_ctrl_c_while_an_agent_thinks_ends_a_plain_game() -> None:
     assert not isinstance(error.value, TaskCancelled)
 
 
-AGENT_MOVE_TASK, HINT_TASK = (
-    TaskInfo("optimal is thinking", is_agent_move=True),
-    TaskInfo("computing a hint"),
-)
+AGENT_MOVE_TASK = TaskInfo("optimal is thinking", is_agent_move=True)
+HINT_TASK = TaskInfo("computing a hint")
 
 
 @pytest.mark.parametrize(
