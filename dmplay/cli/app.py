@@ -21,6 +21,8 @@ SINGLE_OPTIONS = {  # options given once, with what takes several values instead
     "--vs": "--seat NAME=AGENT sets one of the other seats",
     "--compare": "--compare AGENT,AGENT compares several agents",
     "--methods": "--methods NAME,NAME draws several methods",
+    "--seed": "another seed is another game",
+    "--variant": "a game has one variant; --set NAME=VALUE sets a parameter",
 }
 DEFAULT_RATE = "50"  # turns per second of --rate without a value
 RATE_PATTERN = re.compile(r"[-+]*\.?\d|[-+]?(nan|inf(inity)?)$", re.IGNORECASE)
@@ -95,7 +97,7 @@ def _check_misspelling(name: str) -> None:
 
 def _check_repeated_options(args: list[str]) -> None:
     """Raise BadParameter if one seat or parameter is set twice; only the last would count."""
-    options = [word.partition("=")[0] for word in args]
+    options = ["--variant" if word == "-V" else word.partition("=")[0] for word in args]
     pairs = [*pairwise([*args, ""])]
     for option in ("--seat", "--set"):
         values = [value for word, value in pairs if word == option]

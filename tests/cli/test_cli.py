@@ -498,10 +498,14 @@ def test_an_agent_that_would_be_ignored_is_an_error(tmp_path: Path) -> None:
     result = run_dmplay(tmp_path, "run", "hexworld", "--agent", "optimal", "--agent=random")
     assert result.returncode == 2
     assert result.stderr.startswith("error: --agent: got 2, expected one; --seat NAME=AGENT sets")
-    words = ("plot", "returns", "hexworld", "--compare", "random", "--compare", "optimal")
-    result = run_dmplay(tmp_path, *words)
-    assert result.returncode == 2
-    assert result.stderr.startswith("error: --compare: got 2, expected one; --compare AGENT,AGENT")
+    for command, option in (
+        ("plot returns hexworld --compare random --compare optimal", "--compare"),
+        ("run hexworld --seed 1 --seed=2", "--seed"),
+        ("solve hexworld -V standard --variant straight-line", "--variant"),
+    ):
+        result = run_dmplay(tmp_path, *command.split())
+        assert result.returncode == 2
+        assert result.stderr.startswith(f"error: {option}: got 2, expected one; ")
 
 
 @pytest.mark.parametrize(

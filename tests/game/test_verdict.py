@@ -256,6 +256,8 @@ def test_a_script_is_known_in_the_game_and_in_its_review(tmp_path: Path) -> None
     run_dmplay(tmp_path, *arguments, stdin=moves.replace(",", "\n"))
     reviewed = json.loads(run_dmplay(tmp_path, "review", "p.dmt", "--json").stdout)
     assert [move["regret"] for move in reviewed["actions"]] == [1.0, 0.0, 1.0]
+    learned = run_dmplay(tmp_path, "learn", "from", "p.dmt", stdin="defect\ndefect\n").stdout
+    assert f"agent2 plays this list of actions: {moves.replace(',', ', ')}." in learned
     run_dmplay(tmp_path, *arguments, "--force", stdin="cooperate\nquit\n")
     summary = run_dmplay(tmp_path, "review", "p.dmt").stdout
     assert "and not script" in summary  # what it would have played is not in the file
