@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from functools import cache, partial
+from typing import Any
 
 import numpy as np
 from rich.text import Text
@@ -177,16 +178,20 @@ def _iter_display_errors(
     view = session.view(seat)
     state = session.state if session.over else None
     all_options = [DrawOptions(width, 24, revealed_state=state) for width in VIEW_WIDTHS]
-    calls: dict[str, Callable[[], object]] = {
-        "iter_boards": lambda: [fit_board(style, view, options) for options in all_options],
-        "describe_turn": lambda: style.describe_turn(view) if view.turns_played else "none",
-        "describe_situation": lambda: style.describe_situation(view),
-        "goal_lines": lambda: style.goal_lines(view),
-        "panel_rows": lambda: style.panel_rows(view),
-        "lesson": lambda: style.lesson(view),
-    }
-    for name, call in calls.items():
-        is_valid, expected = DISPLAY_CHECKS[name]
+    checks: tuple[tuple[str, Callable[[], object], Callable[[Any], bool], str], ...] = (
+        (
+            "iter_boards",
+            lambda: [fit_board(style, view, options) for options in all_options],
+            lambda boards: all(isinstance(board, Text) for board in boards),
+            "rich.text.Text",
+        ),
+        ("describe_situation", lambda: style.describe_situation(view), _is_sentence, "a sentence"),
+        ("goal_lines", lambda: style.goal_lines(view), _is_text_list, "a list of texts"),
+        ("panel_rows", lambda: style.panel_rows(view), _is_pair_list, "a list of pairs of texts"),
+        ("lesson", lambda: style.lesson(view), lambda x: isinstance(x, Lesson), "a Lesson"),
+        ("describe_turn", lambda: style.describe_turn(view), _is_sentence, "a sentence"),
+    )
+    for name, call, is_valid, expected in checks if view.turns_played else checks[:-1]:
         try:
             returned = call()
         except Exception as error:
@@ -213,17 +218,3 @@ def _is_pair_list(value: object) -> bool:
 def _is_sentence(value: object) -> bool:
     """Return whether a value is a text that is not empty."""
     return isinstance(value, str) and bool(value)
-
-
-# the test of what each function of a view returns, and what is expected
-DISPLAY_CHECKS: dict[str, tuple[Callable[[object], bool], str]] = {
-    "iter_boards": (
-        lambda boards: isinstance(boards, list) and all(isinstance(b, Text) for b in boards),
-        "rich.text.Text",
-    ),
-    "describe_turn": (_is_sentence, "a sentence"),
-    "describe_situation": (_is_sentence, "a sentence"),
-    "goal_lines": (_is_text_list, "a list of texts"),
-    "panel_rows": (_is_pair_list, "a list of pairs of texts"),
-    "lesson": (lambda lesson: isinstance(lesson, Lesson), "a Lesson"),
-}

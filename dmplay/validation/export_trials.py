@@ -43,69 +43,45 @@ ARGUMENT_TYPES = (str, int, float, Sequence[str])  # of quantities
 
 def iter_trials(problem: Problem) -> Iterator[Callable[[], Iterator[Violation]]]:
     """Yield a trial of each name that a problem's code defines; a trial yields violations."""
-    for name, trial in TRIALS.items():
-        if defines_export(problem, name):
-            yield partial(trial, problem)
+    return (partial(_try, problem, name) for name in CALLS if defines_export(problem, name))
 
 
-def _try(
-    problem: Problem, export: str, item: str, function: Callable[[], object]
-) -> Iterator[Violation]:
-    """Call a function with limited work; yield the violation of an error that it raises.
+def _try(problem: Problem, export: str) -> Iterator[Violation]:
+    """Use what a name defines, with limited work; yield the violation of each error.
 
     The violation names the line of the problem's code that raised it, or that defines `export`.
     """
-    try:
-        with limit_total_work(DEFAULT_WORK_LIMIT), stop_after(MAX_SECONDS):
-            function()
-    except (BudgetExceeded, ComputationStopped):  # too large to try, which is not a violation
-        return
-    except Exception as error:
-        location = locate_export(problem, export)
-        text = str(error) if isinstance(error, DmplayError) else f"{type(error).__name__}: {error}"
-        if text.startswith(location):
+    for item, call in CALLS[export](problem).items():
+        try:
+            with limit_total_work(DEFAULT_WORK_LIMIT), stop_after(MAX_SECONDS):
+                call()
+        except (BudgetExceeded, ComputationStopped):  # too large to try, which is not a violation
+            continue
+        except Exception as error:
+            text = f"{type(error).__name__}: {error}"
+            text = str(error) if isinstance(error, DmplayError) else text
+            location = locate_export(problem, export)
+            if not text.startswith(location):
+                source_line = describe_error_location(error).partition(": ")[0]
+                prefix = f"{source_line}: {export}" if source_line else location
+                text = f"{prefix}: {text}" if text.startswith(item) else f"{prefix}: {item}: {text}"
             yield Violation("", text)
-            return
-        source_line = describe_error_location(error).partition(": ")[0]
-        location = f"{source_line}: {export}" if source_line else location
-        prefix = "" if not item or text.startswith(item) else f"{item}: "
-        yield Violation("", f"{location}: {prefix}{text}")
 
 
-def _try_solution(problem: Problem) -> Iterator[Violation]:
+def _solve(problem: Problem) -> None:
     """Solve a problem by its own code, with few games if it simulates them."""
     with use_solve_options(SolveOptions(SIMULATED_GAMES)):
-        yield from _try(problem, "SOLUTION", "", lambda: solve_by_own_code(problem))
+        solve_by_own_code(problem)
 
 
-def _try_figures(problem: Problem) -> Iterator[Violation]:
-    """Draw each of the figures."""
-    subject = PlottedProblem(problem, name_problem(problem))
-    for name, figure in load_figures(problem).items():
-        yield from _try(problem, "FIGURES", name, partial(_draw_figure, subject, name, figure))
-
-
-def _draw_figure(subject: PlottedProblem, name: str, figure: Figure) -> None:
+def _draw_figure(problem: Problem, name: str, figure: Figure) -> None:
     """Draw a figure, unless it refuses this variant of the problem."""
+    subject = PlottedProblem(problem, name_problem(problem))
     try:
         draw_figure(subject, name, figure)
     except BadParameter as error:
         if f"does not fit {subject.name}: " not in str(error):
             raise
-
-
-def _try_puzzle_games(problem: Problem) -> Iterator[Violation]:
-    """Begin each game in which puzzles are mined."""
-    for setup in load_exported_list(problem, "PUZZLE_GAMES", GameSetup) or ():
-        open_game = partial(puzzle_mining.open_game, _load(problem), setup, 0)
-        yield from _try(problem, "PUZZLE_GAMES", "", open_game)
-
-
-def _try_rules(problem: Problem) -> Iterator[Violation]:
-    """Apply each rule of thumb in one game of each kind in which puzzles are mined."""
-    for rule in list_rules(problem):
-        apply_rule = partial(_apply_rule, problem, rule)
-        yield from _try(problem, "RULES_OF_THUMB", f"rule of thumb {rule.text!r}", apply_rule)
 
 
 def _apply_rule(problem: Problem, rule: RuleOfThumb) -> None:
@@ -119,19 +95,12 @@ def _apply_rule(problem: Problem, rule: RuleOfThumb) -> None:
                     puzzle_mining.find_rule_belief(position, rule)
 
 
-def _try_puzzle_day(problem: Problem) -> Iterator[Violation]:
-    """Yield a violation if the place among the puzzles of the day is no whole number."""
+def _check_puzzle_day(problem: Problem) -> None:
+    """Raise BadParameter if the place among the puzzles of the day is no whole number."""
     day = find_export(problem, "PUZZLE_DAY")
     if not isinstance(day, int):
         location = locate_export(problem, "PUZZLE_DAY")
-        yield Violation("", f"{location}: got {day!r}, expected a whole number")
-
-
-def _try_quantities(problem: Problem) -> Iterator[Violation]:
-    """Compute each quantity at the start of a game."""
-    for name, quantity in load_problem_quantities(problem).items():
-        compute = partial(_compute_quantity, problem, name, quantity)
-        yield from _try(problem, "QUANTITIES", name, compute)
+        raise BadParameter(f"{location}: got {day!r}, expected a whole number")
 
 
 def _compute_quantity(problem: Problem, name: str, quantity: Quantity) -> None:
@@ -176,11 +145,24 @@ def _load(problem: Problem) -> LoadedProblem:
     return LoadedProblem(name_problem(problem), problem, {})
 
 
-TRIALS: dict[str, Callable[[Problem], Iterator[Violation]]] = {
-    "SOLUTION": _try_solution,
-    "FIGURES": _try_figures,
-    "PUZZLE_GAMES": _try_puzzle_games,
-    "RULES_OF_THUMB": _try_rules,
-    "PUZZLE_DAY": _try_puzzle_day,
-    "QUANTITIES": _try_quantities,
+# the calls that try each name, by what the name defines; '' if it is a single thing
+CALLS: dict[str, Callable[[Problem], dict[str, Callable[[], object]]]] = {
+    "SOLUTION": lambda problem: {"": partial(_solve, problem)},
+    "FIGURES": lambda problem: {
+        name: partial(_draw_figure, problem, name, figure)
+        for name, figure in load_figures(problem).items()
+    },
+    "PUZZLE_GAMES": lambda problem: {
+        f"game {n}": partial(puzzle_mining.open_game, _load(problem), setup, 0)
+        for n, setup in enumerate(load_exported_list(problem, "PUZZLE_GAMES", GameSetup) or (), 1)
+    },
+    "RULES_OF_THUMB": lambda problem: {
+        f"rule of thumb {rule.text!r}": partial(_apply_rule, problem, rule)
+        for rule in list_rules(problem)
+    },
+    "PUZZLE_DAY": lambda problem: {"": partial(_check_puzzle_day, problem)},
+    "QUANTITIES": lambda problem: {
+        name: partial(_compute_quantity, problem, name, quantity)
+        for name, quantity in load_problem_quantities(problem).items()
+    },
 }

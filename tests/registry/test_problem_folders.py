@@ -57,7 +57,7 @@ AGENTS = {"eager": Eager}
         "from dmplay.tutor.puzzle_mining import GameSetup\n"
         "PUZZLE_GAMES = [GameSetup({'arm': 'ucb1'})]",
         "PUZZLE_GAMES =",
-        "PUZZLE_GAMES: unknown seat 'arm'",
+        "PUZZLE_GAMES: game 1: unknown seat 'arm'",
     ),
     "RULES_OF_THUMB": (
         "from dmplay.tutor.rules_of_thumb import RuleOfThumb\n"
