@@ -516,10 +516,8 @@ def _check_categorical(attribute: str, cumulative: Array) -> CheckResults:
         and len(cumulative) in (1, TRIED_ROWS)
         and cumulative.dtype.kind in "fiu"
     )
-    message = (
-        f"{attribute}: got a Categorical of {_describe_array(cumulative)}, "
-        "expected rows of cumulative probabilities"
-    )
+    expected = "expected rows of cumulative probabilities"
+    message = f"{attribute}: got a Categorical of {_describe_array(cumulative)}, {expected}"
     yield CheckResult(is_valid, attribute, message)
     p = np.diff(cumulative, prepend=0, append=1)
     message = f"{attribute}: got probabilities {p.min():g} to {p.max():g}, expected 0 to 1"

@@ -701,8 +701,6 @@ def call_memory_method(
         return tuple(memory)
     else:
         got = f"({', '.join([str(np.asarray(array).shape) for array in memory])})"
-    message = (
-        f"{method.__qualname__} returned {got}, expected a "
-        f"tuple of arrays with {format_count(rows, 'row')} each"
-    )
+    expected = f"expected a tuple of arrays with {format_count(rows, 'row')} each"
+    message = f"{method.__qualname__} returned {got}, {expected}"
     raise BadPolicy(f"{error_prefix}: {message}")

@@ -61,10 +61,8 @@ class Labels(tuple[str, ...]):
                 f"{error_prefix}: got action {action}, expected 0 to {len(self) - 1}"
             )
         if legal is not None and not legal[int(action)]:
-            message = (
-                f"{self[int(action)]} is not legal now; "
-                f"expected one of {self.describe_actions(legal)}"
-            )
+            expected = f"expected one of {self.describe_actions(legal)}"
+            message = f"{self[int(action)]} is not legal now; {expected}"
             raise IllegalAction(f"{error_prefix}: {message}")
         return int(action)
 

@@ -55,10 +55,8 @@ class DecisionRule(NamedTuple):
             return compute_asymptotic_confidence_sequence(differences, self.error_probability)
         largest = float(np.abs(differences).max())
         if largest > self.max_difference * (1.0 + ROUNDING_TOLERANCE):
-            raise BadParameter(
-                f"bounds: two returns differ by {largest:g}, expected at most "
-                f"{self.max_difference:g}"
-            )
+            expected = f"expected at most {self.max_difference:g}"
+            raise BadParameter(f"bounds: two returns differ by {largest:g}, {expected}")
         return compute_bounded_confidence_sequence(
             differences, -self.max_difference, self.max_difference, self.error_probability
         )

@@ -213,10 +213,8 @@ class PettingZooProblem(EnvironmentProblem):
             flat_dimension(_observation_space(self.name, agent), self.name) for agent in self.agents
         }
         if len(sizes) > 1:
-            raise BadParameter(
-                f"{self.name}: got observations of different lengths, expected the same "
-                "length for all agents"
-            )
+            expected = "expected the same length for all agents"
+            raise BadParameter(f"{self.name}: got observations of different lengths, {expected}")
         return (make_numbers_space(sizes.pop(), self.name),) * len(self.agents)
 
     def make_environment(self) -> ExternalEnvironment:

@@ -125,10 +125,8 @@ def play(
         )
     players = list(agents) or [None] * len(loaded.agents)
     if len(players) != len(loaded.agents):
-        raise BadPolicy(
-            f"got {format_count(len(players), 'agent')}, "
-            f"expected one for each of {', '.join(loaded.agents)}"
-        )
+        expected = f"expected one for each of {', '.join(loaded.agents)}"
+        raise BadPolicy(f"got {format_count(len(players), 'agent')}, {expected}")
     policies = [
         known.load_agent(loaded, seat, player) if isinstance(player, str) else player
         for seat, player in enumerate(players)

@@ -70,10 +70,8 @@ class WatchedSteps:
         """Return the index of a typed step number, from 1; raise BadParameter if there is none."""
         index = self.compute_until(number - 1)
         if not number or index < number - 1:
-            raise BadParameter(
-                f"got step {number}, expected 1 to {len(self.steps)}, the last step of "
-                f"{self.algorithm.name}"
-            )
+            expected = f"expected 1 to {len(self.steps)}, the last step of {self.algorithm.name}"
+            raise BadParameter(f"got step {number}, {expected}")
         return index
 
 
@@ -103,10 +101,8 @@ def watch_target(
     """
     if not target.name and is_problem_name(algorithm_name):
         fitting = ", ".join(registry.list_fitting_algorithms(load_problem(algorithm_name)))
-        raise BadParameter(
-            f"watch: got the problem {algorithm_name}, expected an algorithm before it; "
-            f"algorithms that fit it: {fitting or 'none'}"
-        )
+        expected = f"expected an algorithm before it; algorithms that fit it: {fitting or 'none'}"
+        raise BadParameter(f"watch: got the problem {algorithm_name}, {expected}")
     algorithm = registry.find_algorithm(algorithm_name)
     if not target.name:
         raise BadParameter(

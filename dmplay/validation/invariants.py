@@ -207,10 +207,8 @@ def check_state_index(problem: Problem, turns: SampledTurns) -> CheckResults:
     if not isinstance(problem.state_count, int):
         return
     states = problem.enumerate_states()
-    message = (
-        f"enumerate_states: got {len(states)} states, "
-        f"expected {problem.state_count}, to match state_count"
-    )
+    expected = f"expected {problem.state_count}, to match state_count"
+    message = f"enumerate_states: got {len(states)} states, {expected}"
     yield require(len(states) == problem.state_count, message)
     indices = problem.state_indices(states)
     message = f"state_indices: got {indices.tolist()[:9]}, expected 0 to {len(states) - 1} in order"
