@@ -44,7 +44,8 @@ def resolve_key_maps(problem: Problem, preferences: KeyPreferences) -> KeyMaps:
         )
     view_module, labels = load_view_module(problem), problem.actions[0].labels
     for key in problem_module_exports.module_keys(problem):
-        _reject_reserved_key(key, problem_module_exports.locate_export(problem, "KEYS"))
+        if not _can_play_action(key):
+            raise _make_key_error(key, problem_module_exports.locate_export(problem, "KEYS"))
     second_player_keys: Mapping[str, str] = getattr(view_module, "SECOND_PLAYER_KEYS", {})
     types_numbers = hasattr(view_module, "NUMBER_STEPS")  # Digits write a number.
     preset_keys = _select_preset_keys(
@@ -102,7 +103,8 @@ def _apply_overrides(
             f"{source}: actions are typed as numbers in this problem, so no key can be set"
         )
     for key, label in overrides.items():
-        _reject_reserved_key(key, source)
+        if not _can_play_action(key):
+            raise _make_key_error(key, source)
         if label not in labels:
             raise UnknownName("action", label, [*map(str, labels)], error_prefix=f"{source}.{key}")
         previous_label = keys.get(key, label)
@@ -121,18 +123,19 @@ def _apply_overrides(
     return merged
 
 
-def _reject_reserved_key(key: str, source: str) -> None:
-    """Raise BadParameter or UnknownName if a key cannot be bound to an action."""
+def _can_play_action(key: str) -> bool:
+    """Return whether a key can be bound to an action."""
     letter = len(key) == 1 and key.islower() and key != QUIT_KEY
-    if letter or key in (*NAVIGATION_KEYS, *ARROW_PAIRS, "space"):
-        return
+    return letter or key in (*NAVIGATION_KEYS, *ARROW_PAIRS, "space")
+
+
+def _make_key_error(key: str, source: str) -> BadParameter | UnknownName:
+    """Return the error for a key that cannot be bound to an action."""
     if len(key) == 1 or key in ("tab", "enter", "escape", "backspace"):
-        raise BadParameter(
-            f"{source}: {key!r} is reserved for commands or numbers; use a lower-case letter"
-        )
-    raise UnknownName(
-        "key", key, ["a letter", "space", *NAVIGATION_KEYS, *ARROW_PAIRS], error_prefix=source
-    )
+        reason = "is reserved for commands or numbers; use a lower-case letter"
+        return BadParameter(f"{source}: {key!r} {reason}")
+    names = ["a letter", "space", *NAVIGATION_KEYS, *ARROW_PAIRS]
+    return UnknownName("key", key, names, error_prefix=source)
 
 
 def map_actions_to_keys(keys: Mapping[str, str], labels: Sequence[str]) -> dict[str, str]:

@@ -72,16 +72,15 @@ class PlottedProblem(NamedTuple):
 def draw_figure(subject: PlottedProblem, name: str, figure: Figure) -> Plot:
     """Return a figure; raise BadParameter if its function returns no plot that can be drawn."""
     plot = figure.draw(subject)
-    location = f"{locate_export(subject.problem, 'FIGURES')}: {name}"
-    if not isinstance(plot, Plot):
-        raise BadParameter(f"{location}: got {plot!r}, expected a Plot")
     try:
-        draw_plot(plot, MAX_COLUMNS)
+        if isinstance(plot, Plot):
+            draw_plot(plot, MAX_COLUMNS)
+            return plot
+        fault = f"got {plot!r}, expected a Plot"
     except Exception as error:
         got = f"got a Plot that cannot be drawn ({type(error).__name__}: {error})"
-        expected = "expected panels as in dmplay guide plotting"
-        raise BadParameter(f"{location}: {got}, {expected}") from None
-    return plot
+        fault = f"{got}, expected panels as in dmplay guide plotting"
+    raise BadParameter(f"{locate_export(subject.problem, 'FIGURES')}: {name}: {fault}")
 
 
 def sample_start(problem: Problem) -> Array:

@@ -139,16 +139,18 @@ def load_problem_quantities(problem: Problem) -> Mapping[str, Quantity]:
     quantities = find_export(problem, "QUANTITIES")
     if quantities is None:
         return {}
-    location = locate_export(problem, "QUANTITIES")
+    error = ""
     if not isinstance(quantities, Mapping):
-        expected = "expected a mapping of names to Quantity"
-        raise BadParameter(f"{location}: got {quantities!r}, {expected}")
-    for name, quantity in quantities.items():
-        if not isinstance(quantity, Quantity):
-            raise BadParameter(f"{location}: {name}: got {quantity!r}, expected a Quantity")
-        if name in QUANTITIES:
-            raise BadParameter(f"{location}: {name}: expected a name that no general quantity has")
-    return quantities
+        error = f"got {quantities!r}, expected a mapping of names to Quantity"
+    else:
+        for name, quantity in quantities.items():
+            if not isinstance(quantity, Quantity):
+                error = f"{name}: got {quantity!r}, expected a Quantity"
+            elif name in QUANTITIES:
+                error = f"{name}: expected a name that no general quantity has"
+    if error:
+        raise BadParameter(f"{locate_export(problem, 'QUANTITIES')}: {error}")
+    return quantities  # type: ignore[no-any-return]
 
 
 def compute_truth(position: PositionInGame, call: QuantityCall, **typed: object) -> Truth:

@@ -23,14 +23,14 @@ class Solution(NamedTuple):
     rows: list[Row]
 
 
-def check_solution(location: str, returned: Any) -> Solution:
+def check_solution(returned: Any) -> Solution:
     """Return the solution that a problem's code returned, with Python's numbers in its rows.
 
-    Raise BadParameter with the location of the code if it is not a valid `Solution`.
+    Raise BadParameter if it is not a valid `Solution`.
     """
     if not isinstance(returned, Solution):
         expected = "expected a Solution, or None for a general method"
-        raise BadParameter(f"{location}: returned {type(returned).__name__}, {expected}")
+        raise BadParameter(f"returned {type(returned).__name__}, {expected}")
     method, result, rows = returned
     is_table = isinstance(rows, list) and all(
         isinstance(row, dict) and [*row] == [*rows[0]] and {*map(type, row)} <= {str}
@@ -38,11 +38,11 @@ def check_solution(location: str, returned: Any) -> Solution:
     )
     if not (isinstance(method, str) and isinstance(result, str) and is_table):
         expected = "expected two texts, method and result, and a list of rows with the same columns"
-        raise BadParameter(f"{location}: returned an invalid Solution, {expected}")
+        raise BadParameter(f"returned an invalid Solution, {expected}")
     for value in (value for row in rows for value in row.values()):
         if not isinstance(value, VALUE_TYPES):
             expected = "expected texts, numbers and None"
-            raise BadParameter(f"{location}: returned rows with {value!r}, {expected}")
+            raise BadParameter(f"returned rows with {value!r}, {expected}")
     return returned._replace(rows=[{k: _to_python(v) for k, v in row.items()} for row in rows])
 
 

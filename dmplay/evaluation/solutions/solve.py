@@ -70,24 +70,23 @@ def solve_problem(problem: Problem) -> Solution:
 
 
 def solve_by_own_code(problem: Problem) -> Solution | None:
-    """Return the solution by the problem's own code; None if it leaves it to a general method."""
-    own_function = find_own_function(problem)
-    returned = own_function(problem) if own_function else None
-    return (
-        None if returned is None else check_solution(locate_export(problem, "SOLUTION"), returned)
-    )
+    """Return the solution by the problem's own code; None if it leaves it to a general method.
 
-
-def find_own_function(problem: Problem) -> Callable[[Problem], object] | None:
-    """Return the function that a problem's code defines in SOLUTION, None if there is none.
-
-    Raise BadParameter if it is not a function of a problem.
+    Raise BadParameter if SOLUTION is not a function of a problem that returns a Solution.
     """
-    own_function: Callable[[Problem], object] | None = find_export(problem, "SOLUTION")
-    if own_function is None or (callable(own_function) and _takes_problem(own_function)):
-        return own_function
-    expected = "expected a function that takes the problem and returns a Solution"
-    raise BadParameter(f"{locate_export(problem, 'SOLUTION')}: got {own_function!r}, {expected}")
+    own_function = find_export(problem, "SOLUTION")
+    if own_function is None:
+        return None
+    if not (callable(own_function) and _takes_problem(own_function)):
+        got = f"{locate_export(problem, 'SOLUTION')}: got {own_function!r}"
+        raise BadParameter(
+            f"{got}, expected a function that takes the problem and returns a Solution"
+        )
+    returned = own_function(problem)
+    try:
+        return None if returned is None else check_solution(returned)
+    except BadParameter as error:
+        raise BadParameter(f"{locate_export(problem, 'SOLUTION')}: {error}") from None
 
 
 def _takes_problem(function: Callable[..., object]) -> bool:
