@@ -145,7 +145,7 @@ class Playback(NotebookDisplay, Game):
         """Play to the end of the file, and return the review of each choice of people."""
         list(self.iter_agent_turns())
         questions = [self.advice_question(seat) for seat in list_human_seats(self.player_names)]
-        return list(review_actions(self.session, questions))
+        return list(review_actions(self.session, questions, can_sample=True))
 
     def redo(self) -> None:
         """Raise BadParameter, because a recorded game cannot be changed."""

@@ -236,6 +236,19 @@ class Hint:
         ]
 
 
+def estimate_values(
+    session: Session, agent: agents.HintAgent, memory: Memory
+) -> ActionValues | None:
+    """Return an agent's estimates of each action at its turn, by samples; None if it makes none."""
+    seat, policy = agent.question.seat, agent.policy
+    u = session.uniform_source.generate_uniforms(
+        1 + seat, len(session.turns) + 1, 0, policy.uniform_count
+    )
+    legal = session.legal_actions_mask(seat)
+    estimates = policy.estimate_returns(memory, None if legal is None else legal[None], u)
+    return estimates and estimates._replace(basis=agent.basis)
+
+
 class HintProvider:
     """An agent that answers a question about the game of a session, without playing in it."""
 
@@ -396,13 +409,8 @@ class HintProvider:
 
     def _estimate_returns(self, policy: SeatPolicy, memory: Memory) -> ActionValues | None:
         """Return the estimates of the hint agent for each action; None if it makes none."""
-        session = self.session
-        u = session.uniform_source.generate_uniforms(
-            1 + self.seat, len(session.turns) + 1, 0, policy.uniform_count
-        )
-        legal = session.legal_actions_mask(self.seat)
-        estimates = policy.estimate_returns(memory, None if legal is None else legal[None], u)
-        return estimates and estimates._replace(basis=self.values_basis)
+        assert self._hint_agent
+        return estimate_values(self.session, self._hint_agent, memory)
 
     def _format_recommendation(self, action: float | None, estimates: ActionValues | None) -> str:
         """Return an action as text, or the estimates that are too close to call.

@@ -13,7 +13,13 @@ from dmplay.core.session import SeatedPolicy, Session
 from dmplay.core.text import align_columns, format_count
 from dmplay.core.work_budget import Budget, scale_progress_part
 from dmplay.game.background_tasks import TaskInfo, run_cancellable
-from dmplay.game.hints.hint_provider import count_decimals, format_fixed
+from dmplay.game.hints.hint_provider import (
+    SAMPLED_VALUES,
+    TOO_CLOSE,
+    count_decimals,
+    estimate_values,
+    format_fixed,
+)
 from dmplay.registry import agents
 
 REVIEW_NOTE_PREFIX = "# review "
@@ -42,6 +48,12 @@ class ReviewedAction(NamedTuple):
     basis: ValuesBasis = UNKNOWN_BASIS
     scale: float = 1.0  # of the problem's rewards
     discount_factor: float = 1.0  # gamma ** (turn - 1), by which the score counts the regret
+    errors: dict[str, float] | None = None  # the standard errors of values that are sampled
+
+    @property
+    def is_too_close(self) -> bool:
+        """True if errors hide whether the choice is the best one; `best` then has all such ones."""
+        return self.errors is not None and len(self.best) > 1 and self.chosen in self.best
 
     @property
     def is_estimated(self) -> bool:
@@ -71,6 +83,8 @@ class ReviewedAction(NamedTuple):
         facts = self._asdict()
         last = {name: facts.pop(name) for name in ("about", "scale", "discount_factor")}
         del facts["basis"]
+        errors = facts.pop("errors")
+        last |= {} if errors is None else {"standard_errors": errors}
         words = {"scope": self.basis.scope, "about": last.pop("about")}
         return {**facts, **words, "values_name": self.basis.accuracy.words, **last}
 
@@ -78,10 +92,16 @@ class ReviewedAction(NamedTuple):
         """Return the review of this choice on one line."""
         beginning = f"turn {self.turn}, {self.seat}: chose {self.chosen}"
         decimal_count = self.decimal_count
+        errors = self.errors or {}
         value_list = ", ".join(
-            f"{name} {format_fixed(value, decimal_count)}" for name, value in self.values.items()
+            f"{name} {format_fixed(value, decimal_count)}"
+            + (f" ({format_fixed(errors[name], decimal_count)})" if name in errors else "")
+            for name, value in self.values.items()
         )
-        values_text = f"{append_scope(self.basis.accuracy.words, self.about)}: {value_list}"
+        name = SAMPLED_VALUES if errors else self.basis.accuracy.words
+        values_text = f"{append_scope(name, self.about)}: {value_list}"
+        if self.is_too_close:
+            return f"{beginning}, {TOO_CLOSE} with other actions. {values_text}"
         if self.chosen in self.best:
             return f"{beginning}, the best action. {values_text}"
         regret = (
@@ -96,12 +116,13 @@ def append_scope(text: str, scope: str) -> str:
 
 
 def review_actions(
-    session: Session, questions: Sequence[AdviceQuestion]
+    session: Session, questions: Sequence[AdviceQuestion], *, can_sample: bool = False
 ) -> Iterator[ReviewedAction]:
     """Yield a review of every choice that the hint agent can value, in order.
 
-    There is one question for each seat to review. The turns are replayed in a copy of the session.
-    Turns of earlier players are left out: the values would be about players who did not play them.
+    If `can_sample`, they include those that a search estimates by samples. There is one question
+    for each seat to review. The turns are replayed in a copy of the session. Turns of earlier
+    players are left out: the values would be about players who did not play them.
     """
     problem = session.problem
     replayed = session.copy_at_start()
@@ -118,6 +139,9 @@ def review_actions(
             with scale_progress_part(number - 1, len(session.turns)):
                 q, legal = hint_policy.action_values(), replayed.legal_actions_mask(seat)
                 values = hint_agent.join_values(q, legal)
+                if values is None and can_sample:
+                    memory = hint_policy.current_memory()
+                    values = estimate_values(replayed, hint_agent, memory)
             is_of_players = number > hint_agent.question.earlier_turns
             if values is not None and is_of_players and not replayed.is_inactive(seat):
                 reviewed = _review_action(replayed, seat, number, int(turn.actions[seat]), values)
@@ -133,15 +157,19 @@ def _review_action(
 ) -> ReviewedAction:
     """Return the review of an action against the best legal action."""
     labels = session.action_labels(seat)
+    legal = np.flatnonzero(~np.isnan(values.q)).tolist()
+    errors = values.errors
+    regret = 0.0 if action in values.best_actions else float(values.regrets[action])
     return ReviewedAction(
         turn,
         session.problem.agents[seat],
         labels[action],
         tuple(labels[a] for a in values.best_actions),
-        float(values.regrets[action]) if values.basis.has_exact_regrets else None,
-        {labels[a]: float(values.q[a]) for a in np.flatnonzero(~np.isnan(values.q))},
+        regret if values.basis.has_exact_regrets else None,
+        {labels[a]: float(values.q[a]) for a in legal},
         basis=values.basis,
         scale=values.scale,
+        errors=None if errors is None else {labels[a]: float(errors[a]) for a in legal},
     )
 
 
@@ -156,7 +184,10 @@ def format_summary(reviewed_actions: list[ReviewedAction]) -> str:
         return "review: no agent can compute the values of these actions"
     best_count = sum(move.chosen in move.best for move in reviewed_actions)
     scopes = {move.basis.scope for move in reviewed_actions}
-    best = append_scope("best action", *scopes) if len(scopes) == 1 else "best action"
+    best = "best action"
+    if any(move.is_too_close for move in reviewed_actions):
+        best = f"best action, or {TOO_CLOSE},"
+    best = append_scope(best, *scopes) if len(scopes) == 1 else best
     text = f"review: {best} {best_count} of {format_count(len(reviewed_actions), 'time')}"
     regrets = [move.regret for move in reviewed_actions if move.regret is not None]
     if len(regrets) < len(reviewed_actions):
@@ -187,9 +218,13 @@ def _count_decimals(reviewed_actions: Sequence[ReviewedAction], numbers: Sequenc
     return count_decimals(numbers, reviewed_actions[0].scale if reviewed_actions else 1.0)
 
 
-def run_review(session: Session, questions: Sequence[AdviceQuestion]) -> list[ReviewedAction]:
+def run_review(
+    session: Session, questions: Sequence[AdviceQuestion], *, can_sample: bool = False
+) -> list[ReviewedAction]:
     """Return all reviewed choices of these seats, computed in a cancellable task."""
-    return run_cancellable(REVIEW_TASK, lambda: [*review_actions(session, questions)])
+    return run_cancellable(
+        REVIEW_TASK, lambda: [*review_actions(session, questions, can_sample=can_sample)]
+    )
 
 
 def format_table(reviewed_actions: list[ReviewedAction]) -> list[str]:
@@ -221,6 +256,7 @@ def format_table(reviewed_actions: list[ReviewedAction]) -> list[str]:
                 regret_cells[-1] += f" {bar}"
         seat = [move.seat] * has_several_seats
         best = "any" if len(move.best) == len(move.values) else " or ".join(move.best)
+        best = TOO_CLOSE if move.is_too_close else best
         best = best if has_one_scope else append_scope(best, move.basis.scope)
         rows.append([str(move.turn), *seat, move.chosen, best, *regret_cells])
     return [

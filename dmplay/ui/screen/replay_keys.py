@@ -100,7 +100,7 @@ def prepare_timeline(screen: PlayScreen, playback: Playback) -> GameTimeline:
         try:
             seats = list_human_seats(playback.player_names) or [*range(len(playback.player_names))]
             questions = [playback.advice_question(seat) for seat in seats]
-            moves = review.run_review(playback.session, questions)
+            moves = review.run_review(playback.session, questions, can_sample=True)
             finished = Game(
                 playback.problem_name,
                 playback.session.copy_at_start(),

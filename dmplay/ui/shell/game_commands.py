@@ -271,7 +271,7 @@ def show_review(game: Game, argument: str) -> str:
 
     if not game.session.over or not game.human_seats:
         raise BadParameter("review: available after the game, and only if a person played")
-    reviewed_actions = reviewing.run_review(game.session, game.advice_questions)
+    reviewed_actions = reviewing.run_review(game.session, game.advice_questions, can_sample=True)
     game.end_notes = "".join(reviewing.format_notes(reviewed_actions))
     return format_reply(reviewing.format_table(reviewed_actions))
 

@@ -11,6 +11,7 @@ from dmplay.core.session import Session
 from dmplay.core.uniforms import SeededUniforms
 from dmplay.game.hints.explanation import explain_action
 from dmplay.game.hints.hint_provider import HintProvider
+from dmplay.game.hints.review import format_summary, review_actions
 from dmplay.registry.problems import load_problem
 
 LOTTERY = """EFG 2 R "one player with chance" { "Solo" }
@@ -121,3 +122,20 @@ def test_an_estimate_must_lead_by_two_standard_errors() -> None:
     ):
         estimates = ActionValues(q, errors=np.array([np.inf, error, error]))
         assert estimates.best_actions.tolist() == best
+
+
+@pytest.mark.parametrize(
+    ("text", "verdict"),
+    [(SURE_GAIN, "chose buy, the best action. "), (LOTTERY, "chose buy, too close to call with ")],
+)
+def test_a_review_by_a_search_calls_no_overlapping_estimate_best(
+    tmp_path: Path, text: str, verdict: str
+) -> None:
+    provider = make_provider(tmp_path, text, 1)
+    provider.session.advance([0])
+    assert not [*review_actions(provider.session, [provider.question])]
+    (move,) = review_actions(provider.session, [provider.question], can_sample=True)
+    assert verdict in str(move)
+    assert move.regret == 0.0
+    assert ("too close to call" in format_summary([move])) is move.is_too_close
+    assert isinstance(move.data["standard_errors"], dict)
