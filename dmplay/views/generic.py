@@ -51,16 +51,13 @@ def iter_boards(view: View[Problem], options: DrawOptions) -> Iterator[Text]:
     below the observation.
     """
     state_picture = draw_picture(view, options.revealed_state)
-    if state_picture is None:
-        yield from _iter_observation_boards(view, options)
-    elif view.problem.partially_observable:
-        yield from (
-            Text("\n\n").join([board, state_picture])
-            for board in _iter_observation_boards(view, options)
-        )
-        yield from _iter_observation_boards(view, options)
-    else:
+    if state_picture is not None and not view.problem.partially_observable:
         yield from _iter_picture_boards(view, options, state_picture)
+        return
+    if state_picture is not None:
+        for board in _iter_observation_boards(view, options):
+            yield Text("\n\n").join([board, state_picture])
+    yield from _iter_observation_boards(view, options)
 
 
 def _iter_observation_boards(view: View[Problem], options: DrawOptions) -> Iterator[Text]:
@@ -88,61 +85,46 @@ def _iter_picture_boards(
         [with_rows], ["", *forecast_rows] if forecast_rows else [], options
     )
     remaining_rows = options.height - len(picture.plain.split("\n")) - 1
-    with_names = Text("\n\n").join(
-        [picture, _draw_action_names(view, options, remaining_rows).to_text()]
-    )
+    with_names = Text("\n\n").join([picture, _draw_action_names(view, options, remaining_rows)])
     yield from iter_with_and_without_rows(
         [with_names, picture], [*format_regret_rows(options, labels), *forecast_rows], options
     )
 
 
-def _draw_action_names(view: View[Problem], options: DrawOptions, rows: int) -> Canvas:
-    """Return a canvas with the names of the legal actions, wrapped into at most `rows` rows."""
-    canvas = Canvas()
-    legal_actions = (
-        (view.action_labels or view.problem.actions[view.seat])
-        .describe_actions(view.legal_actions_mask)
-        .replace(", ", "  ")
-    )
-    lines = wrap(
-        legal_actions, max(options.width, 20), break_on_hyphens=False, max_lines=max(rows, 1)
-    )
-    for row, text in enumerate(lines):
-        canvas.write_text(0, row, text)
-    return canvas
+def _draw_action_names(view: View[Problem], options: DrawOptions, rows: int) -> Text:
+    """Return the names of the legal actions, wrapped into at most `rows` rows."""
+    names = _list_legal_actions(view).replace(", ", "  ")
+    canvas, columns = Canvas(), max(options.width, 20)
+    canvas.write_rows(0, wrap(names, columns, break_on_hyphens=False, max_lines=max(rows, 1)))
+    return canvas.to_text()
+
+
+def _list_legal_actions(view: View[Problem]) -> str:
+    """Return the legal actions in one line, separated by commas."""
+    actions = view.action_labels or view.problem.actions[view.seat]
+    return actions.describe_actions(view.legal_actions_mask)
 
 
 def _iter_text_boards(view: View[Problem], options: DrawOptions) -> Iterator[Text]:
     """Yield boards as text: the observation, the bars of a belief if any, and the actions."""
     labels = view.action_labels
-    forecast_rows = format_forecast_rows(
-        view,
-        options,
-        _list_state_names(view) if options.forecast and view.beliefs is not None else [],
-    )
+    state_names: list[str] = []
+    if options.forecast and view.beliefs is not None:
+        state_names = [view.problem.format_state(s) for s in view.problem.enumerate_states()]
+    forecast_rows = format_forecast_rows(view, options, state_names)
     full_canvas, small_canvas = _draw_observation(view, options), _draw_observation(view, options)
     y = 2
     if view.beliefs is not None:
-        bar_columns = 2 * BAR_COLUMNS if options.allow_large else BAR_COLUMNS
-        y = (
-            draw_belief_bars(
-                full_canvas,
-                y,
-                *list_state_probabilities(view),
-                options,
-                max_bar_columns=bar_columns,
-            )
-            + 1
-        )
+        bars, columns = list_state_probabilities(view), BAR_COLUMNS * (1 + options.allow_large)
+        y = draw_belief_bars(full_canvas, y, *bars, options, max_bar_columns=columns) + 1
     _draw_actions(view, full_canvas, y, options)
     yield from iter_with_and_without_rows(
         [full_canvas.to_text()], ["", *forecast_rows] if forecast_rows else [], options
     )
     if len(labels) > MAX_LISTED_ACTIONS:
         observation_text = small_canvas.to_text()
-        yield Text("\n\n").join(
-            [observation_text, _draw_action_names(view, options, options.height - 2).to_text()]
-        )
+        names = _draw_action_names(view, options, options.height - 2)
+        yield Text("\n\n").join([observation_text, names])
     if not labels:
         _draw_actions(view, small_canvas, 2, options)
     yield from iter_with_and_without_rows(
@@ -173,9 +155,8 @@ def _draw_observation(view: View[Problem], options: DrawOptions) -> Canvas:
     """Return a canvas with the last observation, or the state if it is not hidden, in one row."""
     canvas = Canvas()
     heading = "observed" if view.problem.partially_observable else "state"
-    canvas.write_text(
-        0, 0, f"{heading}  {format_last_observation(view)}"[: max(options.width, 1)], "bold"
-    )
+    text = f"{heading}  {format_last_observation(view)}"
+    canvas.write_text(0, 0, text[: max(options.width, 1)], "bold")
     return canvas
 
 
@@ -187,9 +168,8 @@ def _draw_actions(view: View[Problem], canvas: Canvas, y: int, options: DrawOpti
     labels = view.action_labels
     if not labels:
         canvas.write_text(0, y, view.problem.actions[view.seat].describe_actions())
-    listed_actions = [
-        action for action in rank_actions(options, len(labels)) if _is_listed(view, action)
-    ]
+    ranked_actions = rank_actions(options, len(labels))
+    listed_actions = [action for action in ranked_actions if _is_listed(view, action)]
     label_columns = max((len(labels[action]) for action in listed_actions), default=0)
     has_too_many = view.state_action_labels is not None and len(labels) > MAX_DIGIT_KEYS
     # labels that count from 0 would contradict the digit keys
@@ -198,9 +178,8 @@ def _draw_actions(view: View[Problem], canvas: Canvas, y: int, options: DrawOpti
         legal = _is_legal(view, action)
         name = labels[action] if without_numbers else f"{action + 1} {labels[action]}"
         canvas.write_text(0, row, name if legal else f"[{name}]")
-        canvas.write_text(
-            label_columns + 6, row, format_regret_with_bar(options, action, BAR_COLUMNS), "yellow"
-        )
+        regret = format_regret_with_bar(options, action, BAR_COLUMNS)
+        canvas.write_text(label_columns + 6, row, regret, "yellow")
 
 
 def _is_legal(view: View[Problem], action: int) -> bool:
@@ -225,16 +204,12 @@ def goal_lines(view: View[Problem]) -> list[str]:
     summary = _summarize_description(view)
     if summary:
         return [summary]
-    discount = view.problem.discount
-    return [
-        "get the largest sum of rewards",
-        *(
-            [f"in {format_count(view.turn_limit, 'turn')}"]
-            if view.turn_limit not in {None, DEFAULT_TURN_LIMIT}
-            else []
-        ),
-        *([f"a reward one turn later counts {discount:g} times as much"] if discount < 1 else []),
-    ]
+    clauses, discount = ["get the largest sum of rewards"], view.problem.discount
+    if view.turn_limit not in {None, DEFAULT_TURN_LIMIT}:
+        clauses.append(f"in {format_count(view.turn_limit, 'turn')}")
+    if discount < 1:
+        clauses.append(f"a reward one turn later counts {discount:g} times as much")
+    return clauses
 
 
 def _summarize_description(view: View[Problem]) -> str:
@@ -315,28 +290,15 @@ def _describe_actions(view: View[Problem]) -> str:
         labels_by_seat[n][action] if labels_by_seat else problem.format_action(n, action)
         for n, action in enumerate(view.joint_actions[-1].tolist())
     ]
-    named_actions = zip(problem.agents, names, strict=True)
-    return (
-        "; ".join(f"{agent} chose {name}" for agent, name in named_actions if name != WAIT_LABEL)
-        + "."
-    )
+    pairs = zip(problem.agents, names, strict=True)
+    choices = [f"{agent} chose {name}" for agent, name in pairs if name != WAIT_LABEL]
+    return f"{'; '.join(choices)}."
 
 
 def describe_situation(view: View[Problem]) -> str:
     """Return a description of the last observation, the belief and the legal actions."""
-    legal_actions = (view.action_labels or view.problem.actions[view.seat]).describe_actions(
-        view.legal_actions_mask
-    )
-    text = (
-        f"{_describe_observation(view).rstrip()}{_describe_belief(view)} "
-        f"actions: {legal_actions or 'none'}."
-    )
-    return text.lstrip()
-
-
-def _list_state_names(view: View[Problem]) -> list[str]:
-    """Return all states as text, in the order of their enumeration."""
-    return [view.problem.format_state(s) for s in view.problem.enumerate_states()]
+    facts = f"{_describe_observation(view).rstrip()}{_describe_belief(view)}"
+    return f"{facts} actions: {_list_legal_actions(view) or 'none'}.".lstrip()
 
 
 def _describe_belief(view: View[Problem]) -> str:

@@ -36,7 +36,6 @@ KEYS = {
     "h": "left", "l": "right", "left": "left", "right": "right", "a": "left", "d": "right",
 }  # fmt: skip
 UPRIGHT = "the pole still stands"  # outcome if the cart is on the track, too
-REGRET_STYLES = {BEST_LABEL: "bold green"}  # styles of regrets that stand out
 COLUMNS_PER_ROW = 2  # columns as long as a row is high
 MAX_UPRIGHT_SLOPE = 0.75  # columns per row; a pole of one glyph that leans less is drawn upright
 MAX_DRAWN_LEAN_DEGREES = 85.0  # degrees; a pole that leans more is drawn at this angle
@@ -70,18 +69,13 @@ def _list_layouts(options: DrawOptions) -> list[CartPoleLayout]:
     """
     if not options.allow_large:
         return [*LAYOUTS]
-    straight_layouts = [
-        layout._replace(has_straight_pole=True)
-        for layout in (*LAYOUTS[:-1], LOW_LAYOUT, LAYOUTS[-1])
-    ]
+    layouts = [*LAYOUTS[:-1], LOW_LAYOUT, LAYOUTS[-1]]
     width = min(options.columns_beside_panel, MAX_LAYOUT.width)
     pole_rows = min(options.height - 8, MAX_LAYOUT.pole_rows)
-    if width < LAYOUTS[1].width or pole_rows < LAYOUTS[1].pole_rows:
-        return straight_layouts
-    return [
-        CartPoleLayout(width - 1 + width % 2, pole_rows, 4 if width > 100 else 2, True, True),
-        *straight_layouts,
-    ]
+    if width >= LAYOUTS[1].width and pole_rows >= LAYOUTS[1].pole_rows:
+        half_cart_columns = 4 if width > 100 else 2
+        layouts.insert(0, CartPoleLayout(width - 1 + width % 2, pole_rows, half_cart_columns, True))
+    return [layout._replace(has_straight_pole=True) for layout in layouts]
 
 
 class CartState(NamedTuple):
@@ -99,13 +93,11 @@ class CartState(NamedTuple):
 
 def _read_cart_state(view: View[CartPole], state: Array) -> CartState:
     """Convert a state from radians to degrees and add the limits."""
-    problem = view.problem
     x, v, theta, omega = map(float, state)
-    limits = problem.x_limit, problem.theta_limit
+    limits = view.problem.x_limit, view.problem.theta_limit
     is_off_track, has_fallen = abs(x) > limits[0], abs(theta) > limits[1] * 2 * math.pi / 360
-    return CartState(
-        x, v, math.degrees(theta), math.degrees(omega), *limits, is_off_track, has_fallen
-    )
+    angles = math.degrees(theta), math.degrees(omega)
+    return CartState(x, v, *angles, *limits, is_off_track, has_fallen)
 
 
 def iter_boards(view: View[CartPole], options: DrawOptions) -> Iterator[Text]:
@@ -121,58 +113,42 @@ def iter_boards(view: View[CartPole], options: DrawOptions) -> Iterator[Text]:
         # A cart that has left its track is drawn one column beyond the end.
         cart_column = scale.column_of(cart.x) + cart.is_off_track * int(math.copysign(1, cart.x))
         columns_per_metre = (scale.right - scale.left) / max(scale.high - scale.low, 1e-9)
-        pole_length = (
-            layout.pole_rows
-            if layout.has_straight_pole
-            else problem.length * columns_per_metre / COLUMNS_PER_ROW
-        )
+        pole_length = problem.length * columns_per_metre / COLUMNS_PER_ROW
+        if layout.has_straight_pole:
+            pole_length = layout.pole_rows
         _draw_pole(canvas, cart.theta, pole_length, cart_column, layout)
         _draw_cart(canvas, view.last_action_label, cart_column, layout)
         _draw_hint(canvas, options, cart_column, layout)
         y = layout.pole_rows + 2
         _draw_track(canvas, y, scale, cart)
         if layout.has_scales:
-            draw_scale_labels(
-                canvas, y + 1, scale, "position (x)" if options.allow_large else "x", "m"
-            )
+            x_name, theta_name = "x", "theta"
+            if options.allow_large:
+                x_name, theta_name = "position (x)", "angle (theta)"
+            draw_scale_labels(canvas, y + 1, scale, x_name, "m")
             lean = scale._replace(low=-cart.theta_limit, high=cart.theta_limit)
-            draw_gauge(
-                canvas,
-                y + 2,
-                lean,
-                cart.theta,
-                [forecast_cart.theta for forecast_cart in forecast_carts],
-            )
-            draw_scale_labels(
-                canvas, y + 3, lean, "angle (theta)" if options.allow_large else "theta", "deg"
-            )
+            draw_gauge(canvas, y + 2, lean, cart.theta, [state.theta for state in forecast_carts])
+            draw_scale_labels(canvas, y + 3, lean, theta_name, "deg")
             y += 4
         single_row = layout.width > LAYOUTS[-1].width
         if options.forecast and forecast_carts:
             condition = format_action_condition(view, options.forecast, "push {}")
-            for row, row_text in enumerate(
-                _format_next_state(condition, forecast_carts[0], single_row), y + 1
-            ):
-                canvas.write_text(0, row, row_text, "bold cyan")
+            rows = _format_next_state(condition, forecast_carts[0], single_row)
+            canvas.write_rows(y + 1, rows, "bold cyan")
         # On a wider drawing, the panel beside it has the numbers.
         elif layout.width > options.columns_beside_panel:
-            state_rows = (
-                _format_state_named(cart)
-                if options.allow_large
-                else [_format_state_long(cart) if single_row else _format_state_short(cart)]
+            rows = [_format_state_long(cart) if single_row else _format_state_short(cart)]
+            canvas.write_rows(
+                y + 1, _format_state_named(cart) if options.allow_large else rows, "bold"
             )
-            for row, state_text in enumerate(state_rows, y + 1):
-                canvas.write_text(0, row, state_text, "bold")
         yield canvas.to_text()
     yield draw_text_rows(_format_state_short(cart))
 
 
 def _format_next_state(condition: str, cart: CartState, single_row: bool) -> list[str]:
     """Format the state after an action, with the limit it passes, in one row or in two."""
-    state_text = (
-        f"position {format_signed_fixed(cart.x, 3)} m, "
-        f"angle {format_signed_fixed(cart.theta, 2)} deg"
-    )
+    x, theta = format_signed_fixed(cart.x, 3), format_signed_fixed(cart.theta, 2)
+    state_text = f"position {x} m, angle {theta} deg"
     outcome_text = "" if _describe_outcome(cart) == UPRIGHT else f", {_describe_outcome(cart)}"
     if single_row:
         return [f"{condition}: {state_text}{outcome_text}"]
@@ -187,28 +163,20 @@ def _draw_hint(
     right_text = _format_turns_lost(format_regret(options, 1, MAX_NUMBER_COLUMNS))
     if not left_text or not right_text:
         return
-    left_column = cart_column - layout.half_cart_columns - 3 - len(left_text)
-    right_column = cart_column + layout.half_cart_columns + 2
+    y, right_column = layout.pole_rows, cart_column + layout.half_cart_columns + 2
+    left_end = cart_column - layout.half_cart_columns - 1
+    left_column = left_end - 2 - len(left_text)
     joint_text = f"← {left_text}  → {right_text}"
     if left_column < 0:
-        canvas.write_text(right_column, layout.pole_rows, joint_text, "green")
+        canvas.write_text(right_column, y, joint_text, "green")
     elif right_column + 2 + len(right_text) > layout.width:
-        canvas.write_text(
-            cart_column - layout.half_cart_columns - 1 - len(joint_text),
-            layout.pole_rows,
-            joint_text,
-            "green",
-        )
+        canvas.write_text(left_end - len(joint_text), y, joint_text, "green")
     else:
-        canvas.write_text(
-            left_column, layout.pole_rows, f"{left_text} ←", REGRET_STYLES.get(left_text, "green")
+        left_style, right_style = (
+            "bold green" if text == BEST_LABEL else "green" for text in (left_text, right_text)
         )
-        canvas.write_text(
-            right_column,
-            layout.pole_rows,
-            f"→ {right_text}",
-            REGRET_STYLES.get(right_text, "green"),
-        )
+        canvas.write_text(left_column, y, f"{left_text} ←", left_style)
+        canvas.write_text(right_column, y, f"→ {right_text}", right_style)
 
 
 def _format_turns_lost(regret_text: str) -> str:
@@ -225,23 +193,17 @@ def _draw_pole(
     lean = math.radians(min(max(theta, -MAX_DRAWN_LEAN_DEGREES), MAX_DRAWN_LEAN_DEGREES))
     length = round(min(max(length, 2), layout.pole_rows))
     rows = max(round(length * math.cos(lean)), 1)
-    side, previous_offset = (1 if lean > 0 else -1), 0
+    side, previous_offset, slope = (1 if lean > 0 else -1), 0, abs(math.tan(lean))
     for row in range(1, rows + 1):
-        offset = (
-            round(COLUMNS_PER_ROW * min(row * abs(math.tan(lean)), length * abs(math.sin(lean))))
-            * side
-        )
-        is_upright = (
-            COLUMNS_PER_ROW * abs(math.tan(lean)) < MAX_UPRIGHT_SLOPE
-            if layout.has_straight_pole
-            else offset == previous_offset
-        )
+        distance = min(row * slope, length * abs(math.sin(lean)))
+        offset = round(COLUMNS_PER_ROW * distance) * side
+        is_upright = offset == previous_offset
+        if layout.has_straight_pole:
+            is_upright = COLUMNS_PER_ROW * slope < MAX_UPRIGHT_SLOPE
         glyph = "│" if is_upright else "╱" if side > 0 else "╲"
-        flat_cells = [
-            (column, "─", "yellow") for column in range(previous_offset + side, offset, side)
-        ]
+        flat_columns = range(previous_offset + side, offset, side)
         end_cell = (offset, "●", "bold yellow") if row == rows else (offset, glyph, "yellow")
-        for column, character, style in [*flat_cells, end_cell]:
+        for column, character, style in [*((x, "─", "yellow") for x in flat_columns), end_cell]:
             if 0 <= foot_column + column < layout.width:
                 canvas.write_text(foot_column + column, layout.pole_rows - row, character, style)
         previous_offset = offset
@@ -269,19 +231,15 @@ def _draw_track(canvas: Canvas, y: int, scale: NumberLine, cart: CartState) -> N
 def _format_state_long(cart: CartState) -> str:
     """Format the state in one row, position and angle with their limits."""
     track, pole = _format_against_limits(cart)
-    return (
-        f"x {track} m  v {format_signed_fixed(cart.v, 2)} m/s  th "
-        f"{pole} deg  om {format_signed_fixed(cart.omega, 0)} deg/s"
-    )
+    v, omega = format_signed_fixed(cart.v, 2), format_signed_fixed(cart.omega, 0)
+    return f"x {track} m  v {v} m/s  th {pole} deg  om {omega} deg/s"
 
 
 def _format_state_short(cart: CartState) -> str:
     """Format the state in fewer columns, without units."""
     track, pole = _format_against_limits(cart)
-    return (
-        f"x {track} v {format_signed_fixed(cart.v, 2)} th "
-        f"{pole} om {format_signed_fixed(cart.omega, 0)}"
-    )
+    v, omega = format_signed_fixed(cart.v, 2), format_signed_fixed(cart.omega, 0)
+    return f"x {track} v {v} th {pole} om {omega}"
 
 
 def _format_state_named(cart: CartState) -> list[str]:

@@ -98,26 +98,17 @@ def iter_boards(view: View[MountainCar], options: DrawOptions) -> Iterator[Text]
         if layout.has_scales:
             _draw_place_labels(canvas, y, scale, view.problem.goal)
             speed_scale = NumberLine(-TOP_SPEED, TOP_SPEED, 1, layout.width - 2)
-            draw_gauge(
-                canvas,
-                y + 1,
-                speed_scale,
-                float(view.observation[1]),
-                [v for _, v in forecast_states],
-            )
-            draw_scale_labels(
-                canvas, y + 2, speed_scale, "speed (v)" if options.allow_large else "v"
-            )
+            speed, forecast_speeds = float(view.observation[1]), [v for _, v in forecast_states]
+            draw_gauge(canvas, y + 1, speed_scale, speed, forecast_speeds)
+            name = "speed (v)" if options.allow_large else "v"
+            draw_scale_labels(canvas, y + 2, speed_scale, name)
             y += 4
         if options.forecast and forecast_states:
-            action_phrase, (x, v) = ACTION_PHRASES[int(options.forecast.action)], forecast_states[0]
-            condition = action_phrase
+            condition = ACTION_PHRASES[int(options.forecast.action)]
             if layout.width > LAYOUTS[-1].width:
-                condition = format_condition(options.forecast, action_phrase)
-            text = (
-                f"{condition}: position {format_signed_fixed(x, 3)} "
-                f"speed {format_signed_fixed(v, 4)}"
-            )
+                condition = format_condition(options.forecast, condition)
+            position, speed_text = _format_numbers(*forecast_states[0])
+            text = f"{condition}: position {position} speed {speed_text}"
             canvas.write_text(0, y, text, "bold cyan")
         # otherwise the side panel shows the numbers
         elif layout.width > options.columns_beside_panel:
@@ -130,13 +121,10 @@ def _draw_hint(
     canvas: Canvas, options: DrawOptions, scale: NumberLine, view: View[MountainCar]
 ) -> None:
     """Draw the regret of each action above the car, left of the flag."""
-    regrets = [
-        f"{arrow} {format_less(format_regret(options, a))}"
-        for a, arrow in enumerate(("←", "coast", "→"))
-        if format_regret(options, a)
-    ]
-    if regrets:
-        text = "  ".join(regrets)
+    texts = [format_less(format_regret(options, action)) for action in range(3)]
+    pairs = zip(("←", "coast", "→"), texts, strict=True)
+    text = "  ".join(f"{arrow} {regret}" for arrow, regret in pairs if regret)
+    if text:
         last_column = scale.column_of(view.problem.goal) - 2 - len(text)
         middle = scale.column_of(float(view.observation[0])) - len(text) // 2
         canvas.write_text(max(min(middle, last_column), 1), 0, text, "bold green")
@@ -146,8 +134,8 @@ def _draw_state_numbers(
     canvas: Canvas, y: int, view: View[MountainCar], options: DrawOptions, layout: HillLayout
 ) -> None:
     """Draw position and speed, with their full names on a large screen."""
-    x, v = map(float, view.observation)
-    named_numbers = f"position {format_signed_fixed(x, 3)}  speed {format_signed_fixed(v, 4)}"
+    position, speed = _format_numbers(*view.observation)
+    named_numbers = f"position {position}  speed {speed}"
     short_numbers = _format_state(view, layout.width > LAYOUTS[-1].width)
     canvas.write_text(0, y, named_numbers if options.allow_large else short_numbers, "bold")
 
@@ -207,23 +195,23 @@ def _draw_place_labels(canvas: Canvas, y: int, scale: NumberLine, goal: float) -
     canvas.write_text(min(scale.column_of(goal) - 4, scale.right + 1 - len(text)), y, text, "dim")
 
 
-def _format_goal_conditions(view: View[MountainCar]) -> list[str]:
+def _format_numbers(x: float, v: float) -> tuple[str, str]:
+    """Return a position and a speed as texts."""
+    return format_signed_fixed(x, 3), format_signed_fixed(v, 4)
+
+
+def _format_goals(view: View[MountainCar]) -> list[str]:
     """Return the conditions on position and speed for reaching the goal."""
-    problem = view.problem
-    speed_conditions = [f"v >= {problem.goal_speed:g}"] if problem.goal_speed > -TOP_SPEED else []
-    return [f"x >= {problem.goal:g}", *speed_conditions]
+    goal, speed = view.problem.goal, view.problem.goal_speed
+    return [f"x >= {goal:g}", *([f"v >= {speed:g}"] if speed > -TOP_SPEED else [])]
 
 
 def _format_state(view: View[MountainCar], with_last_action: bool) -> str:
     """Return position, speed and goal in one line, and the last action if requested."""
-    x, v = map(float, view.observation)
-    state = f"x {format_signed_fixed(x, 3)}  v {format_signed_fixed(v, 4)}"
+    state, goals = "x {}  v {}".format(*_format_numbers(*view.observation)), _format_goals(view)
     if with_last_action:
-        return (
-            f"{state}  last: {view.last_action_label or '-'}  "
-            f" goal {', '.join(_format_goal_conditions(view))}"
-        )
-    return f"{state}  goal {_format_goal_conditions(view)[0]}"
+        return f"{state}  last: {view.last_action_label or '-'}   goal {', '.join(goals)}"
+    return f"{state}  goal {goals[0]}"
 
 
 def goal_lines(view: View[MountainCar]) -> list[str]:
@@ -248,11 +236,8 @@ def lesson(view: View[MountainCar]) -> Lesson:
 
 def _describe_flag(view: View[MountainCar]) -> str:
     """Return the position of the flag, and the minimum speed there if there is one, as text."""
-    problem = view.problem
-    speed_clause = (
-        f", no slower than {problem.goal_speed:g}" if problem.goal_speed > -TOP_SPEED else ""
-    )
-    return f"{problem.goal:g}{speed_clause}"
+    goal, speed = view.problem.goal, view.problem.goal_speed
+    return f"{goal:g}{f', no slower than {speed:g}' if speed > -TOP_SPEED else ''}"
 
 
 def panel_rows(view: View[MountainCar]) -> list[tuple[str, str]]:
@@ -260,40 +245,36 @@ def panel_rows(view: View[MountainCar]) -> list[tuple[str, str]]:
 
     The goal is not repeated, as it is above the board.
     """
-    x, v = map(float, view.observation)
+    position, speed = _format_numbers(*view.observation)
+    height = compute_hill_height(float(view.observation[0]))
     return [
-        ("position", format_signed_fixed(x, 3)),
-        ("speed", format_signed_fixed(v, 4)),
-        ("height", format_signed_fixed(compute_hill_height(x), 2)),
+        ("position", position),
+        ("speed", speed),
+        ("height", format_signed_fixed(height, 2)),
         ("last", view.last_action_label or "-"),
     ]
 
 
 def _describe_state(view: View[MountainCar]) -> str:
     """Return the car's position and its direction and speed, in words."""
-    x, v = map(float, view.observation)
+    (x, v), (position, speed) = view.observation, _format_numbers(*view.observation)
     if view.problem.terminal(view.observation[None])[0]:
-        return f"at the goal, position {format_signed_fixed(x, 3)}"
-    motion = "stands still"
-    if v:
-        motion = f"rolls {'right' if v > 0 else 'left'} at {format_signed_fixed(v, 4)}"
+        return f"at the goal, position {position}"
     if x == LEFT_WALL:
-        return f"at the left wall, {f'speed {format_signed_fixed(v, 4)}' if v else 'stopped'}"
-    return f"{motion}, position {format_signed_fixed(x, 3)}"
+        return f"at the left wall, {f'speed {speed}' if v else 'stopped'}"
+    motion = f"rolls {'right' if v > 0 else 'left'} at {speed}" if v else "stands still"
+    return f"{motion}, position {position}"
 
 
 def describe_turn(view: View[MountainCar]) -> str:
     """Return a description of the last action and of the car's motion after it."""
-    action_text = (
-        "coasted" if view.last_action_label == "coast" else f"drove {view.last_action_label}"
-    )
-    return f"{action_text}, now {_describe_state(view)}."
+    action = view.last_action_label
+    drive = "coasted" if action == "coast" else f"drove {action}"
+    return f"{drive}, now {_describe_state(view)}."
 
 
 def describe_situation(view: View[MountainCar]) -> str:
     """Return a description of the car's motion, its height and the goal."""
-    height_text = format_signed_fixed(compute_hill_height(float(view.observation[0])), 2)
-    return (
-        f"{_describe_state(view)}. height {height_text}. "
-        f"goal {' and '.join(_format_goal_conditions(view))}."
-    )
+    height = format_signed_fixed(compute_hill_height(float(view.observation[0])), 2)
+    goal = " and ".join(_format_goals(view))
+    return f"{_describe_state(view)}. height {height}. goal {goal}."

@@ -2,16 +2,13 @@
 
 from dmplay.core.session import View
 from dmplay.views.protocol import Lesson
-from dmplay.views.toolkit.payoff_table import (
-    describe_situation,
-    describe_turn,
-    iter_boards,
-    panel_rows,
-)
+from dmplay.views.toolkit import payoff_table
 
 from .rules import PrisonersDilemma
 
 KEYS = {"c": "cooperate", "d": "defect"}
+iter_boards, panel_rows = payoff_table.iter_boards, payoff_table.panel_rows
+describe_turn, describe_situation = payoff_table.describe_turn, payoff_table.describe_situation
 
 
 def goal_lines(view: View[PrisonersDilemma]) -> list[str]:
@@ -39,14 +36,3 @@ def lesson(view: View[PrisonersDilemma]) -> Lesson:
         f"{other} cooperates, else {dd:g}",
         "cooperate",
     )
-
-
-__all__ = [
-    "KEYS",
-    "describe_situation",
-    "describe_turn",
-    "goal_lines",
-    "iter_boards",
-    "lesson",
-    "panel_rows",
-]

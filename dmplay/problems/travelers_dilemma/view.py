@@ -1,12 +1,14 @@
 """The view of the traveler's dilemma: the payoffs around both last claims, and the rounds."""
 
 from collections.abc import Iterator, Sequence
+from functools import partial
 
 import numpy as np
 from rich.text import Text
 
 from dmplay.core.session import View
 from dmplay.views.protocol import DrawOptions, Lesson
+from dmplay.views.toolkit import payoff_table
 from dmplay.views.toolkit.action_hints_and_outcomes import (
     MAX_NUMBER_COLUMNS,
     format_action_condition,
@@ -18,17 +20,17 @@ from dmplay.views.toolkit.belief_bars import format_sparkline
 from dmplay.views.toolkit.canvas import Canvas
 from dmplay.views.toolkit.number_line import NumberLine
 from dmplay.views.toolkit.payoff_table import (
-    describe_turn,
+    describe_role_and_last_round,
     draw_paid_rounds,
     draw_rounds,
     get_last_joint_action,
     list_agent_names,
     list_marked_agent_names,
-    panel_rows,
 )
 
 from .rules import BONUS_DOLLARS, MAX_CLAIM, MIN_CLAIM, TravelersDilemma
 
+panel_rows, describe_turn = payoff_table.panel_rows, payoff_table.describe_turn
 KEYS: dict[str, str] = {}  # claims are typed
 # amount that each key adds to the claim
 NUMBER_STEPS = {"up": 1, "down": -1, "pageup": 10, "pagedown": -10}
@@ -67,44 +69,29 @@ def iter_boards(view: View[TravelersDilemma], options: DrawOptions) -> Iterator[
     for claim_count, with_rounds in LARGE_LAYOUTS if options.allow_large else ():
         yield _draw_large_board(view, options, claim_count, with_rounds)
     hint_rows = format_regret_rows(options, view.problem.actions[view.seat])
+    reply_rows = _format_reply_payoffs(view, options)
     if options.allow_large:
-        tables = (
-            _draw_claim_window(view, options, claim_count)[0].to_text() for claim_count in (4, 3)
-        )
-        yield from iter_with_and_without_rows(
-            tables,
-            [*hint_rows, *(_format_reply_payoffs(view, options) or [_format_last_payment(view)])],
-            options,
-        )
-    yield from iter_with_and_without_rows(
-        _iter_small_boards(view, options),
-        [*hint_rows, *_format_reply_payoffs(view, options)],
-        options,
-    )
+        tables = (_draw_claim_window(view, options, count)[0].to_text() for count in (4, 3))
+        rows = [*hint_rows, *(reply_rows or [_format_last_payment(view)])]
+        yield from iter_with_and_without_rows(tables, rows, options)
+    boards = _iter_small_boards(view, options)
+    yield from iter_with_and_without_rows(boards, [*hint_rows, *reply_rows], options)
 
 
 def _iter_small_boards(view: View[TravelersDilemma], options: DrawOptions) -> Iterator[Text]:
     """Yield tables of five and three claims, with and without the rounds, then the rounds."""
-    row_claim, column_claim = _get_last_claims(view)
+    draw_last_rounds = partial(
+        draw_rounds, view, width=options.width, round_columns=CLAIM_COLUMNS, empty_text="-"
+    )
     for claim_count, with_rounds in ((5, True), (5, False), (3, True), (3, False)):
         canvas = Canvas()
-        y = _draw_claim_table(
-            view,
-            canvas,
-            0,
-            options,
-            (
-                _list_claim_window(row_claim, claim_count),
-                _list_claim_window(column_claim, claim_count),
-            ),
-        )
+        rows, columns = (_list_claim_window(claim, claim_count) for claim in _get_last_claims(view))
+        y = _draw_claim_table(view, canvas, 0, options, (rows, columns))
         if with_rounds:
-            draw_rounds(
-                view, canvas, y + 1, options.width, round_columns=CLAIM_COLUMNS, empty_text="-"
-            )
+            draw_last_rounds(canvas, y + 1)
         yield canvas.to_text()
     canvas = Canvas()
-    draw_rounds(view, canvas, 0, options.width, round_columns=CLAIM_COLUMNS, empty_text="-")
+    draw_last_rounds(canvas, 0)
     canvas.write_text(0, 2, "both get the lower claim,", "dim")
     canvas.write_text(0, 3, f"lower claim +{BONUS_DOLLARS}, higher claim -{BONUS_DOLLARS}", "dim")
     yield canvas.to_text()
@@ -122,8 +109,7 @@ def _draw_large_board(
     y = _draw_claim_regrets(canvas, y, options, line)
     if with_rounds:
         y = draw_paid_rounds(view, canvas, y + 1, options.width)
-    for row, reply_text in enumerate(_format_reply_payoffs(view, options), y):
-        canvas.write_text(0, row, reply_text)
+    canvas.write_rows(y, _format_reply_payoffs(view, options))
     return canvas.to_text()
 
 
@@ -153,19 +139,19 @@ def _format_last_payment(view: View[TravelersDilemma]) -> str:
     joint_action = get_last_joint_action(view)
     if joint_action is None:
         return "no claims yet"
-    payments = zip(
-        list_agent_names(view), joint_action, view.problem.payoffs[joint_action], strict=True
-    )
-    return "; ".join(
-        f"{name} claimed {MIN_CLAIM + claim}, got {pay:g}" for name, claim, pay in payments
-    )
+    return "; ".join(_format_claim(view, joint_action, seat) for seat in range(2))
+
+
+def _format_claim(view: View[TravelersDilemma], joint_action: tuple[int, int], seat: int) -> str:
+    """Return an agent's claim and its payment as text: `you claimed 99, got 97`."""
+    claim, pay = MIN_CLAIM + joint_action[seat], view.problem.payoffs[joint_action][seat]
+    return f"{list_agent_names(view)[seat]} claimed {claim}, got {pay:g}"
 
 
 def _draw_claim_line(view: View[TravelersDilemma], canvas: Canvas, y: int, line: NumberLine) -> int:
     """Draw both last claims and their payments on a line of claims; return the next free row."""
-    canvas.write_text(
-        0, y + 1, f"{MIN_CLAIM} ├{'─' * (line.right - line.left - 1)}┤ {MAX_CLAIM}", "dim"
-    )
+    dashes = "─" * (line.right - line.left - 1)
+    canvas.write_text(0, y + 1, f"{MIN_CLAIM} ├{dashes}┤ {MAX_CLAIM}", "dim")
     joint_action = get_last_joint_action(view)
     if joint_action is None:
         canvas.write_text(line.left, y, "no claims yet", "dim")
@@ -173,13 +159,8 @@ def _draw_claim_line(view: View[TravelersDilemma], canvas: Canvas, y: int, line:
     glyphs = {view.seat: ("●", "bold cyan", y), 1 - view.seat: ("○", "bold magenta", y + 2)}
     for seat in (1 - view.seat, view.seat):
         glyph, style, row = glyphs[seat]
-        claim = MIN_CLAIM + joint_action[seat]
-        label = (
-            f"{list_agent_names(view)[seat]} claimed "
-            f"{claim}, got "
-            f"{view.problem.payoffs[joint_action][seat]:g}"
-        )
-        column = line.column_of(claim)
+        label = _format_claim(view, joint_action, seat)
+        column = line.column_of(MIN_CLAIM + joint_action[seat])
         canvas.write_text(column, y + 1, glyph, style)
         canvas.write_text(min(column, line.right + 5 - len(label)), row, label, style)
     return y + 3
@@ -190,20 +171,13 @@ def _draw_claim_regrets(canvas: Canvas, y: int, options: DrawOptions, line: Numb
     if options.regret is None:
         return y
     best, largest = int(np.argmin(options.regret)), float(options.regret.max())
-    columns = range(line.left, line.right + 1)
-    fractions = [
-        options.regret[round(line.value_at(column)) - MIN_CLAIM] / (largest or 1.0)
-        for column in columns
-    ]
+    claims = [round(line.value_at(column)) for column in range(line.left, line.right + 1)]
+    fractions = [options.regret[claim - MIN_CLAIM] / (largest or 1.0) for claim in claims]
     canvas.write_text(line.left, y, format_sparkline(fractions, options.ascii), "yellow")
     canvas.write_text(line.column_of(MIN_CLAIM + best), y, "●", "bold")
-    canvas.write_text(
-        0,
-        y + 1,
-        f"● best claim {MIN_CLAIM + best}; bars: value lost by each claim; tallest "
-        f"{format_significant(largest, MAX_NUMBER_COLUMNS)}",
-        "yellow",
-    )
+    tallest = format_significant(largest, MAX_NUMBER_COLUMNS)
+    legend = f"● best claim {MIN_CLAIM + best}; bars: value lost by each claim; tallest {tallest}"
+    canvas.write_text(0, y + 1, legend, "yellow")
     return y + 2
 
 
@@ -225,9 +199,9 @@ def _format_reply_payoffs(view: View[TravelersDilemma], options: DrawOptions) ->
 def _get_last_claims(view: View[TravelersDilemma]) -> tuple[int | None, int | None]:
     """Return both claims of the last round, or (None, None) before the first round."""
     joint_action = get_last_joint_action(view)
-    return (
-        (MIN_CLAIM + joint_action[0], MIN_CLAIM + joint_action[1]) if joint_action else (None, None)
-    )
+    if joint_action is None:
+        return None, None
+    return MIN_CLAIM + joint_action[0], MIN_CLAIM + joint_action[1]
 
 
 def _draw_claim_table(
@@ -249,29 +223,23 @@ def _draw_claim_table(
         for claim in columns
     ]
     _draw_table_row(canvas, y, widths, headings)
-    canvas.write_text(
-        0, y + 1, "─" * ROW_LABEL_COLUMNS + "".join("┼" + "─" * width for width in widths), "dim"
-    )
+    line = "─" * ROW_LABEL_COLUMNS + "".join("┼" + "─" * width for width in widths)
+    canvas.write_text(0, y + 1, line, "dim")
     for canvas_row, row in enumerate(rows, y + 2):
         row_label = f"{row:>4}" if row else "…".rjust(ROW_LABEL_COLUMNS - 1)
         style = "" if row else "dim"
         if row and row == last_row_claim:
             row_label, style = f">{row:>3}", "bold"
         canvas.write_text(0, canvas_row, row_label, style)
-        _draw_table_row(
-            canvas,
-            canvas_row,
-            widths,
-            [_format_payoff_cell(view, options, row, claim) for claim in columns],
-        )
+        cells = [_format_payoff_cell(view, options, (row, claim)) for claim in columns]
+        _draw_table_row(canvas, canvas_row, widths, cells)
     return y + 2 + len(rows)
 
 
 def _choose_claim_range(claim: int | None, claim_count: int) -> range:
     """Return `claim_count` claims around a claim, or the highest ones if it is None."""
-    lowest = min(
-        max((claim or MAX_CLAIM) - claim_count // 2, MIN_CLAIM), MAX_CLAIM + 1 - claim_count
-    )
+    lowest = max((claim or MAX_CLAIM) - claim_count // 2, MIN_CLAIM)
+    lowest = min(lowest, MAX_CLAIM + 1 - claim_count)
     return range(lowest, lowest + claim_count)
 
 
@@ -293,47 +261,29 @@ def _draw_table_row(
 
 
 def _format_payoff_cell(
-    view: View[TravelersDilemma],
-    options: DrawOptions,
-    row_claim: int | None,
-    column_claim: int | None,
+    view: View[TravelersDilemma], options: DrawOptions, claims: tuple[int | None, int | None]
 ) -> tuple[str, str]:
     """Return the payoffs of two claims as text, and the style of their cell.
 
     The payoffs of the last round are in brackets. Those of the forecast claim are in bold.
     """
+    row_claim, column_claim = claims
     if row_claim is None or column_claim is None:
         return "", ""
     joint_action = (row_claim - MIN_CLAIM, column_claim - MIN_CLAIM)
     first, second = view.problem.payoffs[joint_action]
     if joint_action == get_last_joint_action(view):
         return f"[{first:g},{second:g}]", "bold reverse"
-    is_forecast = options.forecast is not None and joint_action[view.seat] == int(
-        options.forecast.action
-    )
-    return f"{first:g}, {second:g}", "bold yellow" if is_forecast else ""
+    forecast = options.forecast
+    is_forecast = forecast is not None and joint_action[view.seat] == int(forecast.action)
+    return f"{first:g}, {second:g}", "bold yellow" * is_forecast
 
 
 def describe_situation(view: View[TravelersDilemma]) -> str:
     """Return a description of the last round and of the rules; the table is too long for words."""
-    role = [f"you are {view.problem.agents[view.seat]}."] if view.player_label == "you" else []
-    last_round = [f"last round: {describe_turn(view)}"] if view.turns_played else []
-    sentences = [
-        *role,
-        *last_round,
-        f"claim {MIN_CLAIM} to {MAX_CLAIM} whole dollars.",
-        "if the claims are equal, each gets its claim.",
-        f"else both get the lower claim, the lower claimant {BONUS_DOLLARS} more and the higher "
-        f"{BONUS_DOLLARS} less.",
-    ]
-    return " ".join(sentences)
-
-
-__all__ = [
-    "KEYS",
-    "NUMBER_STEPS",
-    "describe_situation",
-    "describe_turn",
-    "iter_boards",
-    "panel_rows",
-]
+    rules = (
+        f"claim {MIN_CLAIM} to {MAX_CLAIM} whole dollars. if the claims are equal, each gets its "
+        f"claim. else both get the lower claim, the lower claimant {BONUS_DOLLARS} more and the "
+        f"higher {BONUS_DOLLARS} less."
+    )
+    return " ".join([*describe_role_and_last_round(view), rules])

@@ -66,16 +66,9 @@ def format_regret(options: DrawOptions, action: int, width: int = 6) -> str:
         return ""
     if regrets[action]:
         return format_significant(-regrets[action], width)
-    is_other_suggested = any(
-        not regret and other_action == options.suggested_action
-        for other_action, regret in regrets.items()
-    )
-    is_equally_good = (
-        is_other_suggested
-        and action != options.suggested_action
-        and len(EQUALLY_GOOD_LABEL) <= width
-    )
-    return EQUALLY_GOOD_LABEL if is_equally_good else BEST_LABEL[:width]
+    is_other_suggested = next(iter(regrets)) == options.suggested_action != action
+    has_space = len(EQUALLY_GOOD_LABEL) <= width
+    return EQUALLY_GOOD_LABEL if is_other_suggested and has_space else BEST_LABEL[:width]
 
 
 def format_less(regret_text: str) -> str:
@@ -118,29 +111,23 @@ def format_regret_rows(options: DrawOptions, names: Sequence[str]) -> list[str]:
     """
     if options.regret is None:
         return []
-    row = _join_hint_row(
-        _format_hint_entry(names[action], format_regret_with_bar(options, action, ROW_BAR_COLUMNS))
-        for action in sort_regrets(options)
-    )
+    actions = sort_regrets(options)
+    texts = [format_regret_with_bar(options, action, ROW_BAR_COLUMNS) for action in actions]
+    row = _format_hint_row([names[action] for action in actions], texts)
     for columns in (MAX_NUMBER_COLUMNS, MIN_NUMBER_COLUMNS):
         if len(row) > options.width:
-            row = _join_hint_row(
-                _format_hint_entry(names[action], format_regret(options, action, columns))
-                for action in sort_regrets(options)
-            )
-    return [
-        row if len(row) <= options.width else row[: max(row.rfind("; ", 0, options.width + 2), 0)]
-    ]
+            texts = [format_regret(options, action, columns) for action in actions]
+            row = _format_hint_row([names[action] for action in actions], texts)
+    end = len(row) if len(row) <= options.width else row.rfind("; ", 0, options.width + 2)
+    return [row[: max(end, 0)]]
 
 
-def _format_hint_entry(name: str, regret_text: str) -> str:
-    """Format an action of the hint row: `best feed`, or `sing -0.5`."""
-    return f"{BEST_LABEL} {name}" if regret_text == BEST_LABEL else f"{name} {regret_text}"
-
-
-def _join_hint_row(parts: Iterable[str]) -> str:
-    """Join the entries of the hint row."""
-    return f"hint: {'; '.join(parts)}"
+def _format_hint_row(names: Sequence[str], regret_texts: Sequence[str]) -> str:
+    """Format actions with their regrets: `hint: best feed; sing -0.5`."""
+    return "hint: " + "; ".join(
+        f"{BEST_LABEL} {name}" if text == BEST_LABEL else f"{name} {text}"
+        for name, text in zip(names, regret_texts, strict=True)
+    )
 
 
 def format_probability(probability: float, width: int) -> str:

@@ -1,7 +1,7 @@
 """A grid of styled characters that renders to text, and helpers for drawings."""
 
 from bisect import bisect_right
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from functools import lru_cache
 from itertools import accumulate, groupby
 
@@ -50,6 +50,13 @@ class Canvas:
         glyphs[x:end] = text
         styles[x:end] = [style] * len(text)
 
+    def write_rows(self, y: int, rows: Iterable[str], style: str = "") -> int:
+        """Write texts below each other from row y on; return the next row."""
+        for text in rows:
+            self.write_text(0, y, text, style)
+            y += 1
+        return y
+
     def to_text(self) -> Text:
         """Return the drawing as text, one line per row, without trailing blanks."""
         rows = [("".join(glyphs).rstrip(), styles) for glyphs, styles in self._rows]
@@ -71,7 +78,7 @@ def _make_row(plain: str, spans: tuple[Span, ...]) -> Text:
 def _build_spans(plain: str, styles: tuple[str, ...]) -> tuple[Span, ...]:
     """Return the styled spans of a row.
 
-    A blank takes its neighbour's style, so that a row has few spans.
+    A blank takes its neighbour's style if blanks do not show it, so that a row has few spans.
     """
     spans: list[Span] = []
     style, span_start, position = "", 0, 0
@@ -93,8 +100,7 @@ def _build_spans(plain: str, styles: tuple[str, ...]) -> tuple[Span, ...]:
 def draw_text_rows(*rows: str) -> Text:
     """Draw rows of bold words."""
     canvas = Canvas()
-    for y, row in enumerate(rows):
-        canvas.write_text(0, y, row, "bold")
+    canvas.write_rows(0, rows, "bold")
     return canvas.to_text()
 
 
@@ -108,13 +114,11 @@ def _sanitize_row(row: Text) -> Text:
     """Return a row with tabs expanded, without links, with '?' for unprintable characters."""
     row.expand_tabs(8)
     plain = "".join(glyph if glyph.isprintable() else "?" for glyph in row.plain)
-    spans = [Span(start, end, _remove_link(style)) for start, end, style in row.spans]
+    spans = [
+        Span(start, end, style.update_link(None) if isinstance(style, Style) else style)
+        for start, end, style in row.spans
+    ]
     return Text(plain, spans=spans, no_wrap=True)
-
-
-def _remove_link(style: str | Style) -> str | Style:
-    """Return a style without its link."""
-    return style.update_link(None) if isinstance(style, Style) else style
 
 
 def strip_escapes(text: str) -> str:
@@ -176,8 +180,5 @@ def format_percent(probability: float, decimals: int = 0) -> str:
 
 def format_to_width(value: float, width: int) -> str:
     """Format a value with at most two decimals in `width` columns; '#' if it does not fit."""
-    for decimals in (2, 1, 0):
-        text = f"{value:.{decimals}f}"
-        if len(text) <= width:
-            return text
-    return "#" * width
+    texts = (f"{value:.{decimals}f}" for decimals in (2, 1, 0))
+    return next((text for text in texts if len(text) <= width), "#" * width)

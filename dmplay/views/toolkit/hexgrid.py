@@ -91,6 +91,7 @@ NORMAL_SIZE = HexSize(6, 2)
 COMPACT_SIZE = HexSize(4, 1)
 DOT_SIZE = HexSize(4, 0)
 SMALL_DOT_SIZE = HexSize(2, 0)
+SMALL_SIZES = (NORMAL_SIZE, COMPACT_SIZE, DOT_SIZE, SMALL_DOT_SIZE)
 
 
 def iter_maps(
@@ -106,13 +107,7 @@ def iter_maps(
     A smaller size that does not fit is yielded as blank text of the same extent.
     """
     column_span, row_span = _find_extent(tuple(hexes))
-    for size in (
-        *(LARGE_SIZES if options.allow_large else ()),
-        NORMAL_SIZE,
-        COMPACT_SIZE,
-        DOT_SIZE,
-        SMALL_DOT_SIZE,
-    ):
+    for size in (*LARGE_SIZES, *SMALL_SIZES) if options.allow_large else SMALL_SIZES:
         width, height = _measure_map(size, column_span, row_span)
         if width > options.width or height > options.height:
             if size not in LARGE_SIZES:
@@ -121,9 +116,8 @@ def iter_maps(
         cells = tuple([make_cell(hex_, size) for hex_ in hexes])
         if options.show_coordinates:
             cells = tuple(map(_add_coordinates, hexes, cells, [size] * len(hexes)))
-        legend = (
-            f"; {SMALL_HEX_LEGEND}" if options.regret is not None and size.text_rows < 2 else ""
-        )
+        has_short_regrets = options.regret is not None and size.text_rows < 2
+        legend = f"; {SMALL_HEX_LEGEND}" if has_short_regrets else ""
         last_row = caption.rpartition("\n")[2]
         captions = (f"{caption}{legend}", legend[2:], caption, last_row) if caption else ()
         for plain_text, spans in _draw_captioned_map(tuple(hexes), cells, size, captions):
@@ -210,12 +204,10 @@ def _draw_borders_and_holes(hexes: tuple[Hex, ...], size: HexSize) -> Canvas:
     if size.text_rows:
         for y, x in _list_positions(hexes, hexes, size):
             _draw_hex_border(canvas, x, y, size)
-    fill = HOLE_GLYPH * max(size.width - 3, 1)
+    fill = (HOLE_GLYPH * max(size.width - 3, 1)).center(size.width - 1)
     for y, x in _list_positions(_list_holes(hexes), hexes, size):
         for row in range(size.text_rows):
-            canvas.write_text(
-                x + 1, y + size.slope_rows + row, fill.center(size.width - 1), EDGE_STYLE
-            )
+            canvas.write_text(x + 1, y + size.slope_rows + row, fill, EDGE_STYLE)
     return canvas
 
 
@@ -269,9 +261,8 @@ def _draw_hex_content(canvas: Canvas, x: int, y: int, cell: HexCell, size: HexSi
     if cell.top_line and first_row:
         canvas.write_text(x, y, cell.top_line.center(columns), cell.style or "dim")
     if size.text_rows > 1:
-        canvas.write_text(
-            x, y + first_row + 1, cell.second_line[:columns].center(columns), cell.style
-        )
+        second_line = cell.second_line[:columns].center(columns)
+        canvas.write_text(x, y + first_row + 1, second_line, cell.style)
 
 
 def make_overlay_cell(options: DrawOptions, state: int, size: HexSize) -> HexCell:
@@ -285,11 +276,7 @@ def make_overlay_cell(options: DrawOptions, state: int, size: HexSize) -> HexCel
     else:
         names = COMPASS if options.ascii else ARROWS
         directions = [names[a] for a in np.flatnonzero(mark_best_actions(values))]
-        text = (
-            directions[0]
-            if len(directions) == 1 or size.text_rows == 1
-            else "/".join(directions)[:5]
-        )
+        text = directions[0] if size.text_rows == 1 else "/".join(directions)[:5]
     return HexCell(text, style="cyan") if size.text_rows == 1 else HexCell("", text, style="cyan")
 
 
@@ -312,12 +299,8 @@ def make_direction_cell(options: DrawOptions, direction: int, size: HexSize) -> 
     if size.text_rows > 1:
         if columns >= WORD_COLUMNS:
             regret_text = format_less(format_regret(options, direction, columns - len("less")))
-        mark = (
-            key
-            if is_best
-            else f"{key} {format_regret_bar(options, direction, columns - 2):<{columns - 2}}"
-        )
-        return HexCell(mark, regret_text, style=style)
+        bar = format_regret_bar(options, direction, columns - 2).ljust(columns - 2)
+        return HexCell(key if is_best else f"{key} {bar}", regret_text, style=style)
     mark = f"{key}*" if is_best else key + format_regret_bar(options, direction, 1)
     return HexCell(mark, dot_glyph=mark if is_best else ".", style=style)
 
@@ -371,12 +354,10 @@ def describe_neighbours(
     hexes: Sequence[Hex], position: Hex, describe_hex: Callable[[Hex], str]
 ) -> list[str]:
     """Return a sentence per neighbour in action order, such as `E (6,2) floor.` or `NE wall.`."""
-
-    def describe(neighbour: Hex) -> str:
-        return f"{format_hex(neighbour)} {describe_hex(neighbour)}"
-
     return [
-        f"{name.upper()} {describe(neighbour) if neighbour in hexes else 'wall'}."
+        f"{name.upper()} {format_hex(neighbour)} {describe_hex(neighbour)}."
+        if neighbour in hexes
+        else f"{name.upper()} wall."
         for name, neighbour in zip(DIRECTIONS, hex_neighbours(position), strict=True)
     ]
 

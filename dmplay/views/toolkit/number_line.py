@@ -35,17 +35,12 @@ def draw_gauge(
     canvas: Canvas, y: int, scale: NumberLine, value: float, forecast_values: Sequence[float] = ()
 ) -> None:
     """Draw a row `├┄┄┄┼┄●∘┤` with a value, a cross if beyond an end, and forecast values."""
-    is_outside = not scale.low <= value <= scale.high
+    glyph, style = ("●", "bold cyan") if scale.low <= value <= scale.high else ("✗", "bold red")
     canvas.write_text(scale.left, y, "├" + "┄" * (scale.right - scale.left - 1) + "┤", "dim")
     canvas.write_text(scale.column_of(0), y, "┼", "dim")
     for forecast_value in forecast_values:
         canvas.write_text(scale.column_of(forecast_value), y, "∘", "cyan")
-    canvas.write_text(
-        scale.column_of(value),
-        y,
-        "✗" if is_outside else "●",
-        "bold red" if is_outside else "bold cyan",
-    )
+    canvas.write_text(scale.column_of(value), y, glyph, style)
 
 
 def draw_scale_labels(canvas: Canvas, y: int, scale: NumberLine, name: str, unit: str = "") -> None:

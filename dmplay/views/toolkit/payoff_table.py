@@ -29,9 +29,15 @@ TOTAL_COLUMNS = 14  # columns of the total after the payoffs
 
 def get_last_joint_action(view: View[MatrixGame]) -> tuple[int, int] | None:
     """Return both actions of the last round, or None before the first."""
-    if view.joint_actions:
-        return (int(view.joint_actions[-1][0]), int(view.joint_actions[-1][1]))
-    return None
+    if not view.joint_actions:
+        return None
+    first, second = view.joint_actions[-1]
+    return int(first), int(second)
+
+
+def _list_joint_actions(view: View[MatrixGame]) -> list[tuple[int, int]]:
+    """Return both actions of each round."""
+    return [(int(first), int(second)) for first, second in view.joint_actions or ()]
 
 
 def iter_boards(view: View[MatrixGame], options: DrawOptions) -> Iterator[Text]:
@@ -76,9 +82,7 @@ def _draw_large_board(
     canvas = Canvas()
     y = _draw_named_table(view, canvas, options, cell_rows) + 1
     y = draw_paid_rounds(view, canvas, y, options.width)
-    for text in _format_reply_payoffs(view, options):
-        canvas.write_text(0, y, text)
-        y += 1
+    y = canvas.write_rows(y, _format_reply_payoffs(view, options))
     if with_replies:
         draw_reply_counts(view, canvas, y + 1)
     return canvas.to_text()
@@ -88,7 +92,7 @@ def draw_reply_counts(view: View[MatrixGame], canvas: Canvas, y: int) -> None:
     """Draw how often the other agent chose each action: in all, and after each joint action."""
     problem, other = view.problem, 1 - view.seat
     names = list_agent_names(view)
-    joints = [(int(first), int(second)) for first, second in view.joint_actions or ()]
+    joints = _list_joint_actions(view)
     labels = problem.actions[other].labels
     rows = [("in all rounds", joints)]
     for first, second in product(*(range(len(labels)) for labels in problem.actions)):
@@ -103,22 +107,20 @@ def draw_reply_counts(view: View[MatrixGame], canvas: Canvas, y: int) -> None:
     for row, (name, replies) in enumerate(rows, y + 1):
         canvas.write_text(0, row, name)
         for column in range(len(labels)):
-            count = sum(joint[other] == column for joint in replies)
-            text = f"{count:>10}"
-            canvas.write_text(
-                label_columns + REPLY_COLUMNS * column, row, text, "bold" * (count > 0)
-            )
+            count, x = sum(joint[other] == column for joint in replies), label_columns
+            canvas.write_text(x + REPLY_COLUMNS * column, row, f"{count:>10}", "bold" * (count > 0))
 
 
 def _draw_named_table(
     view: View[MatrixGame], canvas: Canvas, options: DrawOptions, cell_rows: int
 ) -> int:
     """Draw the table with both payoffs in a cell by agent name; return the next row."""
-    problem, last_actions = view.problem, get_last_joint_action(view)
+    problem = view.problem
     rows, columns = problem.actions
+    last_row, last_column = get_last_joint_action(view) or (None, None)
     names = list_agent_names(view)
     row_agent, column_agent = (f"{name} choose{'s' * (name != 'you')}" for name in names)
-    canvas.write_text(0, 0, "> last round" if last_actions else "", "dim")
+    canvas.write_text(0, 0, "" if last_row is None else "> last round", "dim")
     canvas.write_text(0, 1, row_agent if len(row_agent) <= ROW_LABEL_COLUMNS else names[0])
     canvas.write_text(ROW_LABEL_COLUMNS + 2, 0, column_agent)
     regret_texts = [
@@ -127,21 +129,16 @@ def _draw_named_table(
     ]
     for j, name in enumerate(columns):
         x = ROW_LABEL_COLUMNS + (CELL_COLUMNS + 1) * j
-        is_last_choice = last_actions is not None and last_actions[1] == j
-        _draw_action_label(canvas, x + 1, 1, name, is_last_choice=is_last_choice)
+        _draw_action_label(canvas, x + 1, 1, name, is_last_choice=j == last_column)
         canvas.write_text(x + 3, 2, regret_texts[j] if view.seat else "", "yellow")
     y = 3 if view.seat and options.regret is not None else 2
-    separator_rows = [
-        *range(1, y),
-        *(y + row for row in range(cell_rows * len(rows)) if row % cell_rows),
-    ]
+    line = "─" * ROW_LABEL_COLUMNS + ("┼" + "─" * CELL_COLUMNS) * len(columns)
+    cell_separators = (y + row for row in range(cell_rows * len(rows)) if row % cell_rows)
+    separator_rows = [*range(1, y), *cell_separators]
     for i, name in enumerate(rows):
-        canvas.write_text(
-            0, y, "─" * ROW_LABEL_COLUMNS + ("┼" + "─" * CELL_COLUMNS) * len(columns), "dim"
-        )
-        is_last_choice = last_actions is not None and last_actions[0] == i
+        canvas.write_text(0, y, line, "dim")
         top = y + (cell_rows - 1) // 2  # the texts are in the middle of their cell
-        _draw_action_label(canvas, 0, top, name, is_last_choice=is_last_choice)
+        _draw_action_label(canvas, 0, top, name, is_last_choice=i == last_row)
         canvas.write_text(2, top + 1, "" if view.seat else regret_texts[i], "yellow")
         for j in range(len(columns)):
             _draw_payoff_cell(view, canvas, (i, j), top, options)
@@ -178,9 +175,8 @@ def _draw_payoff_cell(
 ) -> None:
     """Draw both payoffs of a joint action, in brackets if it was the last play."""
     is_last_play = joint_action == get_last_joint_action(view)
-    is_previewed = options.forecast is not None and joint_action[view.seat] == int(
-        options.forecast.action
-    )
+    forecast = options.forecast
+    is_previewed = forecast is not None and joint_action[view.seat] == int(forecast.action)
     x = ROW_LABEL_COLUMNS + (CELL_COLUMNS + 1) * joint_action[1] + 1
     payoffs = zip(list_agent_names(view), view.problem.payoffs[joint_action], strict=True)
     for row, (name, payoff) in enumerate(payoffs):
@@ -219,7 +215,7 @@ def draw_paid_rounds(view: View[MatrixGame], canvas: Canvas, y: int, width: int)
     The rounds move to the left by several at a time, so that most of them only add a column.
     """
     problem = view.problem
-    joints = [(int(first), int(second)) for first, second in view.joint_actions or ()]
+    joints = _list_joint_actions(view)
     max_rounds = max((width - ROW_LABEL_COLUMNS - TOTAL_COLUMNS) // PAID_ROUND_COLUMNS, 1)
     step, hidden_count = max(max_rounds // 3, 1), max(len(joints) - max_rounds, 0)
     visible = joints[-(-hidden_count // step) * step :]
@@ -229,17 +225,13 @@ def draw_paid_rounds(view: View[MatrixGame], canvas: Canvas, y: int, width: int)
         canvas.write_text(0, y + 2 * seat + 1, "reward", "dim")
         initials = [abbreviate_action(problem.actions[seat][joint[seat]]) for joint in visible]
         payoff_texts = [format_number(problem.payoffs[joint][seat]) for joint in visible]
-        canvas.write_text(
-            ROW_LABEL_COLUMNS,
-            y + 2 * seat,
-            "".join(action_text.rjust(PAID_ROUND_COLUMNS) for action_text in initials),
+        actions, payoffs = (
+            "".join(text.rjust(PAID_ROUND_COLUMNS) for text in texts)
+            for texts in (initials, payoff_texts)
         )
-        canvas.write_text(
-            ROW_LABEL_COLUMNS,
-            y + 2 * seat + 1,
-            "".join(payoff_text.rjust(PAID_ROUND_COLUMNS) for payoff_text in payoff_texts)
-            + f"   total {format_number(total)}",
-        )
+        canvas.write_text(ROW_LABEL_COLUMNS, y + 2 * seat, actions)
+        payoffs += f"   total {format_number(total)}"
+        canvas.write_text(ROW_LABEL_COLUMNS, y + 2 * seat + 1, payoffs)
     return y + 4
 
 
@@ -247,28 +239,26 @@ def _draw_payoff_table(view: View[MatrixGame], canvas: Canvas, width: int) -> in
     """Draw the small table, the last play in brackets; return the next row."""
     problem = view.problem
     rows, columns = problem.actions
-    last_actions = get_last_joint_action(view)
+    last_row, last_column = get_last_joint_action(view) or (None, None)
     label_columns = max(max(map(len, rows)) + 1, width)
     for j, name in enumerate(columns):
         x = label_columns + j * (width + 1)
         canvas.write_text(x, 0, "│", "dim")
-        is_last_choice = last_actions is not None and last_actions[1] == j
-        canvas.write_text(x + 1, 0, name[:width].center(width), "bold" if is_last_choice else "")
+        canvas.write_text(x + 1, 0, name[:width].center(width), "bold" * (j == last_column))
     canvas.write_text(0, 1, "─" * label_columns + ("┼" + "─" * width) * len(columns), "dim")
     for i, name in enumerate(rows):
-        mark = ">" if last_actions and last_actions[0] == i else " "
-        canvas.write_text(0, i + 2, mark + name, "bold" if mark == ">" else "")
+        mark = ">" if i == last_row else " "
+        canvas.write_text(0, i + 2, mark + name, "bold" * (i == last_row))
         for j in range(len(columns)):
             x = label_columns + j * (width + 1)
-            payoff_text = ", ".join(map(format_number, problem.payoffs[i, j].tolist()))
-            is_last_play = last_actions == (i, j)
+            text = ", ".join(map(format_number, problem.payoffs[i, j].tolist()))
+            style = ""
+            if (i, j) == (last_row, last_column):
+                text, style = f"[{text}]", "bold reverse"
+            if len(text) > width:
+                text = text.replace(", ", ",")
             canvas.write_text(x, i + 2, "│", "dim")
-            cell_text = f"[{payoff_text}]" if is_last_play else payoff_text
-            if len(cell_text) > width:
-                cell_text = cell_text.replace(", ", ",")
-            canvas.write_text(
-                x + 1, i + 2, cell_text.center(width), "bold reverse" if is_last_play else ""
-            )
+            canvas.write_text(x + 1, i + 2, text.center(width), style)
     return len(rows) + 2
 
 
@@ -292,12 +282,9 @@ def draw_rounds(  # noqa: PLR0913 - a canvas, a position and the content
     joints = (view.joint_actions or ())[-max((width - label_columns) // round_columns, 1) :]
     for seat, agent in enumerate(list_marked_agent_names(view)):
         canvas.write_text(0, y + seat, agent)
-        labels = [problem.actions[seat][int(joint[seat])].upper() for joint in joints] or [
-            empty_text
-        ]
-        row = "".join(
-            action_text[: round_columns - 1].rjust(round_columns) for action_text in labels
-        )
+        labels = [problem.actions[seat][int(joint[seat])].upper() for joint in joints]
+        texts = (label[: round_columns - 1] for label in labels or [empty_text])
+        row = "".join(text.rjust(round_columns) for text in texts)
         canvas.write_text(label_columns - 1, y + seat, row, "bold")
 
 
@@ -321,14 +308,16 @@ def describe_situation(view: View[MatrixGame]) -> str:
     problem = view.problem
     rows, columns = problem.actions
     cells = [
-        (
-            f"{row_action} against {column_action}: "
-            f"{format_number(problem.payoffs[i, j, 0])} to {problem.agents[0]}, "
-            f"{format_number(problem.payoffs[i, j, 1])} to {problem.agents[1]}."
-        )
+        f"{row_action} against {column_action}: "
+        f"{format_number(problem.payoffs[i, j, 0])} to {problem.agents[0]}, "
+        f"{format_number(problem.payoffs[i, j, 1])} to {problem.agents[1]}."
         for i, row_action in enumerate(rows)
         for j, column_action in enumerate(columns)
     ]
-    last_round = [f"last round: {describe_turn(view)}"] if view.turns_played else []
-    role = [f"you are {problem.agents[view.seat]}."] if view.player_label == "you" else []
-    return " ".join([*role, *last_round, *cells])
+    return " ".join([*describe_role_and_last_round(view), *cells])
+
+
+def describe_role_and_last_round(view: View[MatrixGame]) -> list[str]:
+    """Return a sentence about the viewer's role, if it plays, and one about the last round."""
+    role = [f"you are {view.problem.agents[view.seat]}."] if view.player_label == "you" else []
+    return [*role, *([f"last round: {describe_turn(view)}"] if view.turns_played else [])]
