@@ -422,15 +422,14 @@ class Session(NotebookDisplay):
                 labels = (self.problem.action_labels(state) or self.problem.actions)[seat].labels
                 if labels:  # Real actions have none.
                     history.action_labels.append(labels[int(turn.actions[seat])])
-        history.observations.extend(
-            [readonly_copy(self._seat_observation(seat, turn)) for turn in new_turns]
-        )
-        history.actions.extend([float(turn.actions[seat]) for turn in new_turns])
-        if not hidden:
-            history.joint_actions.extend([readonly_copy(turn.actions) for turn in new_turns])
+        for turn in new_turns:
+            history.observations.append(readonly_copy(self._seat_observation(seat, turn)))
+            history.actions.append(float(turn.actions[seat]))
+            if not hidden:
+                history.joint_actions.append(readonly_copy(turn.actions))
         if rewards_visible:
-            unrecorded_turns = self.turns[len(history.rewards) :]
-            history.rewards.extend([float(turn.rewards[seat]) for turn in unrecorded_turns])
+            for turn in self.turns[len(history.rewards) :]:
+                history.rewards.append(turn.rewards.item(seat))
         return history
 
     def view(

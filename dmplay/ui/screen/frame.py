@@ -321,7 +321,9 @@ class Frame:
             width,
             height,
             viewport.ascii_only,
-            game.hint_provider.build_overlay(state.overlay, len(game.session.turns)),
+            game.hint_provider.build_overlay(state.overlay, len(game.session.turns))
+            if state.overlay
+            else None,
             show_keys=game.choosing_seat is not None,
             reserved_rows=viewport.height - self._body_height + MIN_LOG_ROWS + 1,
             allow_large=True,
