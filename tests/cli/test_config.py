@@ -261,16 +261,12 @@ def test_every_setting_is_shown_with_its_source(
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        (
-            '[play]\nagent = "./evil.py:X="',
-            "dmplay.toml: play.agent: a settings file applies to every problem",
-        ),
+        ('[play]\nagent = "./evil.py:X="',
+         "dmplay.toml: play.agent: a settings file applies to every problem"),
         ('[play]\nvs = "optimal"', "dmplay.toml: play.vs: a settings file applies"),
         ('[play]\nseat = ["a=./evil.py:X=1"]', "dmplay.toml: play.seat: a settings file applies"),
-        (
-            '[play]\nset = ["slip=0"]',
-            "dmplay.toml: play.set: a settings file applies to every problem",
-        ),
+        ('[play]\nset = ["slip=0"]',
+         "dmplay.toml: play.set: a settings file applies to every problem"),
         ("[play]\nreveal = true", "dmplay.toml: play.reveal: this file may set only"),
         ("[verify]\nallow-unfinished = true", "dmplay.toml: verify.allow-unfinished: this"),
         ("[verify]\ntrust = true", "dmplay.toml: [verify]: unknown setting 'trust'"),
@@ -300,7 +296,7 @@ def test_every_setting_is_shown_with_its_source(
         ("[aliases]\n'a b' = 'list'", "config.toml: aliases.a b: got 'a b', expected one plain"),
         ("[aliases]\nx = ' '", "config.toml: aliases.x: got ' ', expected a command"),
     ],
-)
+)  # fmt: skip
 def test_an_invalid_file_is_reported_in_one_line(
     text: str, message: str, project_folder: Path
 ) -> None:

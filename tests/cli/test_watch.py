@@ -84,22 +84,18 @@ def test_a_problem_of_a_user_is_watched_like_a_built_in_one(tmp_path: Path) -> N
         (("value-iteration",), "watch value-iteration: expected a problem"),
         (("value-iteratio", "hexworld"), "unknown algorithm 'value-iteratio'; did you mean value"),
         (("value-iteration", "hexwold"), "unknown problem 'hexwold'; did you mean hexworld"),
-        (
-            ("value-iteration", "crying-baby"),
-            "value-iteration does not fit crying-baby: the algorithm needs",
-        ),
+        (("value-iteration", "crying-baby"),
+         "value-iteration does not fit crying-baby: the algorithm needs"),
         (("value-iteration", "hexworld", "--step", "99"), "got step 99, expected 1 to 22"),
         (("value-iteration", "hexworld", "--svg", "--film"), "watch: choose one of --svg, --film"),
-        (
-            ("value-iteration", "hexworld", "--json", "--html"),
-            "watch: choose one of --html, --json",
-        ),
+        (("value-iteration", "hexworld", "--json", "--html"),
+         "watch: choose one of --html, --json"),
         (("value-iteration", "hexworld", "-o", "a.svg"), "-o: choose a format"),
         (("value-iteration", "hexworld", "--iterations", "0"), "--iterations: got '0', expected"),
         (("value-iteration", "hexworld", "--seat", "pilot"), "unknown seat 'pilot'"),
         (("belief-update", "missing.dmt"), "missing.dmt: No such file"),
     ],
-)
+)  # fmt: skip
 def test_wrong_words_get_one_line_and_exit_code_2(
     tmp_path: Path, words: tuple[str, ...], message: str
 ) -> None:

@@ -48,66 +48,36 @@ def test_a_discount_is_a_number_from_0_to_1() -> None:
 @pytest.mark.parametrize(
     ("name", "value", "message"),
     [
-        (
-            "agents",
-            ("a", "a\u200db"),
-            "expected a tuple of names of printable characters, without U+200D",
-        ),
-        (
-            "actions",
-            (Labels(("a", "a\u200db")),),
-            "expected Labels with names of printable characters, without U+200D",
-        ),
+        ("agents", ("a", "a\u200db"),
+         "expected a tuple of names of printable characters, without U+200D"),
+        ("actions", (Labels(("a", "a\u200db")),),
+         "expected Labels with names of printable characters, without U+200D"),
         ("state_names", ("one", "x" * 10**6), "expected a tuple of names of at most"),
         ("agents", ("a", "a"), "agents: got ('a', 'a'), expected a tuple of distinct names"),
         ("agents", ("a", "b"), "got 1 action set for 2 agents, expected one for each agent"),
         ("actions", 7, "actions: got 7, expected (Labels(...),)"),
-        (
-            "actions",
-            (Labels(("a", "a")),),
-            "actions: got ('a', 'a'), expected Labels with distinct names",
-        ),
+        ("actions", (Labels(("a", "a")),),
+         "actions: got ('a', 'a'), expected Labels with distinct names"),
         ("actions", (Labels(("a", "\x1b[2J")),), r"actions: got ('a', '\x1b[2J')"),
         ("observations", (Labels(()),), "observations: got ((),), expected Labels"),
-        (
-            "state_names",
-            ("one", "one"),
-            "state_names: got ('one', 'one'), expected a tuple of distinct names",
-        ),
+        ("state_names", ("one", "one"),
+         "state_names: got ('one', 'one'), expected a tuple of distinct names"),
         ("horizon", 0, "horizon: got 0, expected a whole number of turns, 1 or more, or None"),
         ("initial_belief", np.array([0.5, 0.6, 0.0]), "initial_belief sums to 1.1, expected 1"),
-        (
-            "tables",
-            Tables(HALF_PROBABILITIES, VALID_TABLES.rewards),
-            f"{SUM_MESSAGE} 1.5, expected 1",
-        ),
-        (
-            "tables",
-            Tables(0.9 * VALID_TABLES.transition, VALID_TABLES.rewards),
-            f"{SUM_MESSAGE} 0.9, expected 1",
-        ),
-        (
-            "tables",
-            Tables(2 * HALF_PROBABILITIES - HALF_PROBABILITIES * 3, VALID_TABLES.rewards),
-            "expected no negative probability",
-        ),
-        (
-            "tables",
-            Tables(HALF_PROBABILITIES[:2], VALID_TABLES.rewards),
-            "got shape (2, 3, 3), expected an array of",
-        ),
-        (
-            "tables",
-            Tables(VALID_TABLES.transition, VALID_TABLES.rewards * np.nan),
-            "rewards: expected finite numbers",
-        ),
-        (
-            "tables",
-            Tables(VALID_TABLES.transition, VALID_TABLES.rewards, HALF_PROBABILITIES),
-            "tables.observation: expected None",
-        ),
+        ("tables", Tables(HALF_PROBABILITIES, VALID_TABLES.rewards),
+         f"{SUM_MESSAGE} 1.5, expected 1"),
+        ("tables", Tables(0.9 * VALID_TABLES.transition, VALID_TABLES.rewards),
+         f"{SUM_MESSAGE} 0.9, expected 1"),
+        ("tables", Tables(2 * HALF_PROBABILITIES - HALF_PROBABILITIES * 3, VALID_TABLES.rewards),
+         "expected no negative probability"),
+        ("tables", Tables(HALF_PROBABILITIES[:2], VALID_TABLES.rewards),
+         "got shape (2, 3, 3), expected an array of"),
+        ("tables", Tables(VALID_TABLES.transition, VALID_TABLES.rewards * np.nan),
+         "rewards: expected finite numbers"),
+        ("tables", Tables(VALID_TABLES.transition, VALID_TABLES.rewards, HALF_PROBABILITIES),
+         "tables.observation: expected None"),
     ],
-)
+)  # fmt: skip
 def test_invalid_attributes_and_arrays_are_reported(name: str, value: object, message: str) -> None:
     assert message in get_error(replace_attribute(Key, name, value))
 
@@ -124,56 +94,29 @@ ZERO_REWARDS, ZERO_STATES = np.zeros((2, 1)), np.zeros(2, int)
     [
         ("state_count", 10**400, "state_count: got 1"),
         ("initial_chance", lambda self, rows: None, "initial_chance: got None"),
-        (
-            "initial_states",
-            lambda self, rows, events: 7,
-            "initial_states: got 7, expected an array",
-        ),
+        ("initial_states", lambda self, rows, events: 7,
+         "initial_states: got 7, expected an array"),
         ("initial_states", lambda self, rows, events: np.full(rows, 0.5), "expected whole numbers"),
-        (
-            "initial_states",
-            lambda self, rows, events: np.full(rows, 9),
-            "initial_states: got state 9, expected 0 to 4",
-        ),
+        ("initial_states", lambda self, rows, events: np.full(rows, 9),
+         "initial_states: got state 9, expected 0 to 4"),
         ("terminal", lambda self, s: s, "terminal: got array"),
-        (
-            "legal_actions_mask",
-            lambda self, s: np.zeros((2, 1, 2), bool),
-            "at least one legal action for each agent",
-        ),
+        ("legal_actions_mask", lambda self, s: np.zeros((2, 1, 2), bool),
+         "at least one legal action for each agent"),
         ("format_state", lambda self, s: "a\nb", r"format_state: got 'a\nb', expected a line"),
-        (
-            "resolve_events",
-            lambda self, s, a, events: None,
-            "resolve_events: got None, expected Outcome",
-        ),
-        (
-            "resolve_events",
-            _make_resolver(np.zeros(3, int), ZERO_REWARDS, ZERO_STATES),
-            "resolve_events: got the states array([0, 0, 0])",
-        ),
-        (
-            "resolve_events",
-            _make_resolver(ZERO_STATES, ZERO_REWARDS + np.inf, ZERO_STATES),
-            "resolve_events: rewards: expected finite numbers",
-        ),
-        (
-            "resolve_events",
-            _make_resolver(ZERO_STATES, ZERO_REWARDS[0], ZERO_STATES),
-            "resolve_events: rewards: got shape (1,)",
-        ),
-        (
-            "resolve_events",
-            _make_resolver(ZERO_STATES, ZERO_REWARDS, ZERO_STATES > 0),
-            "resolve_events: got the observations array([False, False])",
-        ),
-        (
-            "resolve_events",
-            _make_resolver(ZERO_STATES, ZERO_REWARDS, 7),
-            "resolve_events: got the observations 7, expected the next states",
-        ),
+        ("resolve_events", lambda self, s, a, events: None,
+         "resolve_events: got None, expected Outcome"),
+        ("resolve_events", _make_resolver(np.zeros(3, int), ZERO_REWARDS, ZERO_STATES),
+         "resolve_events: got the states array([0, 0, 0])"),
+        ("resolve_events", _make_resolver(ZERO_STATES, ZERO_REWARDS + np.inf, ZERO_STATES),
+         "resolve_events: rewards: expected finite numbers"),
+        ("resolve_events", _make_resolver(ZERO_STATES, ZERO_REWARDS[0], ZERO_STATES),
+         "resolve_events: rewards: got shape (1,)"),
+        ("resolve_events", _make_resolver(ZERO_STATES, ZERO_REWARDS, ZERO_STATES > 0),
+         "resolve_events: got the observations array([False, False])"),
+        ("resolve_events", _make_resolver(ZERO_STATES, ZERO_REWARDS, 7),
+         "resolve_events: got the observations 7, expected the next states"),
     ],
-)
+)  # fmt: skip
 def test_an_invalid_first_turn_is_reported(name: str, value: object, message: str) -> None:
     assert message in get_error(replace_attribute(Heap, name, value))
 

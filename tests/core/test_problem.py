@@ -65,21 +65,13 @@ def test_rewards_are_per_agent_unless_shared_reward_is_set() -> None:
     ("name", "parameter", "value", "message"),
     [
         ("hexworld", "slip", 1.5, "slip: got 1.5, expected a number at least 0 and at most 1"),
-        (
-            "hexworld",
-            "slip",
-            1250100,
-            "slip: got 1250100, expected a number at least 0 and at most 1",
-        ),
+        ("hexworld", "slip", 1250100,
+         "slip: got 1250100, expected a number at least 0 and at most 1"),
         ("cart-pole", "length", 0.0, "length: got 0, expected a number at least 1e-06"),
-        (
-            "cart-pole",
-            "pole_mass_in_tau",
-            1,
-            "pole_mass_in_tau: got 1, expected true or false, such as False",
-        ),
+        ("cart-pole", "pole_mass_in_tau", 1,
+         "pole_mass_in_tau: got 1, expected true or false, such as False"),
     ],
-)
+)  # fmt: skip
 def test_a_parameter_out_of_its_bounds_is_refused(
     name: str, parameter: str, value: float, message: str
 ) -> None:

@@ -334,26 +334,19 @@ class NotAPolicy:
 @pytest.mark.parametrize(
     ("policies", "message"),
     [
-        (
-            [Random],
-            r"seat 0: got the class Random, expected an instance of it, such as Random(problem, 0)",
-        ),
+        ([Random],
+         r"seat 0: got the class Random, expected an instance of it, such as Random(problem, 0)"),
         ([NotAPolicy], "seat 0: got the class NotAPolicy, expected an instance of it"),
         ([NotAPolicy()], "seat 0: got <"),
-        (
-            ["random"],
-            "seat 0: got 'random', expected a policy, such as dmplay.load_agent(problem, 0, NAME)",
-        ),
-        (
-            Random,
-            "got <class 'dmplay.agents.random_agent.Random'>, "
-            "expected a policy or None for each of",
-        ),
+        (["random"],
+         "seat 0: got 'random', expected a policy, such as dmplay.load_agent(problem, 0, NAME)"),
+        (Random,
+         "got <class 'dmplay.agents.random_agent.Random'>, expected a policy or None for each of"),
         (3, "got 3, expected a policy or None for each of"),
         ("r", "got 'r', expected a policy or None for each of"),
         ([None, None], "got 2 policies, expected a policy or None for each of"),
     ],
-)
+)  # fmt: skip
 def test_what_is_not_a_policy_is_refused_in_one_line(policies: Any, message: str) -> None:
     problem = dmplay.load_problem("hexworld")
     with pytest.raises(BadPolicy, match=f"^{re.escape(message)}.*$"):

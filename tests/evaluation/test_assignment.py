@@ -129,22 +129,18 @@ def test_the_header_has_a_player_line_only_if_the_player_is_named() -> None:
         ("play 2048 --assignment walks --player A", "omit PROBLEM"),
         ("play --assignment walks --player A --set slip=0", "omit --set"),
         ("play --assignment walks --player A --ghost optimal", "omit --ghost"),
-        (
-            "play --assignment walks --player A --seed 1",
-            "--seed: got 1, expected a seed of walks: 8, 7",
-        ),
+        ("play --assignment walks --player A --seed 1",
+         "--seed: got 1, expected a seed of walks: 8, 7"),
         ("assign hexworld --seeds 7,x -o a", "--seeds: got '7,x', expected whole numbers"),
         ("assign hexworld --seeds 7,7 -o a", "--seeds: got 7, 7, expected distinct whole numbers"),
         (f"assign hexworld --seeds {2**63} -o a", f"numbers from 0 to {2**63 - 1}, such as"),
         ("assign hexworld --seeds 7,8 --games 3 -o a", "--games: got 3, but --seeds has 2"),
-        (
-            "assign hexworld --agent optimal -o a",
-            "agents play all seats; leave a seat to a human player",
-        ),
+        ("assign hexworld --agent optimal -o a",
+         "agents play all seats; leave a seat to a human player"),
         ("assign hexworld -o walks", "walks exists; give another name or use --force"),
         ("assign hexworld --vs grim -o a", "--vs: hexworld has only one seat"),
     ],
-)
+)  # fmt: skip
 def test_assignment_commands_that_cannot_work_are_refused(command: str, message: str) -> None:
     with pytest.raises(BadParameter, match=message):
         interpret_command(command.split())
@@ -163,27 +159,19 @@ def test_options_for_people_or_transcripts_are_refused_in_games_of_agents() -> N
 @pytest.mark.parametrize(
     ("content", "message"),
     [
-        (
-            ASSIGNMENT_TEXT.replace("seeds: [8, 7]", "seed: 8"),
-            "walks:5:1: unknown key 'seed'; did you mean seeds",
-        ),
+        (ASSIGNMENT_TEXT.replace("seeds: [8, 7]", "seed: 8"),
+         "walks:5:1: unknown key 'seed'; did you mean seeds"),
         (ASSIGNMENT_TEXT.replace("8, 7", '"8"'), "walks:1: seeds: expected distinct whole numbers"),
-        (
-            ASSIGNMENT_TEXT.replace("8, 7", f"{2**63}"),
-            "walks:1: seeds: expected distinct whole numbers",
-        ),
-        (
-            ASSIGNMENT_TEXT.replace("turns: 3", "turn: 3"),
-            "walks:6:1: unknown key 'turn'; did you mean turns",
-        ),
+        (ASSIGNMENT_TEXT.replace("8, 7", f"{2**63}"),
+         "walks:1: seeds: expected distinct whole numbers"),
+        (ASSIGNMENT_TEXT.replace("turns: 3", "turn: 3"),
+         "walks:6:1: unknown key 'turn'; did you mean turns"),
         (ASSIGNMENT_TEXT.replace("turns: 3", "turns: x"), "walks:6:8: expecting value"),
-        (
-            ASSIGNMENT_TEXT.replace("turns: 3", "turns: -3"),
-            "walks:6: turns: expected a whole number",
-        ),
+        (ASSIGNMENT_TEXT.replace("turns: 3", "turns: -3"),
+         "walks:6: turns: expected a whole number"),
         (ASSIGNMENT_TEXT.replace('seats: {"agent": "human"}\n', ""), "the header has no seats"),
     ],
-)
+)  # fmt: skip
 def test_an_error_in_an_assignment_names_the_line(content: str, message: str) -> None:
     Path("walks").write_text(content)
     with pytest.raises(BadFile, match=message):

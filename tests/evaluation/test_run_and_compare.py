@@ -366,15 +366,11 @@ def test_a_histogram_of_huge_returns_does_not_overflow() -> None:
         (["run", "hexworld", "--agent", "human"], "agent: a person cannot play many games"),
         (["run", "hexworld", "--vs", "random"], "--vs: hexworld has only one seat; use --agent"),
         (["run", "hexworld", "--turns", "0"], "--turns: got 0, expected at least 1"),
-        (
-            ["tournament", "prisoners-dilemma", "grim", "random", "--turns", "-2"],
-            "--turns: got -2, expected at least 1",
-        ),
+        (["tournament", "prisoners-dilemma", "grim", "random", "--turns", "-2"],
+         "--turns: got -2, expected at least 1"),
         (["run", "hexworld", "--until-se", "0"], "until-se: got 0, expected more than 0"),
-        (
-            ["run", "hexworld", "--until-se", "1", "--episodes", "5"],
-            "episodes and until-se: got both, expected only one",
-        ),
+        (["run", "hexworld", "--until-se", "1", "--episodes", "5"],
+         "episodes and until-se: got both, expected only one"),
         (["run", "hexworld", "--workers", "many"], "--workers: got 'many', expected auto or a"),
         (["run", "hexworld", "--json", "--csv"], "--json and --csv: expected only one of them"),
         (["run", "hexworld", "--executor", "no:thing"], "--executor: got 'no:thing', expected"),
@@ -383,22 +379,16 @@ def test_a_histogram_of_huge_returns_does_not_overflow() -> None:
         (["run", "hexworld", "--record", ".", "--best", "1"], "--record: . is not empty; name an"),
         (["compare", "hexworld", "optimal"], "got 1 agent, expected at least 2"),
         (["compare", "hexworld", "a", "b"], "unknown agent 'a'"),
-        (
-            ["compare", "prisoners-dilemma", "grim", "random", "--seat", "agent1=random"],
-            "--seat: agent1 is the seat of the compared agents; set another seat",
-        ),
-        (
-            ["compare", "hexworld", "optimal", "random", "search", "--decide", "0.1"],
-            "decide: got 3 agents, expected 2",
-        ),
+        (["compare", "prisoners-dilemma", "grim", "random", "--seat", "agent1=random"],
+         "--seat: agent1 is the seat of the compared agents; set another seat"),
+        (["compare", "hexworld", "optimal", "random", "search", "--decide", "0.1"],
+         "decide: got 3 agents, expected 2"),
         (["compare", "hexworld", "optimal", "random", "--decide", "2"], "decide: got 2, expected"),
         (["compare", "hexworld", "optimal", "random", "--bounds", "0,1"], "expected --decide P"),
-        (
-            ["compare", "hexworld", "optimal", "random", "--decide", ".1", "--bounds", "1,0"],
-            "--bounds: got '1,0', expected two numbers, such as -100,20",
-        ),
+        (["compare", "hexworld", "optimal", "random", "--decide", ".1", "--bounds", "1,0"],
+         "--bounds: got '1,0', expected two numbers, such as -100,20"),
     ],
-)
+)  # fmt: skip
 def test_a_run_or_comparison_that_cannot_work_gives_a_clear_error(
     arguments: list[str], message: str
 ) -> None:

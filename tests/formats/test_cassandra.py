@@ -253,10 +253,8 @@ FAULTS = [  # a change, and a part of the error message
     ((STATES, STATES + "\nstart: tiger"), "5:8: unknown state 'tiger'"),
     ((STATES, STATES + "\nE: tiger"), "5:4: unknown state 'tiger'"),
     ((STATES, STATES + "\nE: *"), "5:4: got '*', expected a state"),
-    (
-        (STATES, STATES + "\nstart exclude: 0 1"),
-        "5:16: got every state, expected at least one state",
-    ),
+    ((STATES, STATES + "\nstart exclude: 0 1"),
+     "5:16: got every state, expected at least one state"),
     (("0.85 0.15", "0.85 0.25"), "15:1: O: action listen, state tiger-left: got probabilities "),
     (("0.15 0.85", "0.15"), "17:5: got 3 numbers, expected 4"),
     (("0.15 0.85", "0.15 0.85 1"), "17:11: got 5 numbers, expected 4"),
@@ -267,26 +265,18 @@ FAULTS = [  # a change, and a part of the error message
     (("* -1\n", "* -1e300\n"), "23:23: got '-1e300', expected a number, at most 1e+100"),
     (("* -1\n", "*\n"), "23:22: expected numbers"),
     (("R: listen : * : * : *", "R: listen : * : * : * : *"), "23:25: got '*', expected a number"),
-    (
-        ("R: listen : * : * : * -1", "R: listen -1"),
-        "23:11: expected 2 names, each followed by a colon",
-    ),
-    (
-        (OPEN_T, ""),
-        "T: action open-left, state tiger-left: got no probabilities, expected a sum of 1",
-    ),
+    (("R: listen : * : * : * -1", "R: listen -1"),
+     "23:11: expected 2 names, each followed by a colon"),
+    ((OPEN_T, ""),
+     "T: action open-left, state tiger-left: got no probabilities, expected a sum of 1"),
     ((TIGER_TEXT[TIGER_TEXT.index("T:") :], ""), "expected T: lines, which define the transitions"),
     ((TIGER_TEXT, ""), "1:1: no states: line; expected the names of the states"),
-    (
-        (TIGER_TEXT, "\x1f\x8b\x08"),
-        "1:2: unknown word '\\x8b\\x08'; expected one of agents, discount",
-    ),
+    ((TIGER_TEXT, "\x1f\x8b\x08"),
+     "1:2: unknown word '\\x8b\\x08'; expected one of agents, discount"),
     (("observations: hear-left hear-right\n", ""), "14:1: got O:, but the file declares no observ"),
-    (
-        ("discount", "agents: 2\ndiscount"),
-        "2:9: got an agents: line, expected none; only .dpomdp files have one",
-    ),
-]
+    (("discount", "agents: 2\ndiscount"),
+     "2:9: got an agents: line, expected none; only .dpomdp files have one"),
+]  # fmt: skip
 
 
 def test_names_transitions_and_observations_share_one_memory_limit() -> None:

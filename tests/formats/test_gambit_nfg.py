@@ -51,21 +51,17 @@ FAULTS = [
     (("NFG", "EFG"), "1:1: got 'EFG', expected NFG"),
     (("NFG 1", "NFG 2"), "1:5: got '2', expected 1"),
     (("2 3\n", "2\n"), "5:14: got the end of the file, expected a number"),
-    (
-        ("2 3\n", "2 3 4\n"),
-        "5:17: got '4', expected the end of the file, because the payoff table is complete",
-    ),
+    (("2 3\n", "2 3 4\n"),
+     "5:17: got '4', expected the end of the file, because the payoff table is complete"),
     (("3 2 0", "3 x 0"), "5:3: got 'x', expected a number"),
     (("3 2 0", "3 1/0 0"), "5:3: got '1/0', expected a number"),
     (("3 2 0", "3 9e999999999 0"), "5:3: got '9e999999999', expected a number, at most 1e+100"),
     (("3 2 0", "3 2e300 0"), "5:3: got '2e300', expected a number, at most 1e+100"),
     (('{ "Player 1" "Player 2" }', "{ }"), "expected the name of a player in quotation marks"),
-    (
-        ('{ "ballet" "the fight" } }', "}"),
-        "expected strategies in braces, or their number, for each",
-    ),
+    (('{ "ballet" "the fight" } }', "}"),
+     "expected strategies in braces, or their number, for each"),
     (('{ "ballet" "the fight" } }', "0 }"), "got '0', expected strategies in braces"),
-]
+]  # fmt: skip
 
 
 def test_faults_are_reported_with_line_and_column() -> None:

@@ -111,27 +111,18 @@ HUNT_NAME = "collaborative-predator-prey"
             marks=pytest.mark.extra("openspiel"),
         ),
         ("crying-baby", "x.mdp", r"\.mdp is for problems without hidden states"),
-        (
-            "predator-prey",
-            "x.pomdp",
-            r"\.pomdp is for one agent, but this problem has 2; write a \.dpomdp",
-        ),
+        ("predator-prey", "x.pomdp",
+         r"\.pomdp is for one agent, but this problem has 2; write a \.dpomdp"),
         ("predator-prey", "x.dpomdp", r"rewards of the agents differ, .*; no file format holds"),
         ("rock-paper-scissors", "x.pomdp", r"for one agent, but this problem has 2; write a \.nfg"),
-        (
-            "rock-paper-scissors",
-            "x.dpomdp",
-            r"rewards of the agents differ, .* for all; write a \.nfg",
-        ),
+        ("rock-paper-scissors", "x.dpomdp",
+         r"rewards of the agents differ, .* for all; write a \.nfg"),
         (HUNT_NAME, "x.dpomdp", f"{HUNT_NAME}: tables: 824 MB, more than the limit of 512 MB"),
         ("hexworld", "x.nfg", r"\.nfg is for games with one visible state"),
-        (
-            "hexworld",
-            "x.txt",
-            r"-o: got .*x\.txt, expected a name that ends in \.pomdp, \.mdp, \.dpomdp",
-        ),
+        ("hexworld", "x.txt",
+         r"-o: got .*x\.txt, expected a name that ends in \.pomdp, \.mdp, \.dpomdp"),
     ],
-)
+)  # fmt: skip
 def test_a_problem_that_a_format_cannot_store_is_refused(
     tmp_path: Path, name: str, file: str, message: str
 ) -> None:

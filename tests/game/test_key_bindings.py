@@ -179,47 +179,26 @@ def test_the_second_person_gets_the_keys_that_the_first_does_not_use() -> None:
 @pytest.mark.parametrize(
     ("problem", "preferences", "message"),
     [
-        (
-            "hexworld",
-            bind_keys("hex", h="e"),
-            "dmplay.toml: keys.hex: h already plays w; set another key for w",
-        ),
+        ("hexworld", bind_keys("hex", h="e"),
+         "dmplay.toml: keys.hex: h already plays w; set another key for w"),
         ("hexworld", bind_keys("hex", up="e"), "keys.hex: up is the first key of 'up"),
-        (
-            "hexworld",
-            bind_keys("hex", k="north"),
-            "keys.hex.k: unknown action 'north'; expected one of e",
-        ),
+        ("hexworld", bind_keys("hex", k="north"),
+         "keys.hex.k: unknown action 'north'; expected one of e"),
         ("hexworld", bind_keys("hex", K="e"), "keys.hex: 'K' is reserved for commands or numbers"),
         ("hexworld", bind_keys("hex", q="e"), "keys.hex: 'q' is reserved for commands or numbers"),
-        (
-            "hexworld",
-            bind_keys("hex", **{"3": "e"}),
-            "keys.hex: '3' is reserved for commands or numbers",
-        ),
-        (
-            "hexworld",
-            bind_keys("hex", **{":": "e"}),
-            "keys.hex: ':' is reserved for commands or numbers",
-        ),
-        (
-            "hexworld",
-            bind_keys("hex", tab="e"),
-            "keys.hex: 'tab' is reserved for commands or numbers",
-        ),
+        ("hexworld", bind_keys("hex", **{"3": "e"}),
+         "keys.hex: '3' is reserved for commands or numbers"),
+        ("hexworld", bind_keys("hex", **{":": "e"}),
+         "keys.hex: ':' is reserved for commands or numbers"),
+        ("hexworld", bind_keys("hex", tab="e"),
+         "keys.hex: 'tab' is reserved for commands or numbers"),
         ("hexworld", bind_keys("hex", lft="e"), "keys.hex: unknown key 'lft'; did you mean left"),
-        (
-            "simple-regulator",
-            bind_keys("simple-regulator", x="1"),
-            "actions are typed as numbers in this problem",
-        ),
-        (
-            "hexworld",
-            KeyPreferences("emacs"),
-            "--keys: got 'emacs', expected one of vi, left, arrows",
-        ),
+        ("simple-regulator", bind_keys("simple-regulator", x="1"),
+         "actions are typed as numbers in this problem"),
+        ("hexworld", KeyPreferences("emacs"),
+         "--keys: got 'emacs', expected one of vi, left, arrows"),
     ],
-)
+)  # fmt: skip
 def test_an_invalid_key_binding_is_reported_in_one_line(
     problem: str, preferences: KeyPreferences, message: str
 ) -> None:

@@ -67,120 +67,72 @@ AGENT_NAMES: Any = ["grim", "random"]  # names where policies are expected
 @pytest.mark.parametrize(
     ("call", "message"),
     [
-        (
-            lambda: dmplay.rollout(PROBLEM_NAME, [WALKER], episodes=1),
-            "got 'hexworld', expected a problem",
-        ),
-        (
-            lambda: dmplay.Session(PROBLEM_NAME, dmplay.SeededUniforms(1)),
-            "got 'hexworld', expected a problem, such as dmplay.load_problem(NAME)",
-        ),
-        (
-            lambda: dmplay.run(PROBLEM_NAME, [WALKER]),
-            "got 'hexworld', expected a problem, such as dmplay.load_problem(NAME)",
-        ),
-        (
-            lambda: dmplay.load_agent(PROBLEM_NAME, 0, "random"),
-            "got 'hexworld', expected a problem",
-        ),
-        (
-            lambda: dmplay.compare(PROBLEM_NAME, [[WALKER]] * 2),
-            "got 'hexworld', expected a problem",
-        ),
+        (lambda: dmplay.rollout(PROBLEM_NAME, [WALKER], episodes=1),
+         "got 'hexworld', expected a problem"),
+        (lambda: dmplay.Session(PROBLEM_NAME, dmplay.SeededUniforms(1)),
+         "got 'hexworld', expected a problem, such as dmplay.load_problem(NAME)"),
+        (lambda: dmplay.run(PROBLEM_NAME, [WALKER]),
+         "got 'hexworld', expected a problem, such as dmplay.load_problem(NAME)"),
+        (lambda: dmplay.load_agent(PROBLEM_NAME, 0, "random"),
+         "got 'hexworld', expected a problem"),
+        (lambda: dmplay.compare(PROBLEM_NAME, [[WALKER]] * 2),
+         "got 'hexworld', expected a problem"),
         (lambda: dmplay.run_tournament(PROBLEM_NAME, {}), "got 'hexworld', expected a problem"),
-        (
-            lambda: dmplay.rollout(HEXWORLD, [PROBLEM_NAME], episodes=1),
-            "seat 0: got 'hexworld', expected",
-        ),
-        (
-            lambda: dmplay.Session(HEXWORLD, dmplay.SeededUniforms(1), [PROBLEM_NAME]),
-            "seat 0: got 'hexworld', expe",
-        ),
-        (
-            lambda: dmplay.Session(HEXWORLD, dmplay.SeededUniforms(1), [WALKER] * 2),
-            "got 2 policies, exp",
-        ),
-        (
-            lambda: dmplay.rollout(HEXWORLD, [WALKER], episodes=1, turn_limit=-1),
-            "turns: got -1, expect",
-        ),
-        (
-            lambda: dmplay.Session(HEXWORLD, dmplay.SeededUniforms(1), turn_limit=NON_INTEGER),
-            "turns: got 2.5, expec",
-        ),
-        (
-            lambda: dmplay.rollout(HEXWORLD, [WALKER], episodes=1, turn_limit=PROBLEM_NAME),
-            "turns: got 'hexwo",
-        ),
+        (lambda: dmplay.rollout(HEXWORLD, [PROBLEM_NAME], episodes=1),
+         "seat 0: got 'hexworld', expected"),
+        (lambda: dmplay.Session(HEXWORLD, dmplay.SeededUniforms(1), [PROBLEM_NAME]),
+         "seat 0: got 'hexworld', expe"),
+        (lambda: dmplay.Session(HEXWORLD, dmplay.SeededUniforms(1), [WALKER] * 2),
+         "got 2 policies, exp"),
+        (lambda: dmplay.rollout(HEXWORLD, [WALKER], episodes=1, turn_limit=-1),
+         "turns: got -1, expect"),
+        (lambda: dmplay.Session(HEXWORLD, dmplay.SeededUniforms(1), turn_limit=NON_INTEGER),
+         "turns: got 2.5, expec"),
+        (lambda: dmplay.rollout(HEXWORLD, [WALKER], episodes=1, turn_limit=PROBLEM_NAME),
+         "turns: got 'hexwo"),
         (lambda: dmplay.rollout(HEXWORLD, [WALKER], episodes=1, seed=-1), "seed: got -1, expected"),
-        (
-            lambda: dmplay.rollout(HEXWORLD, [WALKER], episodes=1, first_episode=-1),
-            "episode: got -1, exp",
-        ),
+        (lambda: dmplay.rollout(HEXWORLD, [WALKER], episodes=1, first_episode=-1),
+         "episode: got -1, exp"),
         (lambda: dmplay.play("hexworld", turns=-1), "turns: got -1, expected a whole number, 0 or"),
-        (
-            lambda: dmplay.play("hexworld", seed=PROBLEM_NAME),
-            "seed: got 'hexworld', expected a whole num",
-        ),
+        (lambda: dmplay.play("hexworld", seed=PROBLEM_NAME),
+         "seed: got 'hexworld', expected a whole num"),
         (lambda: dmplay.play("hexworld").last_percept(), "no turn has been played yet"),
         (lambda: dmplay.play("hexworld").session.advance([0, 1]), "got 2 actions, expected one"),
         (lambda: dmplay.compare(HEXWORLD, [[WALKER]] * 2, seat=1), "seat: got 1, expected 0 to 0"),
         (lambda: dmplay.compare(HEXWORLD, []), "got 0 agents, expected at least 2"),
-        (
-            lambda: dmplay.load_agent(HEXWORLD, 0, "human"),
-            "unknown agent 'human'; expected one of optimal, ran",
-        ),
-        (
-            lambda: dmplay.load_problem(WRONG_TYPE),
-            "got <class 'object'>, expected the name of a problem, or the path of a file",
-        ),
+        (lambda: dmplay.load_agent(HEXWORLD, 0, "human"),
+         "unknown agent 'human'; expected one of optimal, ran"),
+        (lambda: dmplay.load_problem(WRONG_TYPE),
+         "got <class 'object'>, expected the name of a problem, or the path of a file"),
         (lambda: dmplay.load_problem(HEXWORLD_OBJECT), "got HexWorld("),
-        (
-            lambda: dmplay.load_agent(HEXWORLD, 0, WRONG_TYPE),
-            "got <class 'object'>, expected the name of an agent",
-        ),
-        (
-            lambda: dmplay.check(WRONG_TYPE),
-            "got <class 'object'>, expected a problem, such as dmplay.load_problem(NAME)",
-        ),
+        (lambda: dmplay.load_agent(HEXWORLD, 0, WRONG_TYPE),
+         "got <class 'object'>, expected the name of an agent"),
+        (lambda: dmplay.check(WRONG_TYPE),
+         "got <class 'object'>, expected a problem, such as dmplay.load_problem(NAME)"),
         (lambda: dmplay.check(HEXWORLD_CLASS), "expected a problem, such as HexWorld()"),
-        (
-            lambda: dmplay.run_tournament(DILEMMA, AGENT_NAMES),
-            "entrants: got ['grim', 'random'], expected a dict from each name to a policy per seat",
-        ),
-        (
-            lambda: dmplay.run_tournament(DILEMMA, dict.fromkeys(AGENT_NAMES, PROBLEM_NAME)),
-            "grim: got 'hexworld', expected a policy for each of agent1, agent2",
-        ),
-        (
-            lambda: dmplay.run_tournament(DILEMMA, {key: [WALKER] for key in AGENT_NAMES}),
-            "grim: got 1 policy, expected a policy for each of agent1, agent2",
-        ),
+        (lambda: dmplay.run_tournament(DILEMMA, AGENT_NAMES),
+         "entrants: got ['grim', 'random'], expected a dict from each name to a policy per seat"),
+        (lambda: dmplay.run_tournament(DILEMMA, dict.fromkeys(AGENT_NAMES, PROBLEM_NAME)),
+         "grim: got 'hexworld', expected a policy for each of agent1, agent2"),
+        (lambda: dmplay.run_tournament(DILEMMA, {key: [WALKER] for key in AGENT_NAMES}),
+         "grim: got 1 policy, expected a policy for each of agent1, agent2"),
         (
             lambda: dmplay.run_tournament(DILEMMA, dict.fromkeys(AGENT_NAMES, AGENT_NAMES)),
             "grim: seat 0: got 'grim', expected a policy, such as "
             "dmplay.load_agent(problem, 0, NAME)",
         ),
-        (
-            lambda: dmplay.compare(DILEMMA, WRONG_TYPE),
-            "entrants: got <class 'object'>, expected a list with the policies of each entrant",
-        ),
+        (lambda: dmplay.compare(DILEMMA, WRONG_TYPE),
+         "entrants: got <class 'object'>, expected a list with the policies of each entrant"),
         (lambda: dmplay.compare(DILEMMA, AGENT_NAMES), "got 'grim', expected a policy for each of"),
-        (
-            lambda: dmplay.play(WRONG_TYPE),
-            "got <class 'object'>, expected a problem, such as dmplay.load_problem(NAME)",
-        ),
-        (
-            lambda: dmplay.play(DILEMMA, "grim"),
-            "got 'grim', expected one agent for each of agent1, agent2",
-        ),
-        (
-            lambda: dmplay.enumerate_outcomes(WRONG_TYPE, np.zeros(1), np.zeros((1, 1))),
-            "got <class 'object'>, expected a problem",
-        ),
+        (lambda: dmplay.play(WRONG_TYPE),
+         "got <class 'object'>, expected a problem, such as dmplay.load_problem(NAME)"),
+        (lambda: dmplay.play(DILEMMA, "grim"),
+         "got 'grim', expected one agent for each of agent1, agent2"),
+        (lambda: dmplay.enumerate_outcomes(WRONG_TYPE, np.zeros(1), np.zeros((1, 1))),
+         "got <class 'object'>, expected a problem"),
         (lambda: dmplay.load_agent(HEXWORLD, 0, "bot"), "random, search, bot:COMMAND"),
     ],
-)
+)  # fmt: skip
 def test_a_wrong_argument_is_named_in_the_error(call: Callable[[], object], message: str) -> None:
     with pytest.raises(DmplayError, match=re.escape(message)):
         call()

@@ -266,24 +266,18 @@ def test_a_paused_game_stays_paused_however_the_program_ends() -> None:
     [
         ({}, "dmplay resume max.dmt"),
         ({"is_handed_in": False, "problem": "hexworld"}, "dmplay resume max.dmt"),
-        (
-            {"is_handed_in": False},
-            "dmplay resume max.dmt  # the file will say that you saw the hidden states",
-        ),
+        ({"is_handed_in": False},
+         "dmplay resume max.dmt  # the file will say that you saw the hidden states"),
         ({"is_handed_in": False, "strict": True}, ""),
-        (
-            {"is_handed_in": False, "record_path": Path("a b.dmt")},
-            "dmplay resume 'a b.dmt'  # the file",
-        ),
+        ({"is_handed_in": False, "record_path": Path("a b.dmt")},
+         "dmplay resume 'a b.dmt'  # the file"),
         ({"turns": 1}, ""),
         ({"problem": "prisoners-dilemma", "other_agent": "grim"}, "dmplay resume max.dmt"),
         ({"problem": "travelers-dilemma", "other_agent": "script:2,2"}, ""),
-        (
-            {"problem": "prisoners-dilemma", "other_agent": "./mine.py:Mine"},
-            "dmplay resume max.dmt --trust",
-        ),
+        ({"problem": "prisoners-dilemma", "other_agent": "./mine.py:Mine"},
+         "dmplay resume max.dmt --trust"),
     ],
-)
+)  # fmt: skip
 def test_leaving_names_the_command_that_resumes_the_game(
     options: dict[str, object], command: str
 ) -> None:

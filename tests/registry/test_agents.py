@@ -92,17 +92,13 @@ def test_a_hint_provider_is_the_agent_of_its_name(name: str) -> None:
         ("multicaregiver-crying-baby", 5, ("human", "feed-when-crying"), "best-response:horizon=5"),
         ("multicaregiver-crying-baby", 5, ("human", "random"), "best-response:to=random,horizon=5"),
         ("multicaregiver-crying-baby", 5, ("human", "search"), "best-response:to=random,horizon=5"),
-        (
-            "multicaregiver-crying-baby",
-            5,
-            ("human", "joint-plan"),
-            "best-response:to=joint-plan,horizon=5",
-        ),
+        ("multicaregiver-crying-baby", 5, ("human", "joint-plan"),
+         "best-response:to=joint-plan,horizon=5"),
         ("hexworld", 3, ("human",), "optimal:horizon=3"),
         ("hexworld", 10_001, ("human",), "optimal"),
         ("crying-baby", 20, ("human",), "optimal:horizon=20"),
     ],
-)
+)  # fmt: skip
 def test_the_name_of_a_hint_provider_contains_its_parameters_for_this_game(
     name: str, turns: int | None, seats: tuple[str, ...], expected: str
 ) -> None:

@@ -58,11 +58,8 @@ def test_every_built_in_problem_loads_under_its_name() -> None:
     [
         ("hexwrold", {}, "unknown problem 'hexwrold'; did you mean hexworld?"),
         ("zzz", {}, "unknown problem 'zzz'; expected one of "),
-        (
-            "hexworld:strait-line",
-            {},
-            "hexworld: unknown variant 'strait-line'; did you mean straig",
-        ),
+        ("hexworld:strait-line", {},
+         "hexworld: unknown variant 'strait-line'; did you mean straig"),
         ("hexworld", {"slop": 1}, "unknown parameter 'slop'; did you mean slip"),
         ("hexworld", {"slip": 2}, "slip: got 2, expected a number at least 0 and at most 1"),
         ("hexworld", {"slip": "a lot"}, "slip: got 'a lot', expected a number, such as 0.3"),
@@ -72,32 +69,20 @@ def test_every_built_in_problem_loads_under_its_name() -> None:
         ("hexworld", {"hexes": "7"}, "hexes: got '7', expected a list"),
         ("hexworld", {"hexes": "[]"}, "hexes: got [], expected hexes"),
         ("hexworld", {"hexes": "[[1, 2], [3]]"}, "hexes: got [3], expected a pair"),
-        (
-            "hexworld",
-            {"hexes": "[[1, 2], [1, 2]]"},
-            "hexes: got a hex twice, expected different hexes",
-        ),
-        (
-            "hexworld",
-            {"rewards": "[[[50, 2], 1]]"},
-            "rewards: got (50,2), expected a hex of the map",
-        ),
+        ("hexworld", {"hexes": "[[1, 2], [1, 2]]"},
+         "hexes: got a hex twice, expected different hexes"),
+        ("hexworld", {"rewards": "[[[50, 2], 1]]"},
+         "rewards: got (50,2), expected a hex of the map"),
         ("hexworld", {"rewards": "[7]"}, "rewards: got "),
         ("2048", {"p_two": -0.1}, "p_two: got -0.1, expected a number"),
         ("./nothing.py:Game", {}, "no such file: ./nothing.py"),
         ("no.such.module:Game", {}, "no.such.module:Game: no module 'no'"),
-        (
-            "dmplay.core.problem:Problm",
-            {},
-            "dmplay.core.problem: unknown problem or variant 'Problm'; did you mean Problem",
-        ),
-        (
-            "dmplay.core.problem:Labels",
-            {},
-            "dmplay.core.problem:Labels: got Labels, expected a dmplay Problem",
-        ),
+        ("dmplay.core.problem:Problm", {},
+         "dmplay.core.problem: unknown problem or variant 'Problm'; did you mean Problem"),
+        ("dmplay.core.problem:Labels", {},
+         "dmplay.core.problem:Labels: got Labels, expected a dmplay Problem"),
     ],
-)
+)  # fmt: skip
 def test_a_wrong_name_or_value_is_one_clear_line(
     name: str, parameters: dict[str, object], message: str
 ) -> None:

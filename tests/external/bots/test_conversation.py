@@ -364,18 +364,14 @@ A_COUNT, A_LABEL = "a whole number, 0 or more", "one of crying, quiet"
         (4, '"feed"', "0", "action 0, expected one of feed, sing, ignore"),
         (4, '"feed"', '"fed"', "unknown action 'fed'; did you mean feed?"),
         (4, '"game": 0', '"game": 7', "game 7 has no turn 0"),
-        (
-            4,
-            '"action"',
-            '"actions": [], "action"',
-            "actions [], expected an action for each of agent",
-        ),
+        (4, '"action"', '"actions": [], "action"',
+         "actions [], expected an action for each of agent"),
         (4, '"action"', '"reward": true, "action"', "reward true, expected a number"),
         (5, '"game": 0', '"game": []', f"game [], expected {A_COUNT}"),
         (5, '"game": 0', '"game": 1', "game 1 has no turn 0"),
         (5, '"type"', "'type'", "Expecting property name enclosed in double quotes, at column 2"),
     ],
-)
+)  # fmt: skip
 def test_an_invalid_value_in_a_request_is_named_with_its_line(
     number: int, old: str, new: str, message: str
 ) -> None:

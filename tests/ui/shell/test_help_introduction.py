@@ -42,19 +42,15 @@ def test_a_lesson_is_three_sentences_and_an_example_turn_independent_of_the_game
     ("name", "parameters", "row", "phrase"),
     [
         ("hexworld", {"bump_cost": 3.0, "slip": 0.0}, 2, "wall costs 3, and no step slips"),
-        (
-            "hexworld",
-            {"discount": 1.0},
-            2,
-            "; there is no discount: the rewards of all turns count",
-        ),
+        ("hexworld", {"discount": 1.0}, 2,
+         "; there is no discount: the rewards of all turns count"),
         ("crying-baby", {"hungry_reward": -7.0}, 2, "hungry baby costs 7; feeding costs 5"),
         ("cart-pole", {"theta_limit": 20.0, "force": 5.0}, 1, "within 20 degrees of upright"),
         ("2048", {"p_two": 0.9}, 2, "90% of new tiles are 2, the others 4"),
         ("predator-prey", {"predators": 2}, 1, "you get 1, shared by the predators on it"),
         ("simple-regulator", {"noise": 0.0}, 2, "a push is free; a reward one turn later"),
     ],
-)
+)  # fmt: skip
 def test_a_lesson_contains_the_parameters_of_the_game(
     name: str, parameters: dict[str, object], row: int, phrase: str
 ) -> None:
