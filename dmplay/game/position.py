@@ -29,9 +29,10 @@ from dmplay.core.problem import (
     validate_outcome,
 )
 from dmplay.core.seat_history import BeliefHistory, SeatHistory
-from dmplay.core.session import Session, View, call_memory_method
+from dmplay.core.session import Session, View, call_memory_method, validate_policy_actions
 from dmplay.core.spaces import Labels
 from dmplay.core.typed_text import parse_belief, parse_history, parse_state
+from dmplay.core.uniforms import SeededUniforms
 from dmplay.core.work_budget import Budget, limit_total_work
 from dmplay.errors import BadParameter, BadPolicy, BudgetExceeded
 from dmplay.game.action_breakdown import ActionBreakdown, Payoff, PossibleOutcome
@@ -80,13 +81,19 @@ class Position:
         memory: Memory | None = None,
         inactive_agents: Bools | None = None,
         belief: Reals | None = None,
+        uniforms: Reals | None = None,
     ) -> None:
         self.view, self.question, self.agent = view, question, agent
         self.problem, self.seat = view.problem, view.seat
         self.turns_done = view.turns_played if turns_done is None else turns_done
-        self._memory, self._belief = memory, belief
+        self._memory, self._belief, self._uniforms = memory, belief, uniforms
         self._inactive_agents = inactive_agents
+        self._forget_answers()
+
+    def _forget_answers(self) -> None:
+        """Forget the answers that depend on the agent."""
         self._breakdowns: dict[int, ActionBreakdown | None] = {}
+        self._choice: float | ActionValues | None = None
 
     @classmethod
     def of_session(
@@ -107,11 +114,21 @@ class Position:
         agent: HintAgent | None,
         memory: Memory | None = None,
     ) -> Self:
-        """Return the position with this agent, or without one, and with its memory if known."""
+        """Return the position with this agent, or without one, and with its memory if known.
+
+        The agent chooses with the uniforms of its seat in this turn.
+        """
         seats = range(len(session.problem.agents))
         inactive = np.array([session.is_inactive(seat) for seat in seats])
+        uniforms = None
+        if agent is not None:
+            stream, turn = 1 + question.seat, len(session.turns) + 1
+            count = max(agent.policy.uniform_count, 1)  # a search, which may replace it, needs one
+            uniforms = session.uniform_source.generate_uniforms(stream, turn, 0, count)[0]
         view = session.view(question.seat)
-        return cls(view, question, agent, memory=memory, inactive_agents=inactive)
+        return cls(
+            view, question, agent, memory=memory, inactive_agents=inactive, uniforms=uniforms
+        )
 
     @classmethod
     def from_text(  # noqa: PLR0913 - a position has these parts
@@ -298,13 +315,54 @@ class Position:
                     return query(self.agent.policy, self.memory)
             except (BadPolicy, BudgetExceeded):
                 self.agent = load_hint_agent(self.problem, self.question, SEARCH_AGENT)
-                self._memory, self._breakdowns = None, {}
+                self._memory = None
+                self._forget_answers()
         return query(self.agent.policy, self.memory)
 
     def values(self) -> ActionValues | None:
-        """Return the value of each legal action; None if the agent has none."""
+        """Return the value of each legal action; None if the agent has none.
+
+        They are estimates with standard errors if the agent samples returns.
+        """
         q = self._compute_q()
-        return self.agent.join_values(q, self.view.legal_actions_mask) if self.agent else None
+        if self.agent is None:
+            return None
+        if q is not None:
+            return self.agent.join_values(q, self.view.legal_actions_mask)
+        choice = self._choose()
+        return choice if isinstance(choice, ActionValues) else None
+
+    def choose(self) -> tuple[float | None, ActionValues | None]:
+        """Return the action that the agent chooses, and its estimates if it samples returns.
+
+        If the estimates are too close to call, there is no action. There must be an agent.
+        """
+        choice = self._choose()
+        if not isinstance(choice, ActionValues):
+            return choice, None
+        return None if choice.is_too_close else float(choice.best_actions[0]), choice
+
+    def _choose(self) -> float | ActionValues:
+        """Return the estimates of the agent, or its choice if it makes none."""
+        if self._choice is None:
+            self._choice = self.ask(self._choose_or_estimate)
+        return self._choice
+
+    def _choose_or_estimate(self, policy: SeatPolicy, memory: Memory) -> float | ActionValues:
+        """Return the estimates of a policy, or its choice if it makes none."""
+        turn, count = self.turns_done + 1, policy.uniform_count
+        u = self._uniforms
+        if u is None or len(u) < count:
+            u = SeededUniforms(0).generate_uniforms(1 + self.seat, turn, 0, count)[0]
+        legal = self.view.legal_actions_mask
+        arguments = memory, None if legal is None else readonly_copy(legal[None]), u[None, :count]
+        estimates = policy.estimate_returns(*arguments)
+        if estimates is not None:
+            assert self.agent is not None
+            return estimates._replace(basis=self.agent.basis)
+        prefix = f"turn {turn}, {self.problem.agents[self.seat]}"
+        choice = call_policy(prefix, policy.choose, *arguments)
+        return float(validate_policy_actions(policy, choice, 1, prefix)[0])
 
     def _compute_q(self) -> Reals | None:
         """Return the value of each action `[A]`, as the agent computes it; None if it has none."""

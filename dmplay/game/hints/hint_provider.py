@@ -8,11 +8,10 @@ from functools import cached_property
 from math import ceil, floor, isfinite, log10
 from typing import TypeVar
 
-from dmplay.agents.base import AdviceQuestion, SeatPolicy
+from dmplay.agents.base import AdviceQuestion
 from dmplay.core.action_values import UNKNOWN_BASIS, Accuracy, ActionValues, ValuesBasis
 from dmplay.core.arrays import Reals
 from dmplay.core.best_actions import VALUE_TOLERANCE
-from dmplay.core.policy import Memory, Policy
 from dmplay.core.session import SeatedPolicy, Session, Turn
 from dmplay.core.spaces import Interval
 from dmplay.core.work_budget import limit_total_work
@@ -236,19 +235,6 @@ class Hint:
         ]
 
 
-def estimate_values(
-    session: Session, agent: agents.HintAgent, memory: Memory
-) -> ActionValues | None:
-    """Return an agent's estimates of each action at its turn, by samples; None if it makes none."""
-    seat, policy = agent.question.seat, agent.policy
-    u = session.uniform_source.generate_uniforms(
-        1 + seat, len(session.turns) + 1, 0, policy.uniform_count
-    )
-    legal = session.legal_actions_mask(seat)
-    estimates = policy.estimate_returns(memory, None if legal is None else legal[None], u)
-    return estimates and estimates._replace(basis=agent.basis)
-
-
 class HintProvider:
     """An agent that answers a question about the game of a session, without playing in it."""
 
@@ -276,8 +262,10 @@ class HintProvider:
             agent = before.agent
         memory = None
         if agent is not None:
+            if self._seated is None or self._seated.policy is not agent.policy:
+                self._seated = SeatedPolicy(self.session, self.seat, agent.policy)
             with suppress(BadPolicy, BudgetExceeded), limit_total_work(ADVICE_WORK_LIMIT):
-                memory = self._follow(agent.policy).current_memory()
+                memory = self._seated.current_memory()
         self._position = Position.follow(self.session, self.question, agent, memory)
         self._turn_of_position = last_turn
         return self._position
@@ -286,12 +274,6 @@ class HintProvider:
     def _hint_agent(self) -> agents.HintAgent | None:
         """The agent that gives the hints, or None."""
         return self.position.agent
-
-    def _follow(self, policy: Policy) -> SeatedPolicy:
-        """Return a policy with its memory of this seat, which is updated turn by turn."""
-        if self._seated is None or self._seated.policy is not policy:
-            self._seated = SeatedPolicy(self.session, self.seat, policy)
-        return self._seated
 
     @property
     def name(self) -> str | None:
@@ -315,14 +297,15 @@ class HintProvider:
         reason = self.explain_unavailable()
         if reason:
             return f"no hint: {reason}"
-        action, estimates = self._choose_action()
+        position = self.position
+        action, estimates = position.choose()
         hint = Hint(
-            self._describe_basis(),
-            self._format_recommendation(action, estimates),
-            self.session.action_labels(self.seat),
-            self._legal_values() if estimates is None else estimates,
+            self._describe_basis(position),
+            _format_recommendation(position, action, estimates),
+            position.labels,
+            position.values() if estimates is None else estimates,
             action,
-            "" if action is None else self.session.format_action(self.seat, action),
+            "" if action is None else position.format_action(action),
             self.describe_game(),
         )
         self._cached_hint = (*self._turn_key, hint)
@@ -389,55 +372,17 @@ class HintProvider:
 
     def describe_choice(self) -> str:
         """Return the name of the hint agent and its recommended action."""
-        recommendation = self._format_recommendation(*self._choose_action())
-        return Hint(self._describe_basis(), recommendation, (), None).recommendation
+        position = self.position
+        recommendation = _format_recommendation(position, *position.choose())
+        return Hint(self._describe_basis(position), recommendation, (), None).recommendation
 
-    def _choose_action(self) -> tuple[float | None, ActionValues | None]:
-        """Return the action that the hint agent chooses, and its estimates if it samples returns.
-
-        If estimates are too close to call, there is no action.
-        """
-        choice = self.position.ask(self._choose_or_estimate)
-        if not isinstance(choice, ActionValues):
-            return choice, None
-        return None if choice.is_too_close else float(choice.best_actions[0]), choice
-
-    def _choose_or_estimate(self, policy: SeatPolicy, memory: Memory) -> float | ActionValues:
-        """Return the estimates of the hint agent, or its choice if it makes none."""
-        estimates = self._estimate_returns(policy, memory)
-        return self._follow(policy).choose() if estimates is None else estimates
-
-    def _estimate_returns(self, policy: SeatPolicy, memory: Memory) -> ActionValues | None:
-        """Return the estimates of the hint agent for each action; None if it makes none."""
-        assert self._hint_agent
-        return estimate_values(self.session, self._hint_agent, memory)
-
-    def _format_recommendation(self, action: float | None, estimates: ActionValues | None) -> str:
-        """Return an action as text, or the estimates that are too close to call.
-
-        A real action is rounded by less than 1e-4 of its interval.
-        """
-        if action is None:
-            assert estimates is not None
-            hint = Hint("", "", self.session.action_labels(self.seat), estimates)
-            text = f"{TOO_CLOSE}; {hint.values_text}"
-            if estimates._replace(return_bounds=None).is_too_close:
-                return text
-            return f"{text}; {estimates.sample_count} samples of each may miss rare outcomes"
-        action_set = self.session.problem.actions[self.seat]
-        if not isinstance(action_set, Interval) or action_set.high <= action_set.low:
-            return self.session.format_action(self.seat, action)
-        step = (action_set.high - action_set.low) * INTERVAL_RESOLUTION
-        return format_fixed(action, max(ceil(-log10(step)), 0))
-
-    def _describe_basis(self) -> str:
+    def _describe_basis(self, position: Position) -> str:
         """Return the hint agent, the game and method of its values, its estimates and tie rule."""
-        assert self._hint_agent
+        assert position.agent
         with limit_total_work(ADVICE_WORK_LIMIT):
-            basis = self.values_basis
-            values = self._legal_values() if basis.tie_rule else None
-            is_tie = values is not None and len(values.best_actions) > 1
-            name, _, method = (basis.method or self._hint_agent.label).partition(", ")
+            basis = position.agent.basis
+            is_tie = bool(basis.tie_rule) and len(position.best_actions()) > 1
+            name, _, method = (basis.method or position.agent.label).partition(", ")
             parts = [
                 name,
                 self.describe_game(),  # before the longer texts, which a narrow screen cuts
@@ -449,8 +394,8 @@ class HintProvider:
 
     def list_values(self) -> Hint:
         """Return the value of each legal action, without a recommendation."""
-        labels, values = self.session.action_labels(self.seat), self._legal_values()
-        return Hint("", "", labels, values, game=self.describe_game())
+        position = self.position
+        return Hint("", "", position.labels, position.values(), game=self.describe_game())
 
     @property
     def values_basis(self) -> ValuesBasis:
@@ -463,12 +408,6 @@ class HintProvider:
         """
         hint = self.list_values()
         return {} if hint.values and hint.values.errors is not None else hint.values_data["values"]
-
-    def _legal_values(self) -> ActionValues | None:
-        """Return the value of each legal action; None if there are no values."""
-        values = self.position.values()
-        can_estimate = values is None and self._hint_agent is not None
-        return self.position.ask(self._estimate_returns) if can_estimate else values
 
     def build_overlay(self, kind: str, turns_done: int | None = None) -> Overlay | None:
         """Return an overlay of this kind with the values of all states; None if there are none.
@@ -524,3 +463,23 @@ class HintProvider:
             return None
         policy = self._hint_agent.policy
         return policy.action_values(policy.memory_at_turn(problem.enumerate_states(), turn_count))
+
+
+def _format_recommendation(
+    position: Position, action: float | None, estimates: ActionValues | None
+) -> str:
+    """Return an action as text, or the estimates that are too close to call.
+
+    A real action is rounded by less than 1e-4 of its interval.
+    """
+    if action is None:
+        assert estimates is not None
+        text = f"{TOO_CLOSE}; {Hint('', '', position.labels, estimates).values_text}"
+        if estimates._replace(return_bounds=None).is_too_close:
+            return text
+        return f"{text}; {estimates.sample_count} samples of each may miss rare outcomes"
+    action_set = position.problem.actions[position.seat]
+    if not isinstance(action_set, Interval) or action_set.high <= action_set.low:
+        return position.format_action(action)
+    step = (action_set.high - action_set.low) * INTERVAL_RESOLUTION
+    return format_fixed(action, max(ceil(-log10(step)), 0))

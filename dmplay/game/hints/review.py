@@ -13,13 +13,8 @@ from dmplay.core.session import SeatedPolicy, Session
 from dmplay.core.text import align_columns, format_count
 from dmplay.core.work_budget import Budget, scale_progress_part
 from dmplay.game.background_tasks import TaskInfo, run_cancellable
-from dmplay.game.hints.hint_provider import (
-    SAMPLED_VALUES,
-    TOO_CLOSE,
-    count_decimals,
-    estimate_values,
-    format_fixed,
-)
+from dmplay.game.hints.hint_provider import SAMPLED_VALUES, TOO_CLOSE, count_decimals, format_fixed
+from dmplay.game.position import Position
 from dmplay.registry import agents
 
 REVIEW_NOTE_PREFIX = "# review "
@@ -141,7 +136,8 @@ def review_actions(
                 values = hint_agent.join_values(q, legal)
                 if values is None and can_sample:
                     memory = hint_policy.current_memory()
-                    values = estimate_values(replayed, hint_agent, memory)
+                    question = hint_agent.question
+                    values = Position.follow(replayed, question, hint_agent, memory).values()
             is_of_players = number > hint_agent.question.earlier_turns
             if values is not None and is_of_players and not replayed.is_inactive(seat):
                 reviewed = _review_action(replayed, seat, number, int(turn.actions[seat]), values)
