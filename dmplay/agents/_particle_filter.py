@@ -7,6 +7,7 @@ same particles.
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import chain
 
 import numpy as np
 
@@ -17,9 +18,7 @@ from dmplay.core.uniforms import generate_uniforms
 from dmplay.solvers.search.simulated_opponents import OpponentModel
 
 N_PARTICLES = 500  # per row
-CANDIDATES_PER_PARTICLE = (
-    4  # Each turn, of this many candidates those stay that match the observation.
-)
+CANDIDATES_PER_PARTICLE = 4  # each turn, of which those stay that match the observation
 MAX_BATCH_ELEMENTS = 2**22  # array elements of the rows filtered together
 PARTICLE_SEED = 1
 
@@ -37,15 +36,8 @@ class ParticleFilter:
         """Return the first particles, sampled from beliefs `[B, S]` of the state."""
         u = generate_uniforms(PARTICLE_SEED, self.opponent_model.seat, 0, rows=1, count=N_PARTICLES)
         s = sample_states(self.opponent_model.problem, beliefs, np.tile(u, (len(beliefs), 1)))
-        flat_states = s.reshape(-1, *s.shape[2:])
-        return (
-            s,
-            *(
-                _unflatten_particles(part, len(s))
-                for memory in self.opponent_model.begin_memories(flat_states)
-                for part in memory
-            ),
-        )
+        parts = chain(*self.opponent_model.begin_memories(s.reshape(-1, *s.shape[2:])))
+        return (s, *(part.reshape(len(s), -1, *part.shape[1:]) for part in parts))
 
     def update(
         self, particles: Memory, percept: Percept, turns_done: Ints, beliefs: Reals
@@ -71,9 +63,8 @@ class ParticleFilter:
         max_rows = max(MAX_BATCH_ELEMENTS // size, 1)
         for turn in np.flatnonzero(np.bincount(turns_done)).tolist():
             rows = np.flatnonzero(turns_done == turn)
-            yield from (
-                (turn, rows[start : start + max_rows]) for start in range(0, len(rows), max_rows)
-            )
+            for start in range(0, len(rows), max_rows):
+                yield turn, rows[start : start + max_rows]
 
     def _filter_particles(
         self, particles: Memory, own_actions: Array, observations: Array, turn: int, beliefs: Reals
@@ -85,30 +76,26 @@ class ParticleFilter:
             PARTICLE_SEED, cast.seat, turn + 1, rows=len(candidates), count=cast.uniforms_per_turn
         )
         u = np.tile(u, (row_count, 1))
-        s, *parts = (_flatten_particles(part[:, candidates % N_PARTICLES]) for part in particles)
+        s, *parts = (
+            part[:, candidates % N_PARTICLES].reshape(-1, *part.shape[2:]) for part in particles
+        )
         memories = cast.split_memory(tuple(parts))
         joint = cast.choose_joint_actions(s, memories, np.repeat(own_actions, len(candidates)), u)
         outcome = cast.step_states(s, joint, u)
         next_memories = cast.update_memories(memories, joint, outcome)
-        matches = (
-            outcome.observations[:, cast.seat] == np.repeat(observations, len(candidates))
-        ).reshape(row_count, -1)
+        candidate_observations = outcome.observations[:, cast.seat].reshape(row_count, -1)
+        matches = candidate_observations == observations[:, None]
         matching_first = np.argsort(~matches, axis=1, kind="stable")
         match_counts = matches.sum(axis=1)[:, None]
-        picks = (
-            np.arange(N_PARTICLES)
-            * np.where(match_counts, match_counts, len(candidates))
-            // N_PARTICLES
-        )
-        selected = np.take_along_axis(matching_first, picks, axis=1) + np.arange(row_count)[
-            :, None
-        ] * len(candidates)
+        pick_counts = np.where(match_counts, match_counts, len(candidates))
+        picks = np.arange(N_PARTICLES) * pick_counts // N_PARTICLES
+        row_starts = np.arange(row_count)[:, None] * len(candidates)
+        selected = row_starts + np.take_along_axis(matching_first, picks, axis=1)
         states = outcome.state[selected]
         unmatched = np.flatnonzero(match_counts == 0)
         if len(unmatched):
-            states[unmatched] = sample_states(
-                cast.problem, beliefs[unmatched], u[selected[unmatched], 0]
-            )
+            uniforms = u[selected[unmatched], 0]
+            states[unmatched] = sample_states(cast.problem, beliefs[unmatched], uniforms)
         return (states, *(part[selected] for memory in next_memories for part in memory))
 
 
@@ -120,13 +107,3 @@ def sample_states(problem: Problem, beliefs: Reals, u: Reals) -> Array:
         edges = np.cumsum(belief[support])[:-1]
         indices[row] = support[np.searchsorted(edges, u[row], side="right")]
     return np.asarray(problem.enumerate_states()[indices])
-
-
-def _flatten_particles(part: Array) -> Array:
-    """Return the particles of all rows, one row after another."""
-    return part.reshape(-1, *part.shape[2:])
-
-
-def _unflatten_particles(part: Array, rows: int) -> Array:
-    """Return flattened particles as `[rows, G, ...]`."""
-    return part.reshape(rows, -1, *part.shape[1:])

@@ -16,14 +16,11 @@ class Roster:
 
     agents: Mapping[str, type[SeatPolicy]]
     hint_provider: str | None = None  # agent whose values and choices serve as hints
-    finite_horizon_hint_provider: str | None = (
-        None  # gives the hints instead if the number of turns is known
-    )
+    finite_horizon_hint_provider: str | None = None  # instead, if the number of turns is known
     default_partner: str = "random"  # plays a seat for which no agent was named, beside a person
     batch_agent: str | None = None  # plays many games at once if the hint provider is slow
-    simulation_agent: str | None = (
-        None  # plays in a search's simulations, in place of hint provider and partner
-    )
+    # plays in a search's simulations, in place of hint provider and partner
+    simulation_agent: str | None = None
     adds_general_agents: bool = True  # the agents of general methods can play this seat too
 
     def hint_provider_for(self, turns: int | None) -> str | None:
@@ -31,8 +28,6 @@ class Roster:
 
         `turns` is None if the number of turns is unknown.
         """
-        return (
-            self.finite_horizon_hint_provider
-            if self.finite_horizon_hint_provider and turns and turns <= MAX_HORIZON
-            else self.hint_provider
-        )
+        if turns and turns <= MAX_HORIZON and self.finite_horizon_hint_provider:
+            return self.finite_horizon_hint_provider
+        return self.hint_provider

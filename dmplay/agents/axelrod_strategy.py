@@ -4,7 +4,6 @@ import math
 from dataclasses import dataclass
 from functools import cached_property
 from types import ModuleType
-from typing import Any
 
 import numpy as np
 
@@ -60,20 +59,14 @@ class AxelrodStrategy(SeatPolicy):
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
         """Return the next actions of the strategy, each from a new player."""
-        rows = zip(*memory, u[:, 0], strict=True)
-        return np.array(
-            [
-                self._next_action(own_actions, opponent_actions, uniform)
-                for own_actions, opponent_actions, uniform in rows
-            ],
-            np.int64,
-        )
+        return np.array([*map(self._next_action, *memory, u[:, 0])], np.int64)
 
     def _next_action(self, own_actions: Array, opponent_actions: Array, uniform: float) -> int:
         """Return the action of a new player after these rounds."""
         package = _import_axelrod()
         actions = (package.Action.C, package.Action.D)
-        player, partner = self._create_player(), package.MockPlayer()
+        player, partner = getattr(package, self.name)(), package.MockPlayer()
+        player.set_match_attributes(**self._match_attributes)
         partner.set_match_attributes(**self._match_attributes)
         for own_action, opponent_action in zip(own_actions, opponent_actions, strict=True):
             player.set_seed(round(uniform * SEED_RANGE))
@@ -82,12 +75,6 @@ class AxelrodStrategy(SeatPolicy):
             partner.update_history(actions[opponent_action], actions[own_action])
         player.set_seed(round(uniform * SEED_RANGE))
         return actions.index(player.strategy(partner))
-
-    def _create_player(self) -> Any:
-        """Return a new player of the strategy, with the attributes of the match."""
-        player = getattr(_import_axelrod(), self.name)()
-        player.set_match_attributes(**self._match_attributes)
-        return player
 
     @cached_property
     def _match_attributes(self) -> dict[str, object]:

@@ -272,9 +272,7 @@ class StationaryPolicy(ReactivePolicy, ABC):
 
     @abstractmethod
     def choose_from_states(self, s: Array, legal: Bools | None) -> Array:
-        """Return the action in each state of `s` `[B]`; `legal` masks the actions, None
-        allows all.
-        """
+        """Return the action in each state `[B]`; `legal` is None if all actions are legal."""
 
 
 @dataclass(frozen=True)
@@ -306,11 +304,7 @@ class RepeatedGameRule(SeatPolicy, ABC):
     def update_memory(self, memory: Memory, percept: Percept) -> Memory:
         """Return a memory that holds the reply to the last round."""
         assert percept.actions is not None
-        own_actions, opponent_actions = (
-            percept.actions[:, self.seat],
-            percept.actions[:, 1 - self.seat],
-        )
-        return (self.reply(own_actions, opponent_actions),)
+        return (self.reply(percept.actions[:, self.seat], percept.actions[:, 1 - self.seat]),)
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
         """Return the action that is stored in the memory."""

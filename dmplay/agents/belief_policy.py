@@ -85,13 +85,11 @@ class BeliefPolicy(SeatPolicy, ABC):
         Raises ImpossibleObservation if the observation has probability 0 in a row.
         """
         action, observation = divmod(turn_index, self.problem.observation_counts[self.seat])
-        posterior, likelihood = belief.apply_bayes_rule(
-            self._joint_belief_update(beliefs, action, observation)
-        )
+        joint = self._joint_belief_update(beliefs, action, observation)
+        posterior, likelihood = belief.apply_bayes_rule(joint)
         if not likelihood.all():
-            raise ImpossibleObservation(
-                f"{self.problem.agents[self.seat]}: got an observation of probability 0"
-            )
+            agent = self.problem.agents[self.seat]
+            raise ImpossibleObservation(f"{agent}: got an observation of probability 0")
         return posterior
 
     def _joint_belief_update(self, beliefs: Reals, action: int, observation: int) -> Reals:

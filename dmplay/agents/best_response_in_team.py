@@ -53,13 +53,9 @@ class PartnerBeliefPolicy(BeliefPolicy):
 
     def values_basis(self, question: AdviceQuestion) -> ValuesBasis:
         """Return the basis with the partner's model, unless this partner plays so."""
-        return (
-            super()
-            .values_basis(question)
-            ._replace(
-                preposition="with", assumed_players=self.describe_partner(question.actual_opponents)
-            )
-        )
+        partner = self.describe_partner(question.actual_opponents)
+        basis = super().values_basis(question)
+        return basis._replace(preposition="with", assumed_players=partner)
 
     def describe_partner(self, opponents: tuple[str, ...]) -> str:
         """Return the model of the partner, '' if it is how this partner plays."""

@@ -69,11 +69,8 @@ class BestResponsePlan(GreedyPolicy, SeatPolicy):
     def values_basis(self, question: AdviceQuestion) -> ValuesBasis:
         """Return exact values with or against the other agents."""
         preposition = "with" if self.problem.shared_reward else "against"
-        basis = (
-            super()
-            .values_basis(question)
-            ._replace(accuracy=Accuracy.EXACT, opponents=self.to, preposition=preposition)
-        )
+        basis = super().values_basis(question)
+        basis = basis._replace(accuracy=Accuracy.EXACT, opponents=self.to, preposition=preposition)
         is_played = self.to == question.actual_opponents
         return basis._replace(assumed_players="" if is_played else basis.players)
 
@@ -148,19 +145,12 @@ class BestResponsePlan(GreedyPolicy, SeatPolicy):
     def _update_nodes(self, nodes: Memory, actions: Ints, states: Array) -> Memory:
         """Return the next nodes, from the joint actions `[B, n]` and the next states."""
         rewards = self._find_rewards(nodes[0], actions, states)
-        memories = [
-            policy.update_memory(
-                memory,
-                Percept(
-                    actions[:, policy.seat],
-                    states,
-                    actions,
-                    None if rewards is None else rewards[:, policy.seat],
-                ),
-            )
-            for policy, memory in self._split_memories(nodes)
-        ]
-        return (states, *(array for memory in memories for array in memory))
+        arrays = [states]
+        for policy, memory in self._split_memories(nodes):
+            own_rewards = None if rewards is None else rewards[:, policy.seat]
+            percept = Percept(actions[:, policy.seat], states, actions, own_rewards)
+            arrays += policy.update_memory(memory, percept)
+        return tuple(arrays)
 
     def _find_rewards(self, states: Array, actions: Ints, next_states: Array) -> Reals | None:
         """Return the rewards `[B, n]` of transitions; None if no other agent reads its rewards.
@@ -273,9 +263,7 @@ def _list_keys(nodes: Memory) -> list[bytes]:
     """Return the rows of all arrays as bytes; objects are identified by their addresses."""
     find_addresses = np.vectorize(id, otypes=[np.int64])
     arrays = [find_addresses(array) if array.dtype.hasobject else array for array in nodes]
-    columns = [
-        np.ascontiguousarray(array).reshape(len(array), -1).view(np.uint8)
-        for array in arrays
-        if array.size
-    ]
-    return [row.tobytes() for row in np.concatenate(columns, axis=1)]
+    columns = (
+        np.ascontiguousarray(array).reshape(len(array), -1) for array in arrays if array.size
+    )
+    return [row.tobytes() for row in np.hstack([column.view(np.uint8) for column in columns])]

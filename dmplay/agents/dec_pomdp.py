@@ -47,25 +47,14 @@ class JointPlan(SeatPolicy):
         if self.planned_turns == replace(self, horizon=0).planned_turns:
             names.add("joint-plan")
         follows_plan = bool(opponents) and opponents <= names
-        basis = (
-            super()
-            .values_basis(question)
-            ._replace(
-                accuracy=Accuracy.EXACT,
-                assumed_players="" if follows_plan else "if the whole team follows the plan",
-            )
-        )
-        return basis.with_plan(self.planned_turns, question.turn_limit)
+        assumption = "" if follows_plan else "if the whole team follows the plan"
+        basis = super().values_basis(question).with_plan(self.planned_turns, question.turn_limit)
+        return basis._replace(accuracy=Accuracy.EXACT, assumed_players=assumption)
 
     @property
     def planned_turns(self) -> int:
         """The number of turns that the plan covers."""
         return self.horizon or min(self.problem.horizon or DEFAULT_PLAN_TURNS, MAX_PLAN_TURNS)
-
-    @property
-    def _team(self) -> DecPomdp:
-        """The problem as a Dec-POMDP."""
-        return DecPomdp.from_problem(self.problem)
 
     @cached_property
     def plans(self) -> tuple[AgentPlan, ...]:
@@ -75,17 +64,14 @@ class JointPlan(SeatPolicy):
     @cached_property
     def _own_plan(self) -> PlanLayer:
         """The own plan as one layer: actions `[T, K]`, and nodes of the next turn `[T, K, O]`."""
-        return PlanLayer(
-            *(_stack_layers(parts) for parts in zip(*self.plans[self.seat], strict=True))
-        )
+        return PlanLayer(*map(_stack_layers, zip(*self.plans[self.seat], strict=True)))
 
     @cached_property
     def _node_values(self) -> Reals:
         """The value of each action at each node of each turn `[T, K, A]`."""
         budget = Budget("values of a joint plan", "try fewer turns", VALUES_WORK_LIMIT)
-        return _stack_layers(
-            PlanGraph(self._team, self.plans, budget).compute_action_values(self.seat)
-        )
+        graph = PlanGraph(DecPomdp.from_problem(self.problem), self.plans, budget)
+        return _stack_layers(graph.compute_action_values(self.seat))
 
     def initial_memory(self, observation: Array) -> Memory:
         """Return the first node of the plan, zero turns done, and True while values are known."""
@@ -132,14 +118,11 @@ class OptimalJointPlan(JointPlan):
         """The plans of all seats; raises BadPolicy if they are not proven to be optimal."""
         solution = solve_joint_plan(self.problem, self.planned_turns)
         if not solution.is_optimal:
-            message = (
-                f"the best plan found for {format_count(self.planned_turns, 'turn')} "
-                f"has value {format_number(solution.value)}"
-            )
+            turns = format_count(self.planned_turns, "turn")
+            value, upper_bound = map(format_number, (solution.value, solution.upper_bound))
             raise BadPolicy(
-                f"optimal: {message}, an optimal one at most "
-                f"{format_number(solution.upper_bound)}; "
-                "use joint-plan"
+                f"optimal: the best plan found for {turns} has value {value}, "
+                f"an optimal one at most {upper_bound}; use joint-plan"
             )
         return solution.plans
 

@@ -65,11 +65,8 @@ class BackwardInductionPolicy(_GameTurnsPolicy):
     def values_basis(self, question: AdviceQuestion) -> ValuesBasis:
         """Return exact values if the other agents take best actions, with the rule for ties."""
         counts_turns = self.game_turns is not None and self.problem.discount < 1.0
-        basis = (
-            super()
-            .values_basis(question)
-            ._replace(accuracy=Accuracy.EXACT, tie_rule="" if counts_turns else ENDS_SOONEST)
-        )
+        tie_rule = "" if counts_turns else ENDS_SOONEST
+        basis = super().values_basis(question)._replace(accuracy=Accuracy.EXACT, tie_rule=tie_rule)
         if len(self.problem.agents) == 1:
             return basis
         has_ties = bool(self._solution.indifferent_seats - {self.seat})
@@ -85,16 +82,15 @@ class BackwardInductionPolicy(_GameTurnsPolicy):
 
     @cached_property
     def _soonest_rows(self) -> Ints:
-        """The joint action in each state `[S]` that ends a game with an infinite horizon soonest,
-        among the best.
-        """
+        """The joint action of each state `[S]` that ends an endless game soonest."""
         return backward_induction.select_soonest_ending_actions(
             self._solution, self.problem.discount
         )
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
-        """Return the first of the best actions; for an infinite horizon or without a discount, one
-        of them that ends the game soonest.
+        """Return the first of the best actions, or the one that ends the game soonest.
+
+        The latter is for an infinite horizon or without a discount.
         """
         if self.game_turns is not None and self.problem.discount < 1.0:
             return select_greedy_actions(self.action_values(memory), self.problem.reward_scale)
@@ -134,18 +130,7 @@ class BackwardInductionPolicy(_GameTurnsPolicy):
 
     def values_with_turns_left(self, info_state: Array, turns_left: int | None) -> Reals:
         """Return Q `[B, A]` of states with these rewards to come; -inf for illegal actions."""
-        game_graph, seat = self._solution.graph, self.seat
-        action_rows, positions = game_graph.list_legal_actions(
-            game_graph.find_state_indices(self.problem, info_state)
-        )
-        next_values = self._solution.get_values(None if turns_left is None else turns_left - 1)
-        action_values = game_graph.compute_action_values(
-            action_rows, self.problem.discount, next_values
-        )
-        q = np.full((len(info_state), self.problem.action_counts[seat]), -np.inf)
-        actions = game_graph.joint_actions[action_rows, seat]
-        np.maximum.at(q, (positions, actions), action_values[:, seat])
-        return q
+        return self._solution.compute_seat_values(self.problem, self.seat, info_state, turns_left)
 
     def state_values(self, memory: Memory, legal: Bools | None) -> Reals:
         """Return the value `[B]` of playing on, also where another agent acts next."""
@@ -228,15 +213,10 @@ class BestReplyEquilibrium(ReactivePolicy):
     def values_basis(self, question: AdviceQuestion) -> ValuesBasis:
         """Return estimated values without a turn limit, against the others' equilibrium."""
         is_played = {*question.actual_opponents} == {"equilibrium"}
-        return (
-            super()
-            .values_basis(question)
-            ._replace(
-                accuracy=Accuracy.ESTIMATED,
-                ignores_turn_limit=question.turn_limit is not None,
-                assumed_players="" if is_played else "if the other agents play the equilibrium",
-            )
-        )
+        assumption = "" if is_played else "if the other agents play the equilibrium"
+        basis = super().values_basis(question)._replace(assumed_players=assumption)
+        is_limited = question.turn_limit is not None
+        return basis._replace(accuracy=Accuracy.ESTIMATED, ignores_turn_limit=is_limited)
 
     def choice_probabilities(self, memory: Memory) -> Reals:
         """Return the mixed strategy of each row `[B, A]`."""
@@ -254,16 +234,12 @@ class BestReplyEquilibrium(ReactivePolicy):
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
         """Return actions drawn from the mixed strategy in each state."""
-        state_indices = self._solution.graph.find_state_indices(self.problem, memory[0])
-        return Categorical.from_probabilities(
-            self._solution.policies[self.seat][state_indices]
-        ).sample_events(u)
+        return Categorical.from_probabilities(self.choice_probabilities(memory)).sample_events(u)
 
     def action_values(self, memory: Memory) -> Reals:
         """Return Q of each action; -inf for illegal actions."""
-        return self._solution.q[self.seat][
-            self._solution.graph.find_state_indices(self.problem, memory[0])
-        ]
+        state_indices = self._solution.graph.find_state_indices(self.problem, memory[0])
+        return self._solution.q[self.seat][state_indices]
 
 
 @memoize
@@ -278,16 +254,14 @@ def list_single_agent_policies(problem: Problem) -> dict[str, type[SeatPolicy]]:
 
     `optimal` for an infinite horizon needs a discount below 1 or a terminal state.
     """
+    optimal: dict[str, type[SeatPolicy]] = {"optimal": MdpOptimalPolicy}
+    plan: dict[str, type[SeatPolicy]] = {"plan": BackwardInductionPolicy}
     if problem.discount < 1.0:
-        return {"optimal": MdpOptimalPolicy} | (
-            {} if problem.horizon is None else {"plan": BackwardInductionPolicy}
-        )
+        return optimal if problem.horizon is None else optimal | plan
     if problem.horizon is not None:
         return {"optimal": BackwardInductionPolicy}
     try:
         has_terminal_state = problem.terminal(problem.enumerate_states()).any()
     except BudgetExceeded:
         return {}
-    return ({"optimal": MdpOptimalPolicy} if has_terminal_state else {}) | {
-        "plan": BackwardInductionPolicy
-    }
+    return optimal | plan if has_terminal_state else plan

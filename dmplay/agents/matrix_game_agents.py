@@ -152,22 +152,16 @@ class FictitiousPlay(GreedyPolicy, _PayoffTablePolicy):
 
     def values_basis(self, question: AdviceQuestion) -> ValuesBasis:
         """Return estimated values of one round against the counted frequencies."""
-        opponent = self.problem.agents[1 - self.seat]
-        basis = (
-            super()
-            .values_basis(question)
-            ._replace(assumed_players=f"if {opponent} acts as often each way as before")
-        )
+        assumption = f"if {self.problem.agents[1 - self.seat]} acts as often each way as before"
+        basis = super().values_basis(question)._replace(assumed_players=assumption)
         return _estimate_one_round(basis, question)
 
     def predict_actions(self, memory: Memory, seat: int) -> Reals:
         """Return the frequency `[B, A]` of each action of the opponent, uniform at first."""
         (counts,) = memory
         rounds = counts.sum(axis=1, keepdims=True)
-        frequencies = np.where(rounds > 0, counts, 1) / np.where(
-            rounds > 0, rounds, counts.shape[1]
-        )
-        return np.asarray(frequencies)
+        totals = np.where(rounds, rounds, counts.shape[1])
+        return np.asarray(np.where(rounds, counts, 1) / totals)
 
     def initial_memory(self, observation: Array) -> Memory:
         """Return zero counts of the opponent's actions."""
@@ -183,11 +177,9 @@ class FictitiousPlay(GreedyPolicy, _PayoffTablePolicy):
     def action_values(self, memory: Memory) -> Reals:
         """Return the expected reward against the counted frequencies, uniform at first."""
         (counts,) = memory
-        rounds = np.cumsum(counts, axis=1)[:, -1:]
-        weights = np.where(rounds > 0, counts, 1)
-        return weighted_sum(weights, self._own_payoffs) / np.where(
-            rounds > 0, rounds, len(self._own_payoffs)
-        )
+        rounds = counts.sum(axis=1, keepdims=True)
+        total_rewards = weighted_sum(np.where(rounds, counts, 1), self._own_payoffs)
+        return total_rewards / np.where(rounds, rounds, len(self._own_payoffs))
 
 
 @dataclass(frozen=True)
@@ -198,11 +190,8 @@ class GradientAscent(_PayoffTablePolicy):
 
     def initial_memory(self, observation: Array) -> Memory:
         """Return the uniform strategy, and zero rounds."""
-        row_count, action_count = len(observation), self._own_payoffs.shape[1]
-        return (
-            np.full((row_count, action_count), 1.0 / action_count),
-            np.zeros(row_count, np.int64),
-        )
+        shape = len(observation), self._own_payoffs.shape[1]
+        return np.full(shape, 1.0 / shape[1]), np.zeros(shape[0], np.int64)
 
     @requires_fields("actions")
     def update_memory(self, memory: Memory, percept: Percept) -> Memory:
@@ -210,10 +199,8 @@ class GradientAscent(_PayoffTablePolicy):
         assert percept.actions is not None
         strategies, rounds = memory[0], memory[1] + 1
         gradient = self._own_payoffs[percept.actions[:, 1 - self.seat]]
-        return (
-            _project_to_simplex(strategies + (self.rate / np.sqrt(rounds))[:, None] * gradient),
-            rounds,
-        )
+        step = (self.rate / np.sqrt(rounds))[:, None] * gradient
+        return _project_to_simplex(strategies + step), rounds
 
     def choice_probabilities(self, memory: Memory) -> Reals:
         """Return the strategies."""
@@ -230,6 +217,5 @@ def _project_to_simplex(points: Reals) -> Reals:
     rank = np.arange(1, points.shape[1] + 1)
     excess = (np.cumsum(descending, axis=1) - 1.0) / rank
     last_positive = np.count_nonzero(descending > excess, axis=1) - 1
-    return np.asarray(
-        np.maximum(points - excess[np.arange(len(points)), last_positive][:, None], 0.0)
-    )
+    shift = excess[np.arange(len(points)), last_positive]
+    return np.asarray(np.maximum(points - shift[:, None], 0.0))

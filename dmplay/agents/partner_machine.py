@@ -64,10 +64,10 @@ def _merge_equal_nodes(machine: PartnerMachine) -> PartnerMachine:
         _, first, block = np.unique(features, axis=0, return_index=True, return_inverse=True)
         block = np.argsort(np.argsort(first))[block.reshape(-1)]  # the first node stays the first
         if len(first) == block_count:
-            observations, probabilities, next_nodes = machine
             first.sort()
+            next_nodes = block[machine.next_nodes[first]]
             return PartnerMachine(
-                observations[first], probabilities[first], block[next_nodes[first]]
+                machine.observations[first], machine.probabilities[first], next_nodes
             )
         block_count = len(first)
         features = np.column_stack([block, block[machine.next_nodes].reshape(len(block), -1)])

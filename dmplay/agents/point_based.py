@@ -20,7 +20,7 @@ from dmplay.core.text import format_number
 from dmplay.core.work_budget import has_total_work_limit, limit_total_work
 from dmplay.errors import BadParameter, BadPolicy, BudgetExceeded
 from dmplay.solvers.pomdp import exact_pomdp, point_based, sparse_pomdp
-from dmplay.solvers.pomdp.point_based import PointBasedBounds, VectorsByAction
+from dmplay.solvers.pomdp.point_based import PointBasedBounds
 
 MAX_EXACT_STATES = 4  # maximum number of states for which exact alpha vectors are tried first
 EXACT_WORK_LIMIT = 7e8  # operations that the exact solution may take
@@ -30,9 +30,8 @@ VALUE_DECIMALS = 9
 ALWAYS_PLANNED_TURNS, MAX_PLANNED_TURNS = 10, 100
 MIN_WORK_FACTOR, MAX_WORK_FACTOR = 0.01, 100.0  # bounds of the factor on the default work
 WORK_INCREASE_FACTOR = 10.0  # factor by which more work is suggested
-MAX_IGNORED_END_WEIGHT = (
-    0.1  # discount**turns up to which the end of a game with many states is ignored
-)
+# discount**turns up to which the end of a game with many states is ignored
+MAX_IGNORED_END_WEIGHT = 0.1
 CACHE_SIZE = 8  # maximum number of cached bounds
 
 
@@ -64,9 +63,7 @@ class PointBasedPolicy(HorizonPolicy, GreedyBeliefPolicy):
 
     @property
     def game_turns(self) -> int | None:
-        """The number of turns planned; None if there is no end or the end's weight is
-        negligible.
-        """
+        """The number of turns planned; None without an end or if its weight is negligible."""
         turns = self.horizon or self.problem.horizon
         return None if turns and self.problem.discount**turns < NEGLIGIBLE_WEIGHT else turns
 
@@ -94,24 +91,21 @@ class PointBasedPolicy(HorizonPolicy, GreedyBeliefPolicy):
 
     def describe_bounds(self, name: str) -> str:
         """Return the bounds after the agent's `name`, and how to request closer ones."""
-        base_name, horizon_note = (
-            name.partition(":")[0],
-            "" if self.game_turns else ", infinite horizon",
-        )
-        suggestion = suggest_more_work(self.bounds, self.work, f"{base_name}:work=")
+        horizon_note = "" if self.game_turns else ", infinite horizon"
+        suggestion = suggest_more_work(self.bounds, self.work, f"{name.partition(':')[0]}:work=")
         return f"{name}: {format_bounds(self.bounds)}{horizon_note}{suggestion}"
 
     def values_with_turns_left(self, info_state: Reals, turns_left: int | None) -> Reals:
-        """Return lower bounds of Q `[B, A]` of beliefs `[B, S]` with these rewards to come."""
-        plans = self.bounds.plans_by_turns_left[turns_left or 0]
-        return self._credit_first_legal_action(info_state, self._evaluate_plans(plans, info_state))
+        """Return lower bounds of Q `[B, A]` of beliefs `[B, S]` with these rewards to come.
 
-    def _evaluate_plans(self, plans: VectorsByAction, b: Reals) -> Reals:
-        """Return the value `[B, A]` of the best plan of each first action at beliefs `[B, S]`."""
-        support, scale = np.flatnonzero(b.any(axis=0)), self.problem.reward_scale
-        support_beliefs = b[:, support]
-        action_values = [(support_beliefs @ vectors[:, support].T).max(axis=1) for vectors in plans]
-        return scale * np.round(np.stack(action_values, axis=1) / scale, VALUE_DECIMALS)
+        They are the values of the best plan of each first action.
+        """
+        plans, scale = self.bounds.plans_by_turns_left[turns_left or 0], self.problem.reward_scale
+        support = np.flatnonzero(info_state.any(axis=0))
+        b = info_state[:, support]
+        q = np.stack([(b @ vectors[:, support].T).max(axis=1) for vectors in plans], axis=1)
+        rounded_q = scale * np.round(q / scale, VALUE_DECIMALS)
+        return self._credit_first_legal_action(info_state, rounded_q)
 
     @cached_property
     def _legal_by_state(self) -> Bools | None:
@@ -137,12 +131,8 @@ class PointBasedPolicy(HorizonPolicy, GreedyBeliefPolicy):
 
     def can_plan_turns(self, turns: int) -> bool:
         """Return whether the end of a game of `turns` turns matters and can be planned to."""
-        has_few_states = (
-            isinstance(self.problem.state_count, int)
-            and self.problem.state_count <= MAX_EXACT_STATES
-        )
         end_matters = (
-            has_few_states
+            _has_few_states(self.problem)
             or turns <= ALWAYS_PLANNED_TURNS
             or self.problem.discount**turns > MAX_IGNORED_END_WEIGHT
         )
@@ -156,6 +146,11 @@ class PointBasedOptimalPolicy(PointBasedPolicy):
     gap: float = parameter(0.001, "largest gap of the bounds, as a share of the value", 0.0, 1.0)
 
 
+def _has_few_states(problem: Problem) -> bool:
+    """Return whether a problem has so few states that exact alpha vectors are tried first."""
+    return isinstance(problem.state_count, int) and problem.state_count <= MAX_EXACT_STATES
+
+
 def format_bounds(bounds: PointBasedBounds) -> str:
     """Return the value at the start, or its bounds with enough digits to tell them apart."""
     low, high = bounds.lower_bound, bounds.upper_bound
@@ -163,10 +158,7 @@ def format_bounds(bounds: PointBasedBounds) -> str:
     if gap <= bounds.min_gap:
         return f"value {format_number(low)} at the start"
     decimals = 1 - floor(log10(gap))
-    low, high = (
-        rounding(bound * 10**decimals) / 10**decimals
-        for rounding, bound in ((floor, low), (ceil, high))
-    )
+    low, high = floor(low * 10**decimals) / 10**decimals, ceil(high * 10**decimals) / 10**decimals
     return f"value {low:.{max(decimals, 0)}f} to {high:.{max(decimals, 0)}f} at the start"
 
 
@@ -180,14 +172,12 @@ def suggest_more_work(bounds: PointBasedBounds, work: float, option_text: str) -
         return "; memory allows no closer bounds"
     if bounds.is_gap_closed or work >= MAX_WORK_FACTOR:
         return ""
-    return (
-        f"; for closer bounds: {option_text}{min(WORK_INCREASE_FACTOR * work, MAX_WORK_FACTOR):g}"
-    )
+    more_work = min(WORK_INCREASE_FACTOR * work, MAX_WORK_FACTOR)
+    return f"; for closer bounds: {option_text}{more_work:g}"
 
 
-_bounds_cache: dict[
-    BoundsRequest, tuple[PointBasedBounds, bool]
-] = {}  # the bounds, and whether they are not closed because of a limit on the total work
+# the bounds, and whether they are not closed because of a limit on the total work
+_bounds_cache: dict[BoundsRequest, tuple[PointBasedBounds, bool]] = {}
 
 
 def _cached_bounds(request: BoundsRequest) -> PointBasedBounds:
@@ -210,14 +200,13 @@ def _cached_bounds(request: BoundsRequest) -> PointBasedBounds:
 def _solve_bounds(request: BoundsRequest) -> PointBasedBounds:
     """Return the bounds by exact alpha vectors if states are few, else by point-based trials."""
     problem, horizon, gap, work = request
-    if isinstance(problem.state_count, int) and problem.state_count <= MAX_EXACT_STATES:
+    if _has_few_states(problem):
         with suppress(BadParameter, BudgetExceeded), limit_total_work(EXACT_WORK_LIMIT):
             bounds = _solve_exactly(problem, horizon)
             if bounds.is_gap_closed:
                 return bounds
-    return point_based.solve_point_based(
-        problem, horizon, gap, work * point_based.DEFAULT_WORK_LIMIT
-    )
+    work_limit = work * point_based.DEFAULT_WORK_LIMIT
+    return point_based.solve_point_based(problem, horizon, gap, work_limit)
 
 
 def _solve_exactly(problem: Problem, horizon: int | None) -> PointBasedBounds:

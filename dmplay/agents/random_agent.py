@@ -22,9 +22,7 @@ class Random(ReactivePolicy):
         return np.full((len(memory[0]), count), 1 / count) if count else None
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
-        """Return a uniformly random legal action for each row, or a uniform number of an
-        interval.
-        """
+        """Return a uniformly random legal action, or number of an interval, for each row."""
         return self.problem.actions[self.seat].sample_actions(u[:, 0], legal)
 
 

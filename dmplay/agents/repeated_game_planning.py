@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from itertools import pairwise
+from itertools import chain, pairwise
 from typing import ClassVar, Self
 
 import numpy as np
@@ -106,12 +106,9 @@ class RepeatedGamePlan(GreedyPolicy, SeatPolicy):
     def _rules(self) -> list[tuple[str, SeatPolicy]]:
         """The rules that the opponent may play, by name."""
         opponent = 1 - self.seat
-        if not self.to:
-            return [
-                (name, rule(self.problem, opponent)) for name, rule in self.candidate_rules.items()
-            ]
-        if self.to in self.candidate_rules:
-            return [(self.to, self.candidate_rules[self.to](self.problem, opponent))]
+        if not self.to or self.to in self.candidate_rules:
+            names = [self.to] if self.to else self.candidate_rules
+            return [(name, self.candidate_rules[name](self.problem, opponent)) for name in names]
         if self.to == "random":
             return [(self.to, Random(self.problem, opponent))]
         policy = self.policy_lookup(opponent, self.to) if self.policy_lookup else None
@@ -135,11 +132,8 @@ class RepeatedGamePlan(GreedyPolicy, SeatPolicy):
 
     def initial_memory(self, observation: Array) -> Memory:
         """Return log likelihoods `[B, K]` of the rules, and the memory of each best response."""
-        memories = [plan.initial_memory(observation) for plan in self._plans]
-        return (
-            np.zeros((len(observation), len(self._rules))),
-            *(array for memory in memories for array in memory),
-        )
+        memories = (plan.initial_memory(observation) for plan in self._plans)
+        return (np.zeros((len(observation), len(self._rules))), *chain(*memories))
 
     @requires_fields("observation", "actions")
     def update_memory(self, memory: Memory, percept: Percept) -> Memory:
@@ -151,10 +145,9 @@ class RepeatedGamePlan(GreedyPolicy, SeatPolicy):
         plans = zip(self._plans, self._split_memories(memory), strict=True)
         for index, (plan, plan_memory) in enumerate(plans):
             chances = plan.predict_actions(plan_memory, opponent)
+            likelihoods = chances[np.arange(len(chances)), percept.actions[:, opponent]]
             with np.errstate(divide="ignore"):
-                log_likelihoods[:, index] += np.log(
-                    chances[np.arange(len(chances)), percept.actions[:, opponent]]
-                )
+                log_likelihoods[:, index] += np.log(likelihoods)
             updated_memories += plan.update_memory(plan_memory, percept)
         return (log_likelihoods, *updated_memories)
 

@@ -26,14 +26,14 @@ class CooperateDefectRule(RepeatedGameRule):
     def cooperative_actions(self) -> Ints:
         """The cooperative action of each seat, `[2]`."""
         payoffs = bimatrix_game.build_payoffs(self.problem)
-        return np.array([self._find_cooperative_action(seat, payoffs) for seat in range(2)])
-
-    def _find_cooperative_action(self, seat: int, payoffs: Reals) -> int:
-        """Return the index of the cooperative action of a seat."""
-        labels = self.problem.actions[seat].labels
-        if COOPERATE_LABEL in labels:
-            return labels.index(COOPERATE_LABEL)
-        return int(np.argmax(payoffs[..., 1 - seat].sum(axis=1 - seat)))
+        actions = []
+        for seat, space in enumerate(self.problem.actions):
+            opponent_totals = payoffs[..., 1 - seat].sum(axis=1 - seat)
+            is_named = COOPERATE_LABEL in space.labels
+            actions.append(
+                space.labels.index(COOPERATE_LABEL) if is_named else opponent_totals.argmax()
+            )
+        return np.array(actions)
 
     def learn_round(self, memory: Ints, own_actions: Ints, opponent_actions: Ints) -> Array:
         """Return the memory of the rule after a round."""

@@ -3,7 +3,6 @@
 from abc import abstractmethod
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -23,9 +22,6 @@ from dmplay.errors import BadPolicy
 from dmplay.solvers.mdp import mdp_values
 from dmplay.solvers.pomdp import exact_pomdp, fast_informed_bound
 from dmplay.solvers.pomdp.exact_pomdp import AlphaVectorStage
-
-if TYPE_CHECKING:
-    from dmplay.solvers.mdp.backward_induction import BackwardInductionResult
 
 TIE_BREAK_DISCOUNT = 1.0 - 1e-6
 MAX_PLANNED_STATES = 2_000_000  # states times turns up to which a hint plans a game to its end
@@ -80,28 +76,13 @@ class MdpOptimalPolicy(HorizonPolicy, StationaryPolicy):
 
     def values_with_turns_left(self, info_state: Array, turns_left: int | None) -> Reals:
         """Return Q* `[B, A]` of states, for an infinite horizon or with these rewards to come."""
-        s = self.problem.state_indices(info_state)
         if turns_left is None:
-            return np.asarray(self._q[s])
-        solution = _solve_by_turns(self.problem, self.horizon)
-        q = np.full((len(s), self.problem.action_counts[0]), -np.inf)
-        action_rows, positions = solution.graph.list_legal_actions(s)
-        q[positions, solution.graph.joint_actions[action_rows, 0]] = (
-            solution.graph.compute_action_values(
-                action_rows, self.problem.discount, solution.get_values(turns_left - 1)
-            )[:, 0]
-        )
+            return np.asarray(self._q[self.problem.state_indices(info_state)])
+        from dmplay.solvers.mdp.backward_induction import solve_by_backward_induction
+
+        solution = solve_by_backward_induction(self.problem, self.horizon)
+        q = solution.compute_seat_values(self.problem, 0, info_state, turns_left)
         return np.where(np.isfinite(q).any(axis=1, keepdims=True), q, 0.0)
-
-
-@memoize
-def _solve_by_turns(problem: Problem, turns: int) -> "BackwardInductionResult":
-    """Return the values of games of up to `turns` turns, by backward induction."""
-    from dmplay.solvers.mdp import backward_induction, transition_graph
-
-    return backward_induction.run_backward_induction(
-        problem, transition_graph.build_full_graph(problem), turns
-    )
 
 
 def solve_action_values(problem: Problem, discount: float) -> Reals:

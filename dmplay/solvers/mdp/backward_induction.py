@@ -12,15 +12,20 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dmplay.core.arrays import Bools, Ints, Reals
+from dmplay.core.arrays import Array, Bools, Ints, Reals
 from dmplay.core.best_actions import compute_reward_scale, compute_tolerance
 from dmplay.core.memoization import memoize
 from dmplay.core.problem import Problem, mark_inactive_agents
 from dmplay.core.work_budget import ARRAY_CALL_WORK, Budget
 from dmplay.errors import BadPolicy, BudgetExceeded
-from dmplay.solvers.mdp import transition_graph
 from dmplay.solvers.mdp.mdp_values import FINITE_VALUE_REMEDY
-from dmplay.solvers.mdp.transition_graph import OUTCOMES_PER_BLOCK, TransitionGraph, gather_ranges
+from dmplay.solvers.mdp.transition_graph import (
+    OUTCOMES_PER_BLOCK,
+    TransitionGraph,
+    build_full_graph,
+    build_reachable_graph,
+    gather_ranges,
+)
 
 CONVERGENCE_TOLERANCE = 1e-12  # change of the values, at a scale of 1, at which the induction ends
 WORK_LIMIT, MAX_TURNS = 1e11, 10_000  # maximum operations, maximum turns
@@ -51,6 +56,17 @@ class BackwardInductionResult(NamedTuple):
         """Return the expected number of turns to the end `[S]` with this number of turns left."""
         return self.lengths_by_turns_left[min(turns_left, len(self.lengths_by_turns_left) - 1)]
 
+    def compute_seat_values(
+        self, problem: Problem, seat: int, s: Array, turns_left: int | None
+    ) -> Reals:
+        """Return Q `[B, A]` of a seat's actions in states; -inf for illegal actions."""
+        rows, positions = self.graph.list_legal_actions(self.graph.find_state_indices(problem, s))
+        next_values = self.get_values(None if turns_left is None else turns_left - 1)
+        action_values = self.graph.compute_action_values(rows, problem.discount, next_values)
+        q = np.full((len(s), problem.action_counts[seat]), -np.inf)
+        np.maximum.at(q, (positions, self.graph.joint_actions[rows, seat]), action_values[:, seat])
+        return q
+
 
 def run_backward_induction(
     problem: Problem, graph: TransitionGraph, turns: int | None
@@ -60,11 +76,8 @@ def run_backward_induction(
     Raises BudgetExceeded if undiscounted values do not converge.
     """
     is_undiscounted_endless = turns is None and problem.discount == 1.0
-    budget = Budget(
-        "backward induction",
-        ENDLESS_GAME_MESSAGE if is_undiscounted_endless else "try fewer states",
-        WORK_LIMIT,
-    )
+    remedy = ENDLESS_GAME_MESSAGE if is_undiscounted_endless else "try fewer states"
+    budget = Budget("backward induction", remedy, WORK_LIMIT)
     values = [np.zeros((len(graph.states), len(problem.agents)))]
     lengths = [] if problem.discount < 1.0 or turns is None else [np.zeros(len(graph.states))]
     deciding_seats, is_absorbing = _find_deciding_seats(problem, graph), _mark_absorbing(graph)
@@ -74,13 +87,11 @@ def run_backward_induction(
     )
     horizon_factor = problem.discount / (1.0 - problem.discount) if problem.discount < 1.0 else 1.0
     gaps, state_count = [np.inf], len(graph.states)
-    max_total_change = (
-        2 * horizon_factor * state_count * float(np.abs(graph.rewards).max(initial=0.0))
-    )
+    largest_reward = float(np.abs(graph.rewards).max(initial=0.0))
+    max_total_change = 2 * horizon_factor * state_count * largest_reward
     while len(values) - 1 != turns:
-        patience = max(
-            PATIENCE_TURNS, state_count + int(min(max_total_change / gaps[-1], MAX_TURNS))
-        )
+        slow_turns = int(min(max_total_change / gaps[-1], MAX_TURNS))
+        patience = max(PATIENCE_TURNS, state_count + slow_turns)
         is_diverging = (
             is_undiscounted_endless
             and len(gaps) > patience
@@ -89,9 +100,8 @@ def run_backward_induction(
         if is_diverging or len(values) > MAX_TURNS:
             message = f"values still change after {len(values) - 1} turns"
             raise BudgetExceeded(budget.task, message, budget.remedy)
-        budget.spend_work(
-            10 * ARRAY_CALL_WORK + 30.0 * graph.rewards.shape[1] * len(graph.probabilities)
-        )
+        work_per_outcome = 30.0 * graph.rewards.shape[1]
+        budget.spend_work(10 * ARRAY_CALL_WORK + work_per_outcome * len(graph.probabilities))
         budget.check_memory(values[0].nbytes * (len(values) + 1.0))
         if turns is None:  # ties of shorter games do not matter
             result.indifferent_seats.clear()
@@ -128,14 +138,12 @@ def _find_deciding_seats(problem: Problem, graph: TransitionGraph) -> Ints:
         raise BadPolicy(
             "got a state in which several agents choose, expected at most one in each state"
         )
-    return np.asarray(
-        np.argmax(2 * deciding + ~mark_inactive_agents(problem, graph.states), axis=1)
-    )
+    is_active = ~mark_inactive_agents(problem, graph.states)
+    return np.asarray(np.argmax(2 * deciding + is_active, axis=1))
 
 
 def _backup_one_turn(result: BackwardInductionResult, discount: float) -> tuple[Reals, Reals]:
-    """Return the values `[S, n]` and lengths `[S]` of games one turn longer than the longest so
-    far.
+    """Return the values `[S, n]` and lengths `[S]` of games one turn longer than the last.
 
     The lengths are 0 if the result has none.
     """
@@ -226,15 +234,13 @@ def select_soonest_ending_actions(result: BackwardInductionResult, discount: flo
         )
         action_lengths = np.where(is_best, np.where(is_over, 0.0, 1.0 + later), np.inf)
         min_lengths = np.minimum.reduceat(action_lengths, starts)
-        if (
-            np.abs(min_lengths - expected_lengths[nonterminal]) <= compute_tolerance(min_lengths)
-        ).all():
+        changes = np.abs(min_lengths - expected_lengths[nonterminal])
+        if (changes <= compute_tolerance(min_lengths)).all():
             break
         expected_lengths[nonterminal] = min_lengths
     choice = np.full(len(graph.states), -1)
-    choice[nonterminal] = _find_first_marked(
-        action_lengths <= np.repeat(min_lengths, counts) + tolerance, starts
-    )
+    is_shortest = action_lengths <= np.repeat(min_lengths, counts) + tolerance
+    choice[nonterminal] = _find_first_marked(is_shortest, starts)
     return choice
 
 
@@ -245,9 +251,5 @@ def solve_by_backward_induction(problem: Problem, turns: int | None) -> Backward
     They cover all states of a finite problem of one agent, else the reachable states.
     """
     is_finite_single_agent = len(problem.agents) == 1 and isinstance(problem.state_count, int)
-    game_graph = (
-        transition_graph.build_full_graph(problem)
-        if is_finite_single_agent
-        else transition_graph.build_reachable_graph(problem)
-    )
-    return run_backward_induction(problem, game_graph, turns)
+    build_graph = build_full_graph if is_finite_single_agent else build_reachable_graph
+    return run_backward_induction(problem, build_graph(problem), turns)
