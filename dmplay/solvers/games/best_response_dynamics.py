@@ -48,13 +48,10 @@ class _InducedMdp(NamedTuple):
 
     def compute_action_values(self, values: Reals) -> Reals:
         """Return Q `[S, A]` of the agent's actions, given values `[S]` of the next states."""
-        next_values = np.add.reduceat(
-            self.graph.probabilities * values[self.graph.next_states],
-            self.graph.outcome_starts[:-1],
-        )
-        q = self.others_probabilities * (
-            self.graph.rewards[:, self.seat] + self.discount * next_values
-        )
+        weighted_values = self.graph.probabilities * values[self.graph.next_states]
+        next_values = np.add.reduceat(weighted_values, self.graph.outcome_starts[:-1])
+        rewards = self.graph.rewards[:, self.seat]
+        q = self.others_probabilities * (rewards + self.discount * next_values)
         sums = np.bincount(self.state_action_cells, q, self.legality_penalty.size).astype(float)
         return sums.reshape(self.legality_penalty.shape) + self.legality_penalty
 
@@ -66,11 +63,10 @@ class _InducedMdp(NamedTuple):
         while True:
             budget.spend_work(10 * ARRAY_CALL_WORK + 20.0 * len(self.graph.probabilities))
             q = self.compute_action_values(values)
-            new_values = (
-                q.max(axis=1)
-                if policy is None
-                else (policy * np.where(policy > 0, q, 0)).sum(axis=1)
-            )
+            if policy is None:
+                new_values = q.max(axis=1)
+            else:
+                new_values = (policy * np.where(policy > 0, q, 0)).sum(axis=1)
             new_values[is_terminal] = 0.0
             change = float(np.abs(new_values - values).max())
             values = new_values
@@ -98,13 +94,10 @@ def find_equilibrium(problem: Problem, graph: TransitionGraph) -> BestResponseRe
         for seat, policy in enumerate(policies):
             induced_mdp = _build_induced_mdp(problem, graph, policies, legal_masks, seat)
             values = induced_mdp.iterate_values(result.values[:, seat], None, budget)
-            reply = np.eye(policy.shape[1])[
-                induced_mdp.compute_action_values(values).argmax(axis=1)
-            ]
-            policies[seat] = policy + step * (reply - policy)
-        result = evaluate_policies(problem, graph, policies, budget)._replace(
-            round_count=round_number
-        )
+            best_actions = induced_mdp.compute_action_values(values).argmax(axis=1)
+            policies[seat] = policy + step * (np.eye(policy.shape[1])[best_actions] - policy)
+        result = evaluate_policies(problem, graph, policies, budget)
+        result = result._replace(round_count=round_number)
         best = result if result.regrets.max() < best.regrets.max() else best
     return best
 
@@ -115,9 +108,8 @@ def evaluate_policies(
     """Return the values of a joint policy, and each agent's regret at the start."""
     budget = budget or Budget("best responses", "try fewer states", WORK_LIMIT)
     probabilities, start = initial_state_distribution(problem)
-    start_distribution = np.bincount(
-        graph.find_state_indices(problem, start), probabilities, len(graph.states)
-    )
+    start_states = graph.find_state_indices(problem, start)
+    start_distribution = np.bincount(start_states, probabilities, len(graph.states))
     legal_masks = [_mark_legal_actions(problem, graph, seat) for seat in range(len(policies))]
     zeros = np.zeros(len(graph.states))
     values, q, regrets = [], [], []
@@ -127,9 +119,8 @@ def evaluate_policies(
         q.append(induced_mdp.compute_action_values(values[-1]))
         best_values = induced_mdp.iterate_values(values[-1], None, budget)
         regrets.append(max(float(start_distribution @ (best_values - values[-1])), 0.0))
-    return BestResponseResult(
-        graph, list(policies), np.stack(values, axis=1), q, np.array(regrets), 0
-    )
+    state_values = np.stack(values, axis=1)
+    return BestResponseResult(graph, list(policies), state_values, q, np.array(regrets), 0)
 
 
 def _mark_legal_actions(problem: Problem, graph: TransitionGraph, seat: int) -> Reals:

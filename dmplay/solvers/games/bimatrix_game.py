@@ -39,9 +39,7 @@ def build_payoffs(problem: Problem) -> Reals:
 
 def compute_utilities(payoffs: Reals, profile: MixedProfile) -> Reals:
     """Return the expected reward `[2]` of each agent."""
-    return np.asarray(
-        np.einsum("i,j,ijn->n", profile.row_strategy, profile.column_strategy, payoffs)
-    )
+    return np.asarray(np.einsum("i,j,ijn->n", *profile, payoffs))
 
 
 def compute_response_values(payoffs: Reals, profile: MixedProfile) -> tuple[Reals, Reals]:
@@ -64,17 +62,13 @@ def find_undominated_actions(payoffs: Reals) -> tuple[list[int], list[int]]:
     rows, columns = list(range(payoffs.shape[0])), list(range(payoffs.shape[1]))
     payoffs = normalize_payoffs(payoffs)
     while True:
-        budget.spend_work(
-            (len(rows) + len(columns)) * (ARRAY_CALL_WORK + 4 * len(rows) * len(columns))
-        )
+        work_per_action = ARRAY_CALL_WORK + 4 * len(rows) * len(columns)
+        budget.spend_work((len(rows) + len(columns)) * work_per_action)
         reduced = payoffs[np.ix_(rows, columns)]
         row_payoffs, column_payoffs = reduced[:, :, 0], reduced[:, :, 1].T
-        keep_rows = _find_surviving_rows(row_payoffs)
-        keep_columns = (
-            keep_rows
-            if np.array_equal(row_payoffs, column_payoffs)
-            else _find_surviving_rows(column_payoffs)
-        )
+        keep_rows = keep_columns = _find_surviving_rows(row_payoffs)
+        if not np.array_equal(row_payoffs, column_payoffs):
+            keep_columns = _find_surviving_rows(column_payoffs)
         if len(keep_rows) == len(rows) and len(keep_columns) == len(columns):
             return rows, columns
         rows = [rows[i] for i in keep_rows]
@@ -133,10 +127,8 @@ def find_enumerable_actions(payoffs: Reals) -> tuple[list[int], list[int]]:
 
 def normalize_payoffs(payoffs: Reals) -> Reals:
     """Return the same game with each agent's payoffs scaled to the range from 0 to 1."""
-    payoff_range = np.ptp(payoffs, axis=(0, 1))
-    return np.asarray(
-        (payoffs - payoffs.min(axis=(0, 1))) / np.where(payoff_range > 0, payoff_range, 1.0)
-    )
+    minimum, payoff_range = payoffs.min(axis=(0, 1)), np.ptp(payoffs, axis=(0, 1))
+    return np.asarray((payoffs - minimum) / np.where(payoff_range > 0, payoff_range, 1.0))
 
 
 def remove_common_part(payoffs: Reals) -> Reals:
@@ -216,9 +208,8 @@ def compute_hierarchical_softmax(payoffs: Reals, precision: float, level: int) -
     budget.check_work(level * (ARRAY_CALL_WORK + 2 * payoffs.size))
     for step in range(level):
         budget.spend_work(ARRAY_CALL_WORK + 2 * payoffs.size, step / level)
-        profile = MixedProfile(
-            *(_softmax(precision * v) for v in compute_response_values(payoffs, profile))
-        )
+        responses = compute_response_values(payoffs, profile)
+        profile = MixedProfile(*(_softmax(precision * values) for values in responses))
     return profile
 
 

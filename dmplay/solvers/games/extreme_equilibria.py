@@ -100,11 +100,9 @@ def _enumerate_vertices(payoffs: Reals, budget: Budget) -> _ResponseVertices:
     shares = cone.rays[:, :action_count].sum(axis=1)
     rays, tight = cone.rays[shares > 0, :action_count], cone.tight_borders[shares > 0]
     mixes = rays / shares[shares > 0, None]
-    return _ResponseVertices(
-        np.where(tight[:, :action_count], 0.0, mixes).astype(float),
-        tight[:, :action_count],
-        tight[:, action_count:],
-    )
+    unplayed, best_responses = tight[:, :action_count], tight[:, action_count:]
+    mixes = np.where(unplayed, 0.0, mixes).astype(float)
+    return _ResponseVertices(mixes, unplayed, best_responses)
 
 
 def _is_nondegenerate(vertices: _ResponseVertices) -> bool:

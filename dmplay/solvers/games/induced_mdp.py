@@ -39,20 +39,15 @@ def build_induced_mdp(problem: Problem, seat: int, policies: Sequence[Reals]) ->
     s = np.repeat(states, max_support, axis=0)
     a = np.zeros((state_count * max_support, len(policies)), np.int64)
     a[:, others] = joint[likeliest].reshape(state_count * max_support, -1)
-    outcome_count = (
-        state_count * max_support * enumerate_outcomes(problem, s[:1], a[:1]).probabilities.shape[1]
-    )
+    outcomes_per_row = enumerate_outcomes(problem, s[:1], a[:1]).probabilities.shape[1]
+    outcome_count = state_count * max_support * outcomes_per_row
     budget.check_memory(BYTES_PER_OUTCOME * action_count * outcome_count)
     parts = []
     for action in range(action_count):
         budget.spend_work(30.0 * outcome_count)
         a[:, seat] = action
         rows, p, outcome = enumerate_possible_outcomes(problem, s, a)
+        states, rewards = rows // max_support, outcome.rewards[:, seat]
         next_states = checked_state_indices(problem, outcome.state)
-        rewards = outcome.rewards[:, seat]
-        parts.append(
-            group_outcomes(
-                rows // max_support, p * weights[rows], next_states, rewards, state_count
-            )
-        )
+        parts.append(group_outcomes(states, p * weights[rows], next_states, rewards, state_count))
     return join_parts(parts, state_count)

@@ -41,9 +41,8 @@ class _LinearSystem(NamedTuple):
         inverse = np.linalg.inv(self.columns[:, self.basis])
         rise = inverse @ self.columns[:, label]
         candidates = np.flatnonzero(rise > ZERO_TOLERANCE)
-        ratios = (
-            np.column_stack([inverse.sum(axis=1), inverse])[candidates] / rise[candidates, None]
-        )
+        entries = np.column_stack([inverse.sum(axis=1), inverse])
+        ratios = entries[candidates] / rise[candidates, None]
         rows = np.arange(len(candidates))
         for ratio_column in ratios.T:
             rows = rows[ratio_column[rows] <= ratio_column[rows].min() + ZERO_TOLERANCE]
@@ -62,11 +61,9 @@ class _LinearSystem(NamedTuple):
 
 def find_first_equilibrium(payoffs: Reals) -> MixedProfile:
     """Return the first enumerated equilibrium, or one of a game too large to enumerate."""
-    equilibria = (
-        find_extreme_equilibria(payoffs)
-        if needs_fractions(payoffs)
-        else enumerate_equilibria_if_small(payoffs)
-    )
+    is_exact = needs_fractions(payoffs)
+    enumerate_all = find_extreme_equilibria if is_exact else enumerate_equilibria_if_small
+    equilibria = enumerate_all(payoffs)
     return equilibria[0] if equilibria else find_equilibrium(payoffs)
 
 
@@ -87,21 +84,17 @@ def find_equilibrium(payoffs: Reals) -> MixedProfile:
 def _follow_path(payoffs: Reals, dropped_label: int, budget: Budget) -> MixedProfile | None:
     """Return the equilibrium to which dropping a label leads, or None after MAX_PIVOTS pivots."""
     rows, columns = payoffs.shape[:2]
-    minimum, scale = payoffs.min(axis=(0, 1)), np.ptp(payoffs, axis=(0, 1))
-    first_payoffs, second_payoffs = np.moveaxis(
-        1.0 + (payoffs - minimum) / np.where(scale > 0, scale, 1.0), 2, 0
-    )
+    first_payoffs, second_payoffs = np.moveaxis(1.0 + normalize_payoffs(payoffs), 2, 0)
+    x_and_s = np.hstack([second_payoffs.T, np.eye(columns)])
+    r_and_y = np.hstack([np.eye(rows), first_payoffs])
     systems = (
-        _LinearSystem(
-            np.hstack([second_payoffs.T, np.eye(columns)]), rows + np.arange(columns)
-        ),  # x and s
-        _LinearSystem(np.hstack([np.eye(rows), first_payoffs]), np.arange(rows)),  # r and y
+        _LinearSystem(x_and_s, rows + np.arange(columns)),
+        _LinearSystem(r_and_y, np.arange(rows)),
     )
     system_index, label = int(dropped_label >= rows), dropped_label
     for pivot in range(MAX_PIVOTS):
-        budget.spend_work(
-            ARRAY_CALL_WORK + 3.0 * len(systems[system_index].basis) ** 3, pivot / MAX_PIVOTS
-        )
+        work = ARRAY_CALL_WORK + 3.0 * len(systems[system_index].basis) ** 3
+        budget.spend_work(work, pivot / MAX_PIVOTS)
         label = systems[system_index].enter_basis(label)
         if label == dropped_label:
             first, second = systems[0].compute_weights()[:rows], systems[1].compute_weights()[rows:]

@@ -47,29 +47,21 @@ def find_equilibrium(problem: Problem) -> MarkovGameEquilibrium:
     changes, scale = [np.inf], compute_reward_scale(tables.rewards[:, :, 0])
     while changes[-1] > CONVERGENCE_TOLERANCE and len(changes) <= MAX_ROUNDS:
         progress = _estimate_progress(changes)
-        budget.spend_work(
-            4 * tables.transition.size
-            + len(values) * (10 * ARRAY_CALL_WORK + len(values) ** 2 / 10),
-            progress,
-        )
+        solve_work = len(values) * (10 * ARRAY_CALL_WORK + len(values) ** 2 / 10)
+        budget.spend_work(4 * tables.transition.size + solve_work, progress)
         with scale_progress(progress, progress):
             policies = _solve_stage_games(_build_stage_games(problem, tables, values))
         new_values = _evaluate_policies(tables, problem.discount, policies)
         changes.append(float(abs(new_values - values).max()) / scale)
         values = new_values
     with scale_progress(1.0, 1.0):
-        policies = _solve_stage_games(
-            scale * np.round(_build_stage_games(problem, tables, values) / scale, PAYOFF_DECIMALS)
-        )
-        (first_values, q1, regret1), (second_values, q2, regret2) = (
-            _evaluate_seat(problem, policies, seat) for seat in (0, 1)
-        )
+        stage_games = _build_stage_games(problem, tables, values) / scale
+        policies = _solve_stage_games(scale * np.round(stage_games, PAYOFF_DECIMALS))
+        seats = zip(*(_evaluate_seat(problem, policies, seat) for seat in (0, 1)), strict=True)
+        (first_values, second_values), (q1, q2), (regret1, regret2) = seats
+    value_changes = tuple(change * scale for change in changes[1:])
     return MarkovGameEquilibrium(
-        policies,
-        (first_values, second_values),
-        (q1, q2),
-        (regret1, regret2),
-        tuple(change * scale for change in changes[1:]),
+        policies, (first_values, second_values), (q1, q2), (regret1, regret2), value_changes
     )
 
 
@@ -106,11 +98,8 @@ def _evaluate_seat(
     model = induced_mdp.build_induced_mdp(problem, seat, policies)
     values = sparse_mdp.evaluate_policy(model, problem.discount, policies[seat])
     gains = sparse_mdp.compute_optimal_q(model, problem.discount).max(axis=1) - values
-    return (
-        values,
-        sparse_mdp.compute_action_values(model, problem.discount, values),
-        float(max(gains.max(), 0.0)),
-    )
+    q = sparse_mdp.compute_action_values(model, problem.discount, values)
+    return values, q, float(max(gains.max(), 0.0))
 
 
 def _tabulate_opposed_game(problem: Problem) -> Tables:

@@ -36,25 +36,18 @@ def compute_response_values(
 ) -> Reals:
     """Return the expected payoff of each action `[A]` of a seat against the others' strategies."""
     values = np.moveaxis(payoffs[..., seat], seat, 0)
-    for other_strategy in reversed(
-        [strategy for index, strategy in enumerate(mixed_strategies) if index != seat]
-    ):
+    for other_strategy in reversed([*mixed_strategies[:seat], *mixed_strategies[seat + 1 :]]):
         values = values @ other_strategy
     return np.asarray(values)
 
 
 def compute_regrets(payoffs: Reals, mixed_strategies: tuple[Reals, ...]) -> Reals:
     """Return the gain `[n]` of each agent by its best action."""
-    response_values = [
-        compute_response_values(payoffs, mixed_strategies, seat)
-        for seat in range(len(mixed_strategies))
-    ]
-    return np.array(
-        [
-            values.max() - strategy @ values
-            for values, strategy in zip(response_values, mixed_strategies, strict=True)
-        ]
-    )
+    regrets = np.zeros(len(mixed_strategies))
+    for seat, strategy in enumerate(mixed_strategies):
+        values = compute_response_values(payoffs, mixed_strategies, seat)
+        regrets[seat] = values.max() - strategy @ values
+    return regrets
 
 
 def _compute_payoff_scale(seat_payoffs: Reals) -> float:
@@ -74,12 +67,8 @@ def _find_pure_equilibrium(payoffs: Reals) -> RegretMatchingResult | None:
         return None
     actions = np.argwhere(stable)[0]
     strategies = tuple(np.eye(stable.shape[seat])[actions[seat]] for seat in range(agents))
-    return RegretMatchingResult(
-        strategies,
-        np.maximum(compute_regrets(payoffs, strategies), 0.0),
-        0,
-        int(np.count_nonzero(stable)),
-    )
+    regrets = np.maximum(compute_regrets(payoffs, strategies), 0.0)
+    return RegretMatchingResult(strategies, regrets, 0, int(np.count_nonzero(stable)))
 
 
 def _run_regret_matching(payoffs: Reals) -> RegretMatchingResult:
@@ -94,9 +83,8 @@ def _run_regret_matching(payoffs: Reals) -> RegretMatchingResult:
     best: RegretMatchingResult | None = None
     scales = np.array([_compute_payoff_scale(payoffs[..., seat]) for seat in range(agents)])
     for round_number in range(1, MAX_ROUNDS + 1):
-        budget.spend_work(
-            ARRAY_CALL_WORK * agents + 4.0 * payoffs.size * agents, round_number / MAX_ROUNDS
-        )
+        work = ARRAY_CALL_WORK * agents + 4.0 * payoffs.size * agents
+        budget.spend_work(work, round_number / MAX_ROUNDS)
         for seat in range(agents):  # Agents are updated one after another.
             strategies = tuple(map(_compute_regret_strategy, regrets))
             values = compute_response_values(payoffs, strategies, seat)
@@ -117,9 +105,5 @@ def _run_regret_matching(payoffs: Reals) -> RegretMatchingResult:
 
 def _compute_regret_strategy(cumulative_regret: Reals) -> Reals:
     """Return a strategy in proportion to cumulative regrets, or the uniform one if all are 0."""
-    total = cumulative_regret.sum()
-    return np.asarray(
-        cumulative_regret / total
-        if total > 0
-        else np.full(len(cumulative_regret), 1.0 / len(cumulative_regret))
-    )
+    total, action_count = cumulative_regret.sum(), len(cumulative_regret)
+    return cumulative_regret / total if total > 0 else np.full(action_count, 1.0 / action_count)

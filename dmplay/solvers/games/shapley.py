@@ -38,9 +38,8 @@ class ShapleyResult(NamedTuple):
     """The values of a game to the first of two players."""
 
     graph: TransitionGraph
-    joint_action_cells: (
-        Ints  # [S, A1, A2], rows of the graph; illegal actions map to the first legal one
-    )
+    # [S, A1, A2], rows of the graph; illegal actions map to the first legal one
+    joint_action_cells: Ints
     legal_masks: tuple[Bools, Bools]  # [S, A] of each player
     loss_ratio: float  # loss of the second player when the first gains 1
     # [S] for 0, 1, 2 ... turns; only the last if the horizon is infinite
@@ -49,9 +48,8 @@ class ShapleyResult(NamedTuple):
 
     def get_values(self, turns_left: int | None) -> Reals:
         """Return the values `[S]` with `turns_left` turns to play, None for an infinite horizon."""
-        return self.values_by_turns_left[
-            -1 if turns_left is None else min(turns_left, len(self.values_by_turns_left) - 1)
-        ]
+        last = len(self.values_by_turns_left) - 1
+        return self.values_by_turns_left[last if turns_left is None else min(turns_left, last)]
 
     def build_stage_games(
         self, state_indices: Ints, discount: float, turns_left: int | None
@@ -59,10 +57,9 @@ class ShapleyResult(NamedTuple):
         """Return the stage games `[B, A1, A2]` of states, `turns_left` turns following."""
         cells = self.joint_action_cells[state_indices]
         rows, inverse = np.unique(cells, return_inverse=True)
-        values = self.graph.compute_action_values(
-            rows, discount, self.get_values(turns_left)[:, None]
-        )[:, 0]
-        return np.asarray(values[inverse].reshape(cells.shape))
+        next_values = self.get_values(turns_left)[:, None]
+        q = self.graph.compute_action_values(rows, discount, next_values)[:, 0]
+        return np.asarray(q[inverse].reshape(cells.shape))
 
     def solve_rounded_games(
         self, state_indices: Ints, discount: float, turns_left: int | None
@@ -72,26 +69,22 @@ class ShapleyResult(NamedTuple):
         The rounding makes the strategies the same on every processor.
         """
         scale = compute_reward_scale(self.graph.rewards[:, 0])
-        stage_games = scale * np.round(
-            self.build_stage_games(state_indices, discount, turns_left) / scale, PAYOFF_DECIMALS
-        )
+        stage_games = self.build_stage_games(state_indices, discount, turns_left)
+        stage_games = scale * np.round(stage_games / scale, PAYOFF_DECIMALS)
         return stage_games, self.solve_stage_games(state_indices, stage_games)
 
     def solve_stage_games(self, state_indices: Ints, stage_games: Reals) -> MatrixGameSolutions:
         """Return the values and optimal strategies of stage games, without illegal actions."""
         values, *strategies = zero_sum.solve_matrix_games(stage_games)
-        masks = [legal_mask[state_indices] for legal_mask in self.legal_masks]
-        return MatrixGameSolutions(
-            values, *(_move_to_legal_actions(*pair) for pair in zip(strategies, masks, strict=True))
-        )
+        masks = (legal_mask[state_indices] for legal_mask in self.legal_masks)
+        return MatrixGameSolutions(values, *map(_move_to_legal_actions, strategies, masks))
 
 
 def _move_to_legal_actions(strategies: Reals, legal_actions_mask: Bools) -> Reals:
     """Return strategies `[B, A]` with illegal weight moved to the first legal action."""
     result = np.where(legal_actions_mask, strategies, 0.0)
-    result[np.arange(len(result)), legal_actions_mask.argmax(axis=1)] += np.where(
-        legal_actions_mask, 0.0, strategies
-    ).sum(axis=1)
+    illegal_weights = np.where(legal_actions_mask, 0.0, strategies).sum(axis=1)
+    result[np.arange(len(result)), legal_actions_mask.argmax(axis=1)] += illegal_weights
     return result
 
 
@@ -112,19 +105,16 @@ def run_shapley_iteration(
     if loss_ratio is None:
         raise BadPolicy(OPPOSED_REWARDS_MESSAGE)
     result = ShapleyResult(graph, cells, masks, loss_ratio, [np.zeros(len(graph.states))])
-    turn_work = (
-        100 * ARRAY_CALL_WORK
-        + 30.0 * TURNS_PER_EVALUATION * len(graph.probabilities)
-        + 300.0 * cells.size
-    )
+    evaluation_work = 30.0 * TURNS_PER_EVALUATION * len(graph.probabilities)
+    turn_work = 100 * ARRAY_CALL_WORK + evaluation_work + 300.0 * cells.size
     if turns is None:
         return _solve_infinite_horizon(result, problem.discount, budget, turn_work)
     for turn in range(turns):
         budget.spend_work(turn_work, turn / turns)
         budget.check_memory(8.0 * len(graph.states) * (turn + 2))
-        result.values_by_turns_left.append(
-            _backup_one_turn(result, result.values_by_turns_left[-1], problem.discount)[0]
-        )
+        last_values = result.values_by_turns_left[-1]
+        values, _ = _backup_one_turn(result, last_values, problem.discount)
+        result.values_by_turns_left.append(values)
     return result
 
 
@@ -132,19 +122,16 @@ def _solve_infinite_horizon(
     result: ShapleyResult, discount: float, budget: Budget, turn_work: float
 ) -> ShapleyResult:
     """Return infinite-horizon values halfway between their bounds, as close as the work allows."""
-    live, bound_scale = result.graph.nonterminal_states, discount / (1.0 - discount)
-    best_values = result.values_by_turns_left[0]
-    gap = np.inf
-    trial_values = result.values_by_turns_left[0]
-    is_plain = False
+    bound_scale = discount / (1.0 - discount)
+    best_values = trial_values = result.values_by_turns_left[0]
+    gap, is_plain = np.inf, False
     scale = compute_reward_scale(result.graph.rewards[:, 0])
     midpoint = 0.0  # of the bounds, relative to the best values
     while budget.work_spent <= budget.work_limit - turn_work:
         budget.spend_work(turn_work)
         next_values, solutions = _backup_one_turn(result, trial_values, discount)
-        min_change, max_change = _bound_changes(
-            (next_values - trial_values)[live], has_terminal_states=len(live) < len(next_values)
-        )
+        change = next_values - trial_values  # 0 in terminal states
+        min_change, max_change = float(change.min()), float(change.max())
         # Repeating the strategies made the bounds worse.
         if bound_scale * (max_change - min_change) >= gap:
             if is_plain:
@@ -154,19 +141,12 @@ def _solve_infinite_horizon(
         gap = bound_scale * (max_change - min_change)
         midpoint = bound_scale * (min_change + max_change) / 2
         best_values, is_plain = next_values, False
-        if gap <= max(TARGET_GAP, ROUNDING_ERROR * bound_scale) * max(
-            scale, float(np.abs(next_values).max())
-        ):
+        size = max(scale, float(np.abs(next_values).max()))
+        if gap <= max(TARGET_GAP, ROUNDING_ERROR * bound_scale) * size:
             break
         trial_values = _evaluate_strategies(result, next_values, discount, solutions)
     best_values = best_values + np.where(np.diff(result.graph.action_starts) > 0, midpoint, 0.0)
     return result._replace(values_by_turns_left=[best_values], gap=gap)
-
-
-def _bound_changes(change: Reals, *, has_terminal_states: bool) -> tuple[float, float]:
-    """Return the least and the greatest change, with 0 included if there are terminal states."""
-    minimum, maximum = float(change.min(initial=np.inf)), float(change.max(initial=-np.inf))
-    return (min(minimum, 0.0), max(maximum, 0.0)) if has_terminal_states else (minimum, maximum)
 
 
 def _backup_one_turn(
@@ -174,9 +154,8 @@ def _backup_one_turn(
 ) -> tuple[Reals, MatrixGameSolutions]:
     """Return the values of games that are one turn longer, and the solutions of that turn."""
     live = result.graph.nonterminal_states
-    stage_games = result._replace(values_by_turns_left=[values]).build_stage_games(
-        live, discount, None
-    )
+    one_turn = result._replace(values_by_turns_left=[values])
+    stage_games = one_turn.build_stage_games(live, discount, None)
     solutions = result.solve_stage_games(live, stage_games)
     next_values = np.zeros_like(values)
     next_values[live] = solutions.values
@@ -191,14 +170,11 @@ def _evaluate_strategies(
     positions = np.zeros(len(values), np.int64)
     positions[graph.nonterminal_states] = np.arange(len(graph.nonterminal_states))
     source_states, (first_actions, second_actions) = graph.source_states, graph.joint_actions.T
-    weights = (
-        strategies.row_strategies[positions[source_states], first_actions]
-        * strategies.column_strategies[positions[source_states], second_actions]
-    )
+    rows, games = np.arange(len(source_states)), positions[source_states]
+    weights = strategies.row_strategies[games, first_actions]
+    weights *= strategies.column_strategies[games, second_actions]
     for _ in range(TURNS_PER_EVALUATION):
-        q = graph.compute_action_values(np.arange(len(source_states)), discount, values[:, None])[
-            :, 0
-        ]
+        q = graph.compute_action_values(rows, discount, values[:, None])[:, 0]
         values = np.bincount(source_states, weights * q, len(values)).astype(float)
     return values
 
@@ -229,9 +205,8 @@ def compute_loss_ratio(rewards: Reals) -> float | None:
     first, second = rewards.T / compute_reward_scale(rewards)
     ratio = -float((first * second).sum()) / (float((first * first).sum()) or 1.0)
     size = max(1.0, float(np.abs([first, second]).max(initial=0.0)))
-    is_proportional = (
-        float(np.abs(second + ratio * first).max(initial=0.0)) <= REWARD_TOLERANCE * size
-    )
+    deviation = float(np.abs(second + ratio * first).max(initial=0.0))
+    is_proportional = deviation <= REWARD_TOLERANCE * size
     return ratio if is_proportional and (ratio > 0.0 or not first.any()) else None
 
 

@@ -67,9 +67,8 @@ def _solve_by_simplex(payoffs: Reals, zero_tolerance: float) -> MatrixGameSoluti
     scale = payoffs.max(axis=(1, 2)) - low
     scale[scale == 0] = 1
     tableau = np.zeros((game_count, row_count + 1, column_count + row_count + 1), payoffs.dtype)
-    tableau[:, :row_count, :column_count] = (
-        1 + (payoffs - low[:, None, None]) / scale[:, None, None]
-    )
+    scaled_payoffs = (payoffs - low[:, None, None]) / scale[:, None, None]
+    tableau[:, :row_count, :column_count] = 1 + scaled_payoffs
     tableau[:, :row_count, column_count:-1] = np.eye(row_count, dtype=payoffs.dtype)
     tableau[:, :row_count, -1] = 1
     tableau[:, row_count, :column_count] = -1
@@ -78,11 +77,9 @@ def _solve_by_simplex(payoffs: Reals, zero_tolerance: float) -> MatrixGameSoluti
     weights = np.zeros((game_count, column_count + row_count), payoffs.dtype)
     np.put_along_axis(weights, basis, tableau[:, :row_count, -1], axis=1)
     values = low + scale * (1 / tableau[:, row_count, -1] - 1)
-    return MatrixGameSolutions(
-        values,
-        normalize_weights(tableau[:, row_count, column_count:-1]),
-        normalize_weights(weights[:, :column_count]),
-    )
+    row_strategies = normalize_weights(tableau[:, row_count, column_count:-1])
+    column_strategies = normalize_weights(weights[:, :column_count])
+    return MatrixGameSolutions(values, row_strategies, column_strategies)
 
 
 def _mark_secured_games(payoffs: Reals, solutions: MatrixGameSolutions) -> Bools:
@@ -92,9 +89,8 @@ def _mark_secured_games(payoffs: Reals, solutions: MatrixGameSolutions) -> Bools
     """
     secured_by_rows = np.einsum("sa,sab->sb", solutions.row_strategies, payoffs).min(axis=1)
     secured_by_columns = np.einsum("sab,sb->sa", payoffs, solutions.column_strategies).max(axis=1)
-    tolerance = SECURITY_TOLERANCE * np.ptp(payoffs, axis=(1, 2)) + ROUNDING_ERROR * abs(
-        payoffs
-    ).max(axis=(1, 2))
+    spread, size = np.ptp(payoffs, axis=(1, 2)), abs(payoffs).max(axis=(1, 2))
+    tolerance = SECURITY_TOLERANCE * spread + ROUNDING_ERROR * size
     return np.asarray(secured_by_columns - secured_by_rows <= tolerance)
 
 
@@ -114,16 +110,14 @@ def _run_simplex(tableaux: Reals, bases: Ints, zero_tolerance: float, budget: Bu
     pivots_left = MAX_PIVOTS_PER_LINE * sum(tableaux.shape[1:]) if zero_tolerance else math.inf
     while len(active_games) and pivots_left > 0:
         pivots_left -= 1
-        budget.spend_work(
-            ARRAY_CALL_WORK + 3.0 * operation_work * len(active_games) * tableaux[0].size
-        )
+        pivot_work = 3.0 * operation_work * len(active_games) * tableaux[0].size
+        budget.spend_work(ARRAY_CALL_WORK + pivot_work)
         improving = tableaux[active_games, -1, :-1] < -zero_tolerance
         unfinished = improving.any(axis=1)
         active_games = active_games[unfinished]
         if len(active_games):
-            _pivot_games(
-                tableaux, bases, active_games, improving[unfinished].argmax(axis=1), zero_tolerance
-            )
+            columns = improving[unfinished].argmax(axis=1)
+            _pivot_games(tableaux, bases, active_games, columns, zero_tolerance)
 
 
 def _pivot_games(
@@ -134,9 +128,8 @@ def _pivot_games(
     active_tableaux, basis = tableaux[active_games], bases[active_games]
     column = active_tableaux[indices, :, columns]
     is_positive = column[:, :-1] > zero_tolerance
-    ratios = np.where(
-        is_positive, active_tableaux[:, :-1, -1] / np.where(is_positive, column[:, :-1], 1), np.inf
-    )
+    divisors = np.where(is_positive, column[:, :-1], 1)
+    ratios = np.where(is_positive, active_tableaux[:, :-1, -1] / divisors, np.inf)
     ties = ratios <= ratios.min(axis=1, keepdims=True) + zero_tolerance
     rows = np.where(ties, basis, basis.max() + 1).argmin(axis=1)
     pivot = active_tableaux[indices, rows] / column[indices, rows][:, None]

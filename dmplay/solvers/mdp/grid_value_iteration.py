@@ -35,10 +35,7 @@ class RectangularGrid:
 
     def list_states(self) -> Reals:
         """Return every grid point `[N, 2]`; the second coordinate changes fastest."""
-        axes = [
-            np.linspace(*limits)
-            for limits in zip(self.low, self.high, self.point_counts, strict=True)
-        ]
+        axes = map(np.linspace, self.low, self.high, self.point_counts)
         return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2)
 
     def find_surrounding_points(self, s: Reals) -> InterpolationPoints:
@@ -114,19 +111,16 @@ def run_grid_value_iteration(problem: Problem, grid: RectangularGrid) -> GridVal
 
     Undiscounted, the iteration converges if every point has a way to a terminal state.
     """
-    budget = Budget(
-        "value iteration on a grid", "try a smaller discount, or the agent search", 2e10
-    )
+    remedy = "try a smaller discount, or the agent search"
+    budget = Budget("value iteration on a grid", remedy, 2e10)
     states = grid.list_states()
     outcomes, is_terminal = step_all_actions(problem, grid, states), problem.terminal(states)
     values: Reals = np.zeros(len(states))
     sweeps, change = 0, np.inf
     tolerance = UNDISCOUNTED_TOLERANCE if problem.discount == 1.0 else DISCOUNTED_TOLERANCE
     while change > tolerance and sweeps < MAX_SWEEPS:
-        budget.spend_work(
-            ARRAY_CALL_WORK + 30 * outcomes.continuation_discounts.size,
-            sweeps / (sweeps + TYPICAL_SWEEPS),
-        )
+        work = ARRAY_CALL_WORK + 30 * outcomes.continuation_discounts.size
+        budget.spend_work(work, sweeps / (sweeps + TYPICAL_SWEEPS))
         new_values = outcomes.compute_action_values(values).max(axis=0)
         new_values[is_terminal] = 0.0
         change = float(np.abs(new_values - values).max())

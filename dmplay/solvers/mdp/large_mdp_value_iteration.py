@@ -72,10 +72,8 @@ class _SweepOrderedGraph(NamedTuple):
             changes.append(best - values[first:end])
             new_values[first:end] = best
             row, counts = self.action_starts[first], np.diff(self.action_starts[first : end + 1])
-            is_greedy = np.flatnonzero(q == np.repeat(best, counts))
-            choices.append(
-                row + is_greedy[np.searchsorted(is_greedy, self.action_starts[first:end] - row)]
-            )
+            greedy = row + np.flatnonzero(q == np.repeat(best, counts))
+            choices.append(greedy[np.searchsorted(greedy, self.action_starts[first:end])])
         values[:] = new_values
         return np.concatenate(changes), np.concatenate(choices)
 
@@ -155,10 +153,8 @@ def run_backward_value_iteration(graph: TransitionGraph, discount: float) -> Bac
     graph_holder = [graph]
     del graph
     ordered = _reorder_graph(graph_holder.pop(), order, blocks, discount, is_episodic=ends)
-    cost = 3 * (
-        ARRAY_CALL_WORK * len(ordered.state_blocks)
-        + OPERATIONS_PER_OUTCOME * len(ordered.discounted_probabilities)
-    )
+    outcome_work = OPERATIONS_PER_OUTCOME * len(ordered.discounted_probabilities)
+    cost = 3 * (ARRAY_CALL_WORK * len(ordered.state_blocks) + outcome_work)
     horizon_factor = discount / (1.0 - discount) if discount < 1.0 else 1.0
     gaps, target_gap, scale = [np.inf], 0.0, compute_reward_scale(ordered.rewards)
     any_start_converges = discount < 1.0 or _is_delay_costly(ordered, nonterminal_count)
@@ -170,21 +166,21 @@ def run_backward_value_iteration(graph: TransitionGraph, discount: float) -> Bac
         discount == 1.0 or budget.work_spent < budget.work_limit - cost
     ):
         if discount == 1.0 and len(gaps) > PATIENCE_SWEEPS and gaps[-1] >= gaps[-PATIENCE_SWEEPS]:
-            raise BudgetExceeded(
-                budget.task, f"values change by {gaps[-1] / 2:.3g} per turn", ENDLESS_GAME_MESSAGE
-            )
+            change_text = f"values change by {gaps[-1] / 2:.3g} per turn"
+            raise BudgetExceeded(budget.task, change_text, ENDLESS_GAME_MESSAGE)
         budget.spend_work(cost, _estimate_progress(gaps, target_gap))
         change, greedy_actions = ordered.sweep_values(values)
         if ordered.is_episodic:
             gaps.append(2 * horizon_factor * float(np.abs(change).max()))
         else:
-            values += horizon_factor * _find_common_change(change)
+            # the change of smallest magnitude if all have the same sign, else 0
+            common_change = max(float(change.min()), 0.0) + min(float(change.max()), 0.0)
+            values += horizon_factor * common_change
             gaps.append(horizon_factor * float(np.ptp(change)))
         target_gap = _compute_target_gap(values, discount, horizon_factor, scale)
         if any_start_converges and gaps[-1] > target_gap:
-            ordered.evaluate_choices(
-                values, greedy_actions, len(ordered.rewards) // nonterminal_count
-            )
+            sweep_count = len(ordered.rewards) // nonterminal_count
+            ordered.evaluate_choices(values, greedy_actions, sweep_count)
     q, change = ordered.compute_q_and_residual(values)
     min_change, max_change = float(change.min()), float(change.max())
     if ordered.is_episodic:
@@ -194,14 +190,8 @@ def run_backward_value_iteration(graph: TransitionGraph, discount: float) -> Bac
     graph_values[order[:nonterminal_count]] = values[:nonterminal_count] + change + midpoint
     q += midpoint
     graph_q[ordered.graph_actions] = q
-    return BackwardSweepResult(
-        bare_graph, graph_values, graph_q, horizon_factor * (max_change - min_change), len(gaps) - 1
-    )
-
-
-def _find_common_change(change: Reals) -> float:
-    """Return the change of smallest magnitude if all have the same sign, else 0."""
-    return max(float(change.min()), 0.0) + min(float(change.max()), 0.0)
+    gap = horizon_factor * (max_change - min_change)
+    return BackwardSweepResult(bare_graph, graph_values, graph_q, gap, len(gaps) - 1)
 
 
 def _is_delay_costly(ordered: _SweepOrderedGraph, nonterminal_count: int) -> bool:
@@ -210,21 +200,19 @@ def _is_delay_costly(ordered: _SweepOrderedGraph, nonterminal_count: int) -> boo
     Then undiscounted sweeps converge from any initial values; otherwise they must begin with 0
     (Bertsekas and Tsitsiklis, 1991).
     """
-    is_nonending = ~np.logical_or.reduceat(
-        ordered.next_states >= nonterminal_count, ordered.outcome_starts[:-1]
-    )
-    return bool((ordered.rewards[is_nonending] < 0.0).all())
+    is_final = ordered.next_states >= nonterminal_count
+    can_end = np.logical_or.reduceat(is_final, ordered.outcome_starts[:-1])
+    return bool((ordered.rewards[~can_end] < 0.0).all())
 
 
 def _make_initial_values(ordered: _SweepOrderedGraph, discount: float, distances: Ints) -> Reals:
     """Return low initial values, so that states already swept look better than the others."""
     min_reward = float(ordered.rewards.min())
+    if ordered.is_episodic:
+        min_reward = min(min_reward, 0.0)
     if discount < 1.0:
-        return np.full(
-            len(distances),
-            (min(min_reward, 0.0) if ordered.is_episodic else min_reward) / (1.0 - discount),
-        )
-    return 2.0 * min(min_reward, 0.0) * distances.astype(float)
+        return np.full(len(distances), min_reward / (1.0 - discount))
+    return 2.0 * min_reward * distances.astype(float)
 
 
 def _compute_target_gap(
@@ -279,9 +267,8 @@ def _list_predecessors(graph: TransitionGraph) -> tuple[Array, Ints]:
     edge_keys &= 2**HALF_WORD_BITS - 1
     predecessors = edge_keys.astype(np.int32)
     del edge_keys
-    return predecessors, compute_offsets(
-        np.bincount(graph.next_states, minlength=len(graph.states))
-    )
+    counts = np.bincount(graph.next_states, minlength=len(graph.states))
+    return predecessors, compute_offsets(counts)
 
 
 def _reorder_graph(
@@ -307,27 +294,15 @@ def _reorder_graph(
         block = slice(first, first + OUTCOMES_PER_BLOCK)
         next_states[block] = new_index[next_states[block]]
     p *= discount
-    source_states = np.repeat(
-        np.arange(len(order), dtype=next_states.dtype), np.diff(outcome_starts[action_starts])
-    )
-    self_loops = np.flatnonzero(next_states == source_states)
-    del source_states
+    states, counts = np.arange(len(order)), np.diff(outcome_starts[action_starts])
+    self_loops = np.flatnonzero(next_states == np.repeat(states.astype(next_states.dtype), counts))
     self_loop_actions = np.searchsorted(outcome_starts, self_loops, side="right") - 1
-    stay_probabilities = np.bincount(self_loop_actions, p[self_loops], len(graph_actions)).astype(
-        float
-    )
+    stay = np.bincount(self_loop_actions, p[self_loops], len(graph_actions)).astype(float)
     p[self_loops] = 0.0
     return _SweepOrderedGraph(
-        action_starts,
-        rewards,
-        outcome_starts,
-        p,
-        next_states,
-        stay_probabilities,
-        graph_actions,
-        blocks,
+        action_starts, rewards, outcome_starts, p, next_states, stay, graph_actions, blocks,
         is_episodic,
-    )
+    )  # fmt: skip
 
 
 def _split_into_blocks(
@@ -337,15 +312,11 @@ def _split_into_blocks(
 
     If games end, a range holds the states of one distance, or of a few.
     """
-    nonterminal_count = len(graph.nonterminal_states)
-    levels = (
-        np.flatnonzero(np.diff(distances[:nonterminal_count], prepend=-1))
-        if is_episodic
-        else np.zeros(1, int)
-    )
+    nonterminal_count, levels = len(graph.nonterminal_states), np.zeros(1, int)
+    if is_episodic:
+        levels = np.flatnonzero(np.diff(distances[:nonterminal_count], prepend=-1))
     levels = levels[:: max(-(-len(levels) // MAX_BLOCKS), 1)]
-    outcomes = compute_offsets(
-        np.diff(graph.outcome_starts[graph.action_starts])[order[:nonterminal_count]]
-    )
+    outcome_counts = np.diff(graph.outcome_starts[graph.action_starts])
+    outcomes = compute_offsets(outcome_counts[order[:nonterminal_count]])
     size_limits = np.searchsorted(outcomes, np.arange(0, outcomes[-1], OUTCOMES_PER_BLOCK))
     return [*pairwise(np.unique([0, *levels, *size_limits, nonterminal_count]).tolist())]

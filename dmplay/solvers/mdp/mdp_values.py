@@ -40,13 +40,10 @@ def compute_optimal_q(tables: Tables, discount: float) -> Reals:
     budget = _make_budget()
     state_count, action_count, _ = tables.transition.shape
     scale = compute_reward_scale(tables.rewards[:, :, 0])
-    policy = mark_best_actions(
-        compute_action_values(tables, discount, np.zeros(len(tables.transition))), scale
-    )
+    policy = mark_best_actions(tables.rewards[:, :, 0], scale)
+    work = 4 * ARRAY_CALL_WORK + state_count**2 * (4 * action_count + state_count / 10)
     while True:
-        budget.spend_work(
-            4 * ARRAY_CALL_WORK + state_count**2 * (4 * action_count + state_count / 10)
-        )
+        budget.spend_work(work)
         values = evaluate_policy(tables, discount, policy / policy.sum(axis=1, keepdims=True))
         q = compute_action_values(tables, discount, values)
         improved = q.max(axis=1) > values + compute_tolerance(values, scale=scale)

@@ -32,22 +32,14 @@ def linearize_dynamics(
         actions = np.full((len(s), 1), action)
         return np.asarray(problem.step(s, actions, np.zeros((len(s), 0))).state)
 
-    forward_points = DIFFERENCE_STEP * np.eye(dimensions)
-    backward_points = -DIFFERENCE_STEP * np.eye(dimensions)
-    jacobians = [
-        (compute_next_states(forward_points, a) - compute_next_states(backward_points, a))
-        / (2 * DIFFERENCE_STEP)
+    steps, zero_state = DIFFERENCE_STEP * np.eye(dimensions), np.zeros((1, dimensions))
+    low_jacobian, high_jacobian = (
+        (compute_next_states(steps, a) - compute_next_states(-steps, a)) / (2 * DIFFERENCE_STEP)
         for a in (low_action, high_action)
-    ]
-    zero_state = np.zeros((1, dimensions))
-    return LinearDynamics(
-        (jacobians[0] + jacobians[1]).T / 2,
-        (
-            compute_next_states(zero_state, high_action)
-            - compute_next_states(zero_state, low_action)
-        ).T
-        / 2,
     )
+    low_state = compute_next_states(zero_state, low_action)
+    push = compute_next_states(zero_state, high_action) - low_state
+    return LinearDynamics((low_jacobian + high_jacobian).T / 2, push.T / 2)
 
 
 class LinearQuadraticRegulator(NamedTuple):

@@ -21,12 +21,8 @@ MAX_INITIAL_ROUNDS, SWEEPS_PER_ROUND = 10, 20  # of modified policy iteration, b
 
 def make_planning_budget() -> Budget:
     """Return a new budget for listing the outcomes of a problem, or planning with them."""
-    return Budget(
-        "planning",
-        "try fewer states or agents, or the agent search",
-        2e10,
-        BYTES_PER_OUTCOME * MAX_OUTCOMES,
-    )
+    remedy = "try fewer states or agents, or the agent search"
+    return Budget("planning", remedy, 2e10, BYTES_PER_OUTCOME * MAX_OUTCOMES)
 
 
 class SparseMdp(NamedTuple):
@@ -59,12 +55,10 @@ def build_sparse_mdp(problem: Problem) -> SparseMdp:
     parts = []
     for action_index, start in product(range(len(choices)), blocks):
         block = states[start : start + blocks.step]
-        budget.spend_work(
-            5 * ARRAY_CALL_WORK + 100.0 * len(block) * outcomes_per_row, action_index / len(choices)
-        )
-        rows, p, outcome = enumerate_possible_outcomes(
-            problem, block, np.tile(choices[action_index], (len(block), 1))
-        )
+        work = 5 * ARRAY_CALL_WORK + 100.0 * len(block) * outcomes_per_row
+        budget.spend_work(work, action_index / len(choices))
+        actions = np.tile(choices[action_index], (len(block), 1))
+        rows, p, outcome = enumerate_possible_outcomes(problem, block, actions)
         next_states, rewards = checked_state_indices(problem, outcome.state), outcome.rewards[:, 0]
         parts.append(group_outcomes(rows, p, next_states, rewards, len(block)))
     return join_parts(parts, len(states))
@@ -78,33 +72,24 @@ def group_outcomes(
     Each of the `row_count` rows is one state with one joint action.
     """
     starts = np.searchsorted(row_indices, np.arange(row_count))
-    return SparseMdp(
-        starts,
-        probabilities,
-        next_states,
-        np.bincount(row_indices, probabilities * rewards, row_count).astype(float),
-    )
+    expected_rewards = np.bincount(row_indices, probabilities * rewards, row_count).astype(float)
+    return SparseMdp(starts, probabilities, next_states, expected_rewards)
 
 
 def join_parts(parts: list[SparseMdp], state_count: int) -> SparseMdp:
     """Return one sparse MDP from parts, which list the rows of one joint action after another."""
     offsets = np.cumsum([0, *(len(part.probabilities) for part in parts)])
     starts = [part.outcome_starts + offset for part, offset in zip(parts, offsets, strict=False)]
-    _, p, next_states, rewards = (np.concatenate(arrays) for arrays in zip(*parts, strict=True))
-    return SparseMdp(
-        np.concatenate(starts), p, next_states, rewards.reshape(-1, state_count).T.copy()
-    )
+    _, p, next_states, rewards = map(np.concatenate, zip(*parts, strict=True))
+    rewards = rewards.reshape(-1, state_count).T.copy()
+    return SparseMdp(np.concatenate(starts), p, next_states, rewards)
 
 
 def compute_action_values(model: SparseMdp, discount: float, values: Reals) -> Reals:
     """Return Q `[S, A]` of one step followed by U `[S]`."""
-    state_count, action_count = model.rewards.shape
-    expected_next = (
-        np.add.reduceat(model.probabilities * values[model.next_states], model.outcome_starts)
-        .reshape(action_count, state_count)
-        .T
-    )
-    return np.asarray(model.rewards + discount * expected_next)
+    weighted_values = model.probabilities * values[model.next_states]
+    expected_next = np.add.reduceat(weighted_values, model.outcome_starts)
+    return np.asarray(model.rewards + discount * expected_next.reshape(model.rewards.T.shape).T)
 
 
 def evaluate_policy(model: SparseMdp, discount: float, policy: Reals) -> Reals:
@@ -116,9 +101,7 @@ def evaluate_policy(model: SparseMdp, discount: float, policy: Reals) -> Reals:
     rows, outcomes = _select_policy_outcomes(model, policy)
     weights = policy.T.reshape(-1)[rows] * model.probabilities[outcomes]
     cells = rows % state_count * state_count + model.next_states[outcomes]
-    transition = np.bincount(cells, weights, state_count * state_count).reshape(
-        state_count, state_count
-    )
+    transition = np.bincount(cells, weights, state_count**2).reshape(state_count, state_count)
     rewards = (policy * model.rewards).sum(axis=1)
     return np.linalg.solve(np.eye(state_count) - discount * transition, rewards)
 

@@ -103,16 +103,12 @@ def build_full_graph(problem: Problem) -> TransitionGraph:
     while first < len(states):
         block = states[first : first + step]
         part = _list_outcomes(problem, block, list_joint_actions(problem, block))
-        memory += BYTES_PER_JOINT_ACTION * len(part.joint_actions) + BYTES_PER_OUTCOME * len(
-            part.probabilities
-        )
+        memory += part.byte_count
         budget.check_memory(memory / (first + len(block)) * len(states))
-        budget.spend_work(
-            5 * ARRAY_CALL_WORK + 100.0 * len(part.probabilities), first / len(states)
-        )
-        parts.append(
-            part._replace(next_states=_to_int32(checked_state_indices(problem, part.next_states)))
-        )
+        work = 5 * ARRAY_CALL_WORK + 100.0 * len(part.probabilities)
+        budget.spend_work(work, first / len(states))
+        next_states = _to_int32(checked_state_indices(problem, part.next_states))
+        parts.append(part._replace(next_states=next_states))
         first += len(block)
     return _join_graph_parts(parts, states, None)
 
@@ -134,20 +130,15 @@ def build_reachable_graph(problem: Problem) -> TransitionGraph:
             budget.check_work(1000.0 * len(legal_actions[0]))
             part = _list_outcomes(problem, block, legal_actions)
             next_states, new_states = _register_states(part.next_states, state_index)
-            budget.spend_work(
-                5 * ARRAY_CALL_WORK + 1000.0 * len(part.probabilities),
-                len(state_index) / MAX_REACHABLE_STATES,
-            )
-            memory += BYTES_PER_JOINT_ACTION * len(part.joint_actions) + BYTES_PER_OUTCOME * len(
-                part.probabilities
-            )
+            work = 5 * ARRAY_CALL_WORK + 1000.0 * len(part.probabilities)
+            budget.spend_work(work, len(state_index) / MAX_REACHABLE_STATES)
+            memory += part.byte_count
             budget.check_memory(memory)
             parts.append(part._replace(next_states=next_states))
             new_frontier.append(new_states)
         if len(state_index) > MAX_REACHABLE_STATES:
-            raise BudgetExceeded(
-                budget.task, f"more than {MAX_REACHABLE_STATES:,} states", budget.remedy
-            )
+            excess = f"more than {MAX_REACHABLE_STATES:,} states"
+            raise BudgetExceeded(budget.task, excess, budget.remedy)
         frontier = np.concatenate(new_frontier)
         state_blocks.append(frontier)
     return _join_graph_parts(parts, np.concatenate(state_blocks), state_index)
@@ -184,6 +175,12 @@ class _GraphPart(NamedTuple):
     probabilities: Reals
     next_states: Array  # next states, or their indices
 
+    @property
+    def byte_count(self) -> int:
+        """The memory of these joint actions and outcomes in a graph, in bytes."""
+        action_bytes = BYTES_PER_JOINT_ACTION * len(self.joint_actions)
+        return action_bytes + BYTES_PER_OUTCOME * len(self.probabilities)
+
 
 def _list_outcomes(problem: Problem, states: Array, legal_actions: tuple[Ints, Ints]) -> _GraphPart:
     """Return the arrays of a block of states, given their legal joint actions."""
@@ -198,9 +195,8 @@ def _list_outcomes(problem: Problem, states: Array, legal_actions: tuple[Ints, I
     reward_columns = [
         np.bincount(sources, p * column, len(rows)).astype(float) for column in outcome.rewards.T
     ]
-    return _GraphPart(
-        counts, small_actions, np.stack(reward_columns, axis=1), lengths, p, outcome.state
-    )
+    rewards = np.stack(reward_columns, axis=1)
+    return _GraphPart(counts, small_actions, rewards, lengths, p, outcome.state)
 
 
 def list_joint_actions(problem: Problem, states: Array) -> tuple[Ints, Ints]:
@@ -232,19 +228,11 @@ def _join_graph_parts(
     parts: list[_GraphPart], states: Array, state_index: dict[bytes, int] | None
 ) -> TransitionGraph:
     """Return the graph made of blocks of consecutive states."""
-    counts, actions, rewards, lengths, p, next_states = (
-        np.concatenate(arrays) for arrays in zip(*parts, strict=True)
+    counts, actions, rewards, lengths, p, next_states = map(
+        np.concatenate, zip(*parts, strict=True)
     )
-    return TransitionGraph(
-        states,
-        compute_offsets(counts),
-        actions,
-        rewards,
-        compute_offsets(lengths),
-        p,
-        next_states,
-        state_index,
-    )
+    starts, ends = compute_offsets(counts), compute_offsets(lengths)
+    return TransitionGraph(states, starts, actions, rewards, ends, p, next_states, state_index)
 
 
 def compute_offsets(counts: Ints) -> Ints:
