@@ -10,6 +10,7 @@ import numpy as np
 from dmplay.core.arrays import Ints, Reals
 from dmplay.core.work_budget import ARRAY_CALL_WORK, Budget
 from dmplay.solvers.decpomdp.dec_pomdp_model import PROBABILITY_DECIMALS, DecPomdp
+from dmplay.solvers.mdp.transition_graph import register_rows
 
 MAX_EXACT_HISTORIES = 300_000  # joint histories whose values are exact
 # for the fast informed bound; turns beyond it have the bound of the MDP
@@ -22,8 +23,7 @@ class _TurnBeliefs:
     """The beliefs of one turn, and the outcomes of the belief-action pairs expanded so far."""
 
     def __init__(self, team: DecPomdp, bound: Reals) -> None:
-        state_count = len(team.initial_belief)
-        action_count = len(team.joint_actions)
+        state_count, action_count = team.rewards.shape
         observation_count = team.observation_model.shape[2]
         self.state_action_bounds = bound  # [S, A]
         self.belief_index: dict[bytes, int] = {}
@@ -37,32 +37,24 @@ class _TurnBeliefs:
     @property
     def byte_count(self) -> float:
         """The approximate memory of the turn in bytes."""
-        return 8.0 * (
-            self.beliefs.size + 2 * self.action_upper_bounds.size + 2 * self.next_beliefs.size
-        )
+        bound_count, outcome_count = self.action_upper_bounds.size, self.next_beliefs.size
+        return 8.0 * (self.beliefs.size + 2 * bound_count + 2 * outcome_count)
 
     def find_or_add_beliefs(self, beliefs: Reals) -> Ints:
         """Return the indices `[N]` of beliefs `[N, S]`, adding new ones with a quick bound."""
         keys = np.round(beliefs, PROBABILITY_DECIMALS) + 0.0
         old_count = len(self.belief_index)
-        indices = [
-            self.belief_index.setdefault(key.tobytes(), len(self.belief_index)) for key in keys
-        ]
-        unique_indices, first_positions = np.unique(indices, return_index=True)
-        new_positions = first_positions[unique_indices >= old_count]
+        indices, new = register_rows([key.tobytes() for key in keys], self.belief_index)
+        added = slice(old_count, len(self.belief_index))
         while len(self.belief_index) > len(self.beliefs):
             self.beliefs = np.concatenate([self.beliefs, np.empty_like(self.beliefs)])
-            self.action_upper_bounds = np.concatenate(
-                [self.action_upper_bounds, np.empty_like(self.action_upper_bounds)]
-            )
-            self.outcome_rows = np.concatenate(
-                [self.outcome_rows, np.full_like(self.outcome_rows, NOT_EXPANDED)]
-            )
-        self.beliefs[old_count : len(self.belief_index)] = beliefs[new_positions]
-        self.action_upper_bounds[old_count : len(self.belief_index)] = (
-            beliefs[new_positions] @ self.state_action_bounds
-        )
-        return np.array(indices)
+            unknown_bounds = np.empty_like(self.action_upper_bounds)
+            self.action_upper_bounds = np.concatenate([self.action_upper_bounds, unknown_bounds])
+            unknown_rows = np.full_like(self.outcome_rows, NOT_EXPANDED)
+            self.outcome_rows = np.concatenate([self.outcome_rows, unknown_rows])
+        self.beliefs[added] = beliefs[new]
+        self.action_upper_bounds[added] = beliefs[new] @ self.state_action_bounds
+        return indices
 
     def add_outcomes(
         self, pairs: Ints, next_beliefs: Ints, observation_probabilities: Reals
@@ -120,21 +112,16 @@ class CentralizedPomdp:
             next_beliefs = np.full(probabilities.shape, IMPOSSIBLE)
             for pair_index, (belief_index, action) in enumerate(pairs.tolist()):
                 self.budget.spend_work(ARRAY_CALL_WORK + 2.0 * self.team.propagation_work)
-                self.budget.check_memory(
-                    2 * sum(turn_beliefs.byte_count for turn_beliefs in self._turns)
-                )
-                propagated = self.team.propagate_states(
-                    current.beliefs[belief_index : belief_index + 1], action
-                )[0]
+                self.budget.check_memory(2 * sum(beliefs.byte_count for beliefs in self._turns))
+                belief = current.beliefs[belief_index : belief_index + 1]
+                propagated = self.team.propagate_states(belief, action)[0]
                 joint = propagated[:, None] * self.team.observation_model[action]
                 probabilities[pair_index] = joint.sum(axis=0)
                 is_possible = probabilities[pair_index] > MIN_PROBABILITY
-                next_beliefs[pair_index, is_possible] = next_turn.find_or_add_beliefs(
-                    (joint[:, is_possible] / probabilities[pair_index, is_possible]).T
-                )
-            current.add_outcomes(
-                pairs, next_beliefs, np.where(probabilities > MIN_PROBABILITY, probabilities, 0.0)
-            )
+                posteriors = joint[:, is_possible] / probabilities[pair_index, is_possible]
+                next_beliefs[pair_index, is_possible] = next_turn.find_or_add_beliefs(posteriors.T)
+            probabilities[probabilities <= MIN_PROBABILITY] = 0.0
+            current.add_outcomes(pairs, next_beliefs, probabilities)
         rows = current.outcome_rows[belief_indices, actions]
         return current.next_beliefs[rows], current.observation_probabilities[rows]
 
@@ -142,18 +129,15 @@ class CentralizedPomdp:
         """Expand all beliefs of the first turns, and return the number of complete turns."""
         states, action_count = self.team.rewards.shape
         observation_count = self.team.observation_model.shape[2]
-        remaining = min(
-            MAX_EXACT_HISTORIES,
-            self.budget.memory_limit / (64 * (states + 2 * action_count + observation_count)),
-        )
+        bytes_per_history = 64 * (states + 2 * action_count + observation_count)
+        remaining = min(MAX_EXACT_HISTORIES, self.budget.memory_limit / bytes_per_history)
         for turn, current in enumerate(self._turns[:-1]):
-            remaining -= len(current.belief_index) * action_count * observation_count
+            count = len(current.belief_index)
+            remaining -= count * action_count * observation_count
             if remaining < 0:
                 return turn
-            belief_indices = np.repeat(np.arange(len(current.belief_index)), action_count)
-            self.expand_actions(
-                turn, belief_indices, np.tile(np.arange(action_count), len(current.belief_index))
-            )
+            pairs = np.divmod(np.arange(count * action_count), action_count)
+            self.expand_actions(turn, *pairs)
         return self.turns - 1
 
     def _backup_exact_turns(self, exact_turn_count: int) -> None:
@@ -161,16 +145,12 @@ class CentralizedPomdp:
         for turn in reversed(range(exact_turn_count)):
             current, next_turn = self._turns[turn], self._turns[turn + 1]
             self.budget.spend_work(ARRAY_CALL_WORK + 4.0 * current.next_beliefs.size)
-            best_values = np.append(
-                next_turn.action_upper_bounds[: len(next_turn.belief_index)].max(axis=1), 0.0
-            )
-            next_values = (
-                current.observation_probabilities * best_values[current.next_beliefs]
-            ).sum(axis=1)[current.outcome_rows[: len(current.belief_index)]]
-            rewards = current.beliefs[: len(current.belief_index)] @ self.team.rewards
-            current.action_upper_bounds[: len(current.belief_index)] = (
-                rewards + self.team.discount * next_values
-            )
+            count, next_count = len(current.belief_index), len(next_turn.belief_index)
+            best_values = np.append(next_turn.action_upper_bounds[:next_count].max(axis=1), 0.0)
+            weighted_values = current.observation_probabilities * best_values[current.next_beliefs]
+            next_values = weighted_values.sum(axis=1)[current.outcome_rows[:count]]
+            rewards = current.beliefs[:count] @ self.team.rewards
+            current.action_upper_bounds[:count] = rewards + self.team.discount * next_values
 
 
 def _compute_turn_bounds(
@@ -188,12 +168,8 @@ def _compute_turn_bounds(
     for turn in reversed(range(turns - 1)):
         is_informed = (turn + 1) * informed_work <= informed_work_limit
         budget.spend_work(informed_work if is_informed else mdp_work)
-        next_values = (
-            _backup_informed_bound(team, bounds[-1])
-            if is_informed
-            else _backup_mdp_bound(team, bounds[-1])
-        )
-        bounds.append(team.rewards + team.discount * next_values)
+        backup_bound = _backup_informed_bound if is_informed else _backup_mdp_bound
+        bounds.append(team.rewards + team.discount * backup_bound(team, bounds[-1]))
     return bounds[::-1]
 
 
@@ -206,15 +182,12 @@ def _backup_informed_bound(team: DecPomdp, bound: Reals) -> Reals:
     for action in range(next_values.shape[1]):
         for probabilities in team.observation_model[action].T:
             if probabilities.any():
-                next_values[:, action] += team.backup_values(bound.T * probabilities, action).max(
-                    axis=0
-                )
+                values = team.backup_values(bound.T * probabilities, action)
+                next_values[:, action] += values.max(axis=0)
     return next_values
 
 
 def _backup_mdp_bound(team: DecPomdp, bound: Reals) -> Reals:
     """Return the MDP bound `[S, A]` on the next turn: the mean of each next state's best value."""
-    best_values = bound.max(axis=1)[None]
-    return np.stack(
-        [team.backup_values(best_values, a)[0] for a in range(len(team.joint_actions))], axis=1
-    )
+    best_values, actions = bound.max(axis=1)[None], range(len(team.joint_actions))
+    return np.stack([team.backup_values(best_values, a)[0] for a in actions], axis=1)

@@ -76,12 +76,8 @@ class DecPomdp:
 
     def propagate_seat_actions(self, weights: Reals, action: int, seat: int) -> Reals:
         """Return `propagate_states` for each action of one seat, the others fixed, `[A, N, S']`."""
-        return np.stack(
-            [
-                self.propagate_states(weights, variant)
-                for variant in self.list_seat_variants(action, seat)
-            ]
-        )
+        variants = self.list_seat_variants(action, seat)
+        return np.stack([self.propagate_states(weights, variant) for variant in variants])
 
     def backup_values(self, values: Reals, action: int) -> Reals:
         """Return the expected values `[N, S]` of next states whose values are `[N, S']`."""
@@ -90,9 +86,8 @@ class DecPomdp:
     @property
     def propagation_work(self) -> float:
         """The number of operations to propagate a state distribution and its observations."""
-        return float(
-            len(self.initial_belief) * (len(self.initial_belief) + self.observation_model.shape[2])
-        )
+        state_count = len(self.initial_belief)
+        return float(state_count * (state_count + self.observation_model.shape[2]))
 
 
 def compute_joint_indices(indices: Sequence[Ints], counts: tuple[int, ...]) -> Ints:

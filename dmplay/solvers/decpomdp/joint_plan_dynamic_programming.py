@@ -53,66 +53,50 @@ def build_unpruned_stage(problem: Problem, horizon: int) -> JointPlanStage:
 
     Its continuations are undominated plans.
     """
-    next_stage = (
-        run_dynamic_programming(problem, horizon - 1)[-1]
-        if horizon > 1
-        else _make_empty_stage(problem)
-    )
+    next_stage = _make_empty_stage(problem)
+    if horizon > 1:
+        next_stage = run_dynamic_programming(problem, horizon - 1)[-1]
     return _backup_stage(problem, next_stage, _make_budget())
 
 
 def _make_empty_stage(problem: Problem) -> JointPlanStage:
     """Return the stage with no reward to come: one empty plan per agent, worth 0."""
     empty_plan = AgentPlanSet(np.zeros(1, np.int64), np.zeros((1, 0), np.int64))
-    return JointPlanStage(
-        (empty_plan, empty_plan), np.zeros((len(problem.enumerate_states()), 1, 1))
-    )
+    values = np.zeros((len(problem.enumerate_states()), 1, 1))
+    return JointPlanStage((empty_plan, empty_plan), values)
 
 
 def _backup_stage(problem: Problem, next_stage: JointPlanStage, budget: Budget) -> JointPlanStage:
     """Return the stage of all plans whose continuations are plans of `next_stage`."""
     tables = tabulate(problem)
-    shape = (
-        len(tables.transition),
-        _count_longer_plans(problem, next_stage, 0),
-        _count_longer_plans(problem, next_stage, 1),
-    )
+    plan_counts = (_count_longer_plans(problem, next_stage, seat) for seat in (0, 1))
+    shape = (len(tables.transition), *plan_counts)
     value_count = float(prod(shape))
     budget.check_memory(8.0 * value_count)
-    plans = (_extend_plans(problem, next_stage, 0), _extend_plans(problem, next_stage, 1))
-    values = np.empty(shape)
-    choices = joint_actions(problem)
+    first, second = (_extend_plans(problem, next_stage, seat) for seat in (0, 1))
+    values, choices = np.empty(shape), joint_actions(problem)
+    work = ARRAY_CALL_WORK + 20 * value_count / len(choices) * tables.observation_model.shape[2]
     for joint, (a, b) in enumerate(choices):
-        budget.spend_work(
-            ARRAY_CALL_WORK + 20 * value_count / len(choices) * tables.observation_model.shape[2]
-        )
-        plan_indices = (
-            np.flatnonzero(plans[0].first_actions == a),
-            np.flatnonzero(plans[1].first_actions == b),
-        )
-        next_plans = plans[0].next_plans[plan_indices[0]], plans[1].next_plans[plan_indices[1]]
-        values[:, plan_indices[0][:, None], plan_indices[1]] = _compute_pair_values(
-            problem, tables, next_stage, joint, next_plans
-        )
-    return JointPlanStage(plans, values)
+        budget.spend_work(work)
+        i, j = np.flatnonzero(first.first_actions == a), np.flatnonzero(second.first_actions == b)
+        next_plans = first.next_plans[i], second.next_plans[j]
+        pair_values = _compute_pair_values(problem, tables, next_stage, joint, next_plans)
+        values[:, i[:, None], j] = pair_values
+    return JointPlanStage((first, second), values)
 
 
 def _count_longer_plans(problem: Problem, next_stage: JointPlanStage, seat: int) -> int:
     """Return the number of an agent's plans that are one turn longer than those of `next_stage`."""
-    observation_count = problem.observation_counts[seat]
-    return int(
-        problem.action_counts[seat]
-        * len(next_stage.plans_by_agent[seat].first_actions) ** observation_count
-    )
+    next_plan_count = len(next_stage.plans_by_agent[seat].first_actions)
+    return int(problem.action_counts[seat] * next_plan_count ** problem.observation_counts[seat])
 
 
 def _extend_plans(problem: Problem, next_stage: JointPlanStage, seat: int) -> AgentPlanSet:
     """Return an agent's plans that are one turn longer than those of `next_stage`."""
     action_count, observation_count = problem.action_counts[seat], problem.observation_counts[seat]
     next_plan_count = len(next_stage.plans_by_agent[seat].first_actions)
-    indices = np.indices((action_count, *(next_plan_count,) * observation_count)).reshape(
-        1 + observation_count, -1
-    )
+    shape = action_count, *(next_plan_count,) * observation_count
+    indices = np.indices(shape).reshape(1 + observation_count, -1)
     return AgentPlanSet(indices[0], indices[1:].T)
 
 
@@ -125,9 +109,8 @@ def _compute_pair_values(
 ) -> Reals:
     """Return the values `[S, n1, n2]` of a joint action followed by the given next plans."""
     rewards = tables.rewards[:, joint].sum(axis=1)
-    values = np.broadcast_to(
-        rewards[:, None, None], (len(rewards), len(next_plans[0]), len(next_plans[1]))
-    )
+    shape = len(rewards), len(next_plans[0]), len(next_plans[1])
+    values = np.broadcast_to(rewards[:, None, None], shape)
     observation_count = next_plans[1].shape[1]
     for observation, probabilities in enumerate(tables.observation_model[joint].T):
         if probabilities.any():
@@ -149,9 +132,7 @@ def prune_dominated_plans(stage: JointPlanStage, budget: Budget | None = None) -
         for seat in (0, 1):
             rows = np.moveaxis(values, 1 + seat, 0).reshape(len(plans[seat].first_actions), -1)
             selected = _find_undominated_rows(rows, budget)
-            plans[seat] = AgentPlanSet(
-                plans[seat].first_actions[selected], plans[seat].next_plans[selected]
-            )
+            plans[seat] = AgentPlanSet(*(array[selected] for array in plans[seat]))
             values = values.take(selected, axis=1 + seat)
     return JointPlanStage((plans[0], plans[1]), values)
 

@@ -32,23 +32,21 @@ def sample_random_plans(
 ) -> tuple[AgentPlan, ...]:
     """Return random plans with this number of nodes per turn; each plan number gives others."""
     plans = []
-    for seat, (action_count, observation_count) in enumerate(
-        zip(team.action_counts, team.observation_counts, strict=True)
-    ):
-        u = generate_uniforms(
-            PLAN_SEED,
-            seat,
-            plan_number,
-            first_episode=0,
-            rows=turns * nodes_per_turn,
-            count=1 + observation_count,
-        )
-        by_turn = u.reshape(turns, nodes_per_turn, 1 + observation_count)
+    counts = zip(team.action_counts, team.observation_counts, strict=True)
+    for seat, (action_count, observation_count) in enumerate(counts):
+        shape = turns * nodes_per_turn, 1 + observation_count
+        by_turn = _generate_rows(seat, plan_number, shape).reshape(turns, nodes_per_turn, -1)
         actions = (action_count * by_turn[:, :, 0]).astype(int)
         next_nodes = (nodes_per_turn * by_turn[:, :, 1:]).astype(int)
         next_nodes[-1] = 0
         plans.append(tuple(map(PlanLayer, actions, next_nodes)))
     return tuple(plans)
+
+
+def _generate_rows(stream: int, number: int, shape: tuple[int, int]) -> Reals:
+    """Return the uniforms `shape` of one number in a stream of plans."""
+    rows, count = shape
+    return generate_uniforms(PLAN_SEED, stream, number, first_episode=0, rows=rows, count=count)
 
 
 def evaluate_plans(team: DecPomdp, plans: tuple[AgentPlan, ...], budget: Budget) -> float:
@@ -117,12 +115,11 @@ class PlanGraph:
         values = np.zeros((1, len(self.team.initial_belief)))
         for turn in reversed(range(self.turns)):
             for seat in range(len(self.team.action_counts)):
-                self._improve_seat_nodes(
-                    turn,
-                    seat,
-                    self._fill_unreached_nodes(turn, seat, reached[turn], sweep_number),
-                    values,
-                )
+                weights = self._fill_unreached_nodes(turn, seat, reached[turn], sweep_number)
+                total, next_nodes = self._score_node_actions(turn, seat, weights, values)
+                actions = total.argmax(axis=1)
+                next_nodes = next_nodes[np.arange(len(actions)), actions]
+                self._layers[turn][seat] = PlanLayer(actions, next_nodes)
             values = self._backup_values(turn, values)
         return float(values[0] @ self.team.initial_belief)
 
@@ -187,10 +184,8 @@ class PlanGraph:
         result = np.empty((self._count_joint_nodes(turn), len(self.team.initial_belief)))
         next_nodes = self._find_next_joint_nodes(turn)
         for action, rows in self._iter_joint_actions(turn):
-            next_values = (values[next_nodes[rows]] * self.team.observation_model[action].T).sum(
-                axis=1
-            )
-            expected_values = self.team.backup_values(next_values, action)
+            weighted_values = values[next_nodes[rows]] * self.team.observation_model[action].T
+            expected_values = self.team.backup_values(weighted_values.sum(axis=1), action)
             result[rows] = self.team.rewards[:, action] + self.team.discount * expected_values
         return result
 
@@ -206,26 +201,13 @@ class PlanGraph:
         node_weights = np.moveaxis(reach_probabilities.reshape(*counts, -1), seat, 0).copy()
         unreached = np.flatnonzero(~node_weights.reshape(len(node_weights), -1).any(axis=1))
         if len(unreached):
-            u = generate_uniforms(
-                PLAN_SEED,
-                turn,
-                sweep_number,
-                first_episode=0,
-                rows=len(unreached),
-                count=1 + reach_probabilities.shape[1],
-            )
-            flat_weights = node_weights.reshape(len(node_weights), -1, reach_probabilities.shape[1])
+            state_count = reach_probabilities.shape[1]
+            u = _generate_rows(turn, sweep_number, (len(unreached), 1 + state_count))
+            flat_weights = node_weights.reshape(len(node_weights), -1, state_count)
             partner_nodes = (flat_weights.shape[1] * u[:, 0]).astype(int)
-            flat_weights[unreached, partner_nodes] = -np.log1p(-u[:, 1:]) * reach_probabilities.sum(
-                axis=0
-            )
+            random_weights = -np.log1p(-u[:, 1:]) * reach_probabilities.sum(axis=0)
+            flat_weights[unreached, partner_nodes] = random_weights
         return np.moveaxis(node_weights, 0, seat).reshape(reach_probabilities.shape)
-
-    def _improve_seat_nodes(self, turn: int, seat: int, node_weights: Reals, values: Reals) -> None:
-        """Give each of an agent's nodes of a turn its best action and next nodes."""
-        total, next_nodes = self._score_node_actions(turn, seat, node_weights, values)
-        actions = total.argmax(axis=1)
-        self._layers[turn][seat] = PlanLayer(actions, next_nodes[np.arange(len(actions)), actions])
 
     def _score_node_actions(
         self, turn: int, seat: int, node_weights: Reals, values: Reals
@@ -243,51 +225,37 @@ class PlanGraph:
         for action, action_rows in self._iter_joint_actions(turn, seat):
             rows = action_rows[is_weighted[action_rows]]
             variants = team.list_seat_variants(action, seat)
-            self.budget.spend_work(
-                action_count * len(rows) * (ARRAY_CALL_WORK + 2.0 * team.propagation_work)
-            )
+            work_per_action = ARRAY_CALL_WORK + 2.0 * team.propagation_work
+            self.budget.spend_work(action_count * len(rows) * work_per_action)
             propagated = team.propagate_seat_actions(node_weights[rows], action, seat)
             observation_probabilities = self._split_observation_model(variants, seat)
             for index, joint_node in enumerate(rows.tolist()):
-                rewards[seat_nodes[joint_node]] += (
-                    node_weights[joint_node] @ team.rewards[:, variants]
-                )
+                node = seat_nodes[joint_node]
+                rewards[node] += node_weights[joint_node] @ team.rewards[:, variants]
                 joint = propagated[:, index, None, None] * observation_probabilities
                 flat_values = values[partner_next_nodes[joint_node]].reshape(-1, next_counts[seat])
                 score = joint.reshape(action_count * observation_count, -1) @ flat_values
-                next_scores[seat_nodes[joint_node]] += score.reshape(
-                    action_count, observation_count, -1
-                )
+                next_scores[node] += score.reshape(action_count, observation_count, -1)
         total = rewards + team.discount * next_scores.max(axis=3).sum(axis=2)
         return total, next_scores.argmax(axis=3)
 
     def _split_observation_model(self, actions: list[int], seat: int) -> Reals:
         """Return the probabilities `[A, O, R, S']` of the seat's and its partners' observations."""
-        action_count, observation_count = len(actions), self.team.observation_counts[seat]
-        probabilities = (
-            self.team.observation_model[actions]
-            .swapaxes(1, 2)
-            .reshape(action_count, *self.team.observation_counts, -1)
-        )
+        counts, state_count = self.team.observation_counts, len(self.team.initial_belief)
+        probabilities = self.team.observation_model[actions].swapaxes(1, 2)
+        probabilities = probabilities.reshape(len(actions), *counts, state_count)
         probabilities = np.moveaxis(probabilities, seat + 1, 1)
-        return np.asarray(
-            probabilities.reshape(
-                action_count, observation_count, -1, len(self.team.initial_belief)
-            )
-        )
+        return np.asarray(probabilities.reshape(len(actions), counts[seat], -1, state_count))
 
     def _find_partners_next_nodes(self, turn: int, seat: int) -> Ints:
         """Return the partners' next joint node `[Q, R]` by joint node and observation."""
         others = [other for other in range(len(self.team.action_counts)) if other != seat]
-        observation_columns = list_joint_nodes(
-            [self.team.observation_counts[other] for other in others]
-        ).T
+        observation_counts = [self.team.observation_counts[other] for other in others]
         node_columns = list_joint_nodes(self._count_nodes(turn)).T
         next_counts = self._count_nodes(turn + 1)
+        columns = zip(others, list_joint_nodes(observation_counts).T, strict=True)
         steps = [
-            self._layers[turn][other].next_nodes[
-                node_columns[other][:, None], observation_columns[k]
-            ]
-            for k, other in enumerate(others)
+            self._layers[turn][other].next_nodes[node_columns[other][:, None], observation_column]
+            for other, observation_column in columns
         ]
         return compute_joint_indices(steps, tuple(next_counts[other] for other in others))

@@ -99,18 +99,15 @@ def _iter_repeated_plans(team: DecPomdp, turns: int) -> Iterator[tuple[AgentPlan
         while turns_left:
             part_turns = min(length, turns_left)
             key = np.round(initial_belief, PROBABILITY_DECIMALS).tobytes(), part_turns
+            part_team = replace(team, initial_belief=initial_belief)
             if key not in cache:
-                cache[key] = _find_short_plan(
-                    replace(team, initial_belief=initial_belief), part_turns
-                )
+                cache[key] = _find_short_plan(part_team, part_turns)
             plans = cache[key]
             if plans is None:
                 return
             parts.append(plans)
-            initial_belief, turns_left = (
-                _compute_end_belief(replace(team, initial_belief=initial_belief), plans),
-                turns_left - part_turns,
-            )
+            initial_belief = _compute_end_belief(part_team, plans)
+            turns_left -= part_turns
         yield tuple(sum(agent_plans, ()) for agent_plans in zip(*parts, strict=True))
 
 
@@ -118,19 +115,15 @@ def _find_short_plan(team: DecPomdp, turns: int) -> tuple[AgentPlan, ...] | None
     """Return the best joint plan of some turns, or None if that takes too long."""
     budget, plans = _make_budget(PART_WORK_LIMIT), None
     with budget.stop_when_exceeded():
-        plans = (
-            MultiagentAStar(CentralizedPomdp(team, turns, budget), budget).find_best_plan().plans
-        )
+        centralized = CentralizedPomdp(team, turns, budget)
+        plans = MultiagentAStar(centralized, budget).find_best_plan().plans
     return plans
 
 
 def _compute_end_belief(team: DecPomdp, plans: tuple[AgentPlan, ...]) -> Reals:
     """Return the state distribution `[S]` after the last turn of a joint plan."""
-    weights = (
-        PlanGraph(team, plans, _make_budget(PART_WORK_LIMIT))
-        .compute_reach_probabilities()[-1]
-        .sum(axis=0)
-    )
+    graph = PlanGraph(team, plans, _make_budget(PART_WORK_LIMIT))
+    weights = graph.compute_reach_probabilities()[-1].sum(axis=0)
     return np.asarray(weights / weights.sum())
 
 

@@ -67,42 +67,33 @@ class _BayesianGame:
     def __init__(self, partial_plan: PartialJointPlan, centralized_pomdp: CentralizedPomdp) -> None:
         action_counts, occupancy = centralized_pomdp.team.action_counts, partial_plan.occupancy
         self.node_counts, self.joint_nodes = occupancy.node_counts, occupancy.joint_nodes
-        self.action_counts, self.other_joint_actions = (
-            action_counts,
-            list_joint_nodes(action_counts[:-1]),
-        )  # [B, n - 1]
-        weights = centralized_pomdp.team.discount**partial_plan.turn * occupancy.probabilities
-        payoffs = (
-            centralized_pomdp.get_action_upper_bounds(partial_plan.turn, occupancy.belief_indices)
-            * weights[:, None]
-        )
-        self.payoffs = payoffs.reshape(
-            len(weights), len(self.other_joint_actions), action_counts[-1]
-        )
-        self.last_agent_nodes = (
-            self.joint_nodes[:, -1] == np.arange(self.node_counts[-1])[:, None]
-        ).astype(float)
+        self.action_counts = action_counts
+        self.other_joint_actions = list_joint_nodes(action_counts[:-1])  # [B, n - 1]
+        turn, weights = partial_plan.turn, occupancy.probabilities
+        weights = centralized_pomdp.team.discount**turn * weights
+        bounds = centralized_pomdp.get_action_upper_bounds(turn, occupancy.belief_indices)
+        shape = len(weights), len(self.other_joint_actions), action_counts[-1]
+        self.payoffs = (bounds * weights[:, None]).reshape(shape)
+        last_nodes = np.arange(self.node_counts[-1])[:, None]
+        self.last_agent_nodes = (self.joint_nodes[:, -1] == last_nodes).astype(float)
         # (seat, node) of all agents but the last, most likely nodes first
         self.assignment_order: list[tuple[int, int]] = []
         for seat, node_count in enumerate(self.node_counts[:-1]):
             mass = np.bincount(self.joint_nodes[:, seat], occupancy.probabilities, node_count)
-            self.assignment_order += [
-                (seat, int(node)) for node in np.argsort(-mass, kind="stable")
-            ]
+            nodes = np.argsort(-mass, kind="stable").tolist()
+            self.assignment_order += [(seat, node) for node in nodes]
 
     def bound_last_agent(self, assigned_actions: tuple[int, ...] = ()) -> Reals:
         """Return the upper bound `[K, A]` of each action at the last agent's nodes."""
-        return np.asarray(
-            self.last_agent_nodes @ self._restrict_payoffs(assigned_actions).max(axis=1)
-        )
+        best_payoffs = self._restrict_payoffs(assigned_actions).max(axis=1)
+        return np.asarray(self.last_agent_nodes @ best_payoffs)
 
     def _restrict_payoffs(self, assigned_actions: tuple[int, ...]) -> Reals:
         """Return the payoffs `[J, B, A]`, minus infinity if they contradict assigned actions."""
         is_allowed = np.ones(self.payoffs.shape[:2], bool)
         for (seat, node), action in zip(self.assignment_order, assigned_actions, strict=False):
-            is_allowed[self.joint_nodes[:, seat] == node] &= (
-                self.other_joint_actions[:, seat] == action
-            )
+            is_assigned = self.other_joint_actions[:, seat] == action
+            is_allowed[self.joint_nodes[:, seat] == node] &= is_assigned
         return np.where(is_allowed[:, :, None], self.payoffs, -np.inf)
 
     def bound_next_assignment(self, assigned_actions: tuple[int, ...]) -> Reals:
@@ -114,9 +105,8 @@ class _BayesianGame:
         bounds = self.last_agent_nodes @ best_payoffs
         result = np.empty(self.action_counts[seat])
         for action in range(len(result)):
-            restricted = payoffs[node_rows][:, self.other_joint_actions[:, seat] == action].max(
-                axis=1
-            )
+            is_assigned = self.other_joint_actions[:, seat] == action
+            restricted = payoffs[node_rows][:, is_assigned].max(axis=1)
             change = self.last_agent_nodes[:, node_rows] @ (restricted - best_payoffs[node_rows])
             result[action] = (bounds + change).max(axis=1).sum()
         return result
@@ -135,11 +125,8 @@ class MultiagentAStar:
     """A search for the best joint plan of a number of turns."""
 
     def __init__(self, centralized_pomdp: CentralizedPomdp, budget: Budget) -> None:
-        self.centralized_pomdp, self.team, self.budget = (
-            centralized_pomdp,
-            centralized_pomdp.team,
-            budget,
-        )
+        self.centralized_pomdp, self.team = centralized_pomdp, centralized_pomdp.team
+        self.budget = budget
         self._open_plans: list[_OpenPlan] = []
         self._best_earned_values: dict[tuple[int, bytes], float] = {}
         self._tie_breakers, self._held_bytes = count(), 0.0
@@ -147,9 +134,8 @@ class MultiagentAStar:
     def find_best_plan(self) -> PlanSearchResult:
         """Return the best plan and its value, or only an upper bound if the budget ends before."""
         seat_count, bound = len(self.team.action_counts), self.centralized_pomdp.upper_bound
-        start = OccupancyState(
-            np.zeros((1, seat_count), np.int64), np.zeros(1, np.int64), np.ones(1)
-        )
+        first_nodes = np.zeros((1, seat_count), np.int64)
+        start = OccupancyState(first_nodes, np.zeros(1, np.int64), np.ones(1))
         finished = None
         with self.budget.stop_when_exceeded():
             self._open_partial_plan(PartialJointPlan(0, start, 0.0), bound)
@@ -163,12 +149,9 @@ class MultiagentAStar:
 
     def _open_partial_plan(self, partial_plan: PartialJointPlan, upper_bound: float) -> None:
         """Open a partial plan with no action of its current turn assigned."""
-        future_bound = (
-            _BayesianGame(partial_plan, self.centralized_pomdp).bound_last_agent().max(axis=1).sum()
-        )
-        self._push_open_plan(
-            partial_plan, min(upper_bound, partial_plan.earned_value + future_bound)
-        )
+        game = _BayesianGame(partial_plan, self.centralized_pomdp)
+        bound = partial_plan.earned_value + game.bound_last_agent().max(axis=1).sum()
+        self._push_open_plan(partial_plan, min(upper_bound, bound))
 
     def _push_open_plan(
         self,
@@ -191,22 +174,17 @@ class MultiagentAStar:
         self.budget.spend_work(OPERATIONS_PER_EXPANSION + 8.0 * game.payoffs.size)
         self.budget.check_memory(self._held_bytes)
         if len(assigned) < len(game.assignment_order):
-            for action, bound in enumerate(game.bound_next_assignment(assigned).tolist()):
-                self._push_open_plan(
-                    partial_plan,
-                    min(-open_plan.negative_bound, partial_plan.earned_value + bound),
-                    (*assigned, action),
-                )
+            bounds = partial_plan.earned_value + game.bound_next_assignment(assigned)
+            for action, bound in enumerate(np.minimum(bounds, -open_plan.negative_bound).tolist()):
+                self._push_open_plan(partial_plan, bound, (*assigned, action))
             return None
-        action_bounds = game.bound_last_agent(assigned)
-        first_free_node = len(assigned) - len(game.assignment_order)
-        rule = np.append(
-            assigned[len(game.assignment_order) :], action_bounds[first_free_node:].argmax(axis=1)
-        ).astype(np.int64)
+        action_bounds, order_length = game.bound_last_agent(assigned), len(game.assignment_order)
+        first_free_node = len(assigned) - order_length
+        best_actions = action_bounds[first_free_node:].argmax(axis=1)
+        rule = np.append(assigned[order_length:], best_actions).astype(np.int64)
         self._push_alternatives(open_plan, action_bounds, rule, first_free_node)
-        next_plan = self._extend_partial_plan(
-            partial_plan, game.build_decision_rules(assigned, rule)
-        )
+        rules = game.build_decision_rules(assigned, rule)
+        next_plan = self._extend_partial_plan(partial_plan, rules)
         if next_plan.turn < self.centralized_pomdp.turns:
             self._open_unless_dominated(next_plan, -open_plan.negative_bound)
             return None
@@ -218,13 +196,9 @@ class MultiagentAStar:
         """Open the alternatives of the last agent: every other action at each free node."""
         chosen_bounds = action_bounds[np.arange(len(rule)), rule]
         assigned = open_plan.assigned_actions[: len(open_plan.assigned_actions) - first_free_node]
-        bounds = np.minimum(
-            open_plan.partial_plan.earned_value
-            + chosen_bounds.sum()
-            - chosen_bounds[:, None]
-            + action_bounds,
-            -open_plan.negative_bound,
-        )
+        chosen_value = open_plan.partial_plan.earned_value + chosen_bounds.sum()
+        bounds = chosen_value - chosen_bounds[:, None] + action_bounds
+        bounds = np.minimum(bounds, -open_plan.negative_bound)
         for node in range(first_free_node, len(rule)):
             for action in np.flatnonzero(np.arange(action_bounds.shape[1]) != rule[node]).tolist():
                 alternative = (*assigned, *rule[:node].tolist(), action)
@@ -247,31 +221,23 @@ class MultiagentAStar:
                 PlanLayer(rule, np.zeros((len(rule), k), np.int64))
                 for rule, k in zip(decision_rules, observation_counts, strict=True)
             ]
-            return PartialJointPlan(
-                turn + 1, partial_plan.occupancy, earned_value, partial_plan, tuple(final_layers)
-            )
+            layers, occupancy = tuple(final_layers), partial_plan.occupancy
+            return PartialJointPlan(turn + 1, occupancy, earned_value, partial_plan, layers)
         next_beliefs, probabilities = centralized.expand_actions(turn, belief_indices, actions)
         rows, observations = np.nonzero(probabilities)
-        next_nodes = (
-            joint_nodes[rows] * np.array(observation_counts)
-            + self.team.joint_observations[observations]
-        )
+        first_nodes = joint_nodes[rows] * np.array(observation_counts)
+        next_nodes = first_nodes + self.team.joint_observations[observations]
         node_counts = tuple(
             len(rule) * k for rule, k in zip(decision_rules, observation_counts, strict=True)
         )
-        occupancy = OccupancyState(
-            next_nodes,
-            next_beliefs[rows, observations],
-            p[rows] * probabilities[rows, observations],
-        )
-        merged_occupancy, merged_nodes = merge_equivalent_histories(occupancy, node_counts)
-        layers = [
+        p, beliefs = p[rows] * probabilities[rows, observations], next_beliefs[rows, observations]
+        occupancy = OccupancyState(next_nodes, beliefs, p)
+        occupancy, merged_nodes = merge_equivalent_histories(occupancy, node_counts)
+        layers = tuple(
             PlanLayer(rule, np.maximum(node_map, 0).reshape(len(rule), -1))
             for rule, node_map in zip(decision_rules, merged_nodes, strict=True)
-        ]
-        return PartialJointPlan(
-            turn + 1, merged_occupancy, earned_value, partial_plan, tuple(layers)
         )
+        return PartialJointPlan(turn + 1, occupancy, earned_value, partial_plan, layers)
 
     def _open_unless_dominated(self, partial_plan: PartialJointPlan, upper_bound: float) -> None:
         """Open a partial plan, unless another with the same occupancy has earned as much."""

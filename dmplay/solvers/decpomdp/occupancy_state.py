@@ -58,9 +58,8 @@ def merge_equivalent_histories(
         labels = _label_equivalent_nodes(occupancy, seat)
         unchanged_count = unchanged_count + 1 if labels.max() + 1 == len(labels) else 1
         if unchanged_count == 1:
-            occupancy = _merge_equal_joint_nodes(
-                _rename_nodes(occupancy, seat, labels[occupancy.joint_nodes[:, seat]])
-            )
+            occupancy = _rename_nodes(occupancy, seat, labels[occupancy.joint_nodes[:, seat]])
+            occupancy = _merge_equal_joint_nodes(occupancy)
             merged_nodes[seat] = _rename_places(labels, merged_nodes[seat])
         seat = (seat + 1) % len(node_counts)
     for seat in range(len(node_counts)):
@@ -100,15 +99,11 @@ def _label_equivalent_nodes(occupancy: OccupancyState, seat: int) -> Ints:
     belief_indices = belief_indices[order]
     labels: dict[bytes, int] = {}
     ends = np.searchsorted(seat_nodes, np.arange(len(mass) + 1)).tolist()
-    return np.array(
-        [
-            labels.setdefault(
-                others[a:b].tobytes() + belief_indices[a:b].tobytes() + shares[a:b].tobytes(),
-                len(labels),
-            )
-            for a, b in pairwise(ends)
-        ]
+    keys = (
+        b"".join(array[a:b].tobytes() for array in (others, belief_indices, shares))
+        for a, b in pairwise(ends)
     )
+    return np.array([labels.setdefault(key, len(labels)) for key in keys])
 
 
 def _rank_nodes(occupancy: OccupancyState, seat: int) -> Ints:

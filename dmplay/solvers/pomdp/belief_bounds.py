@@ -107,12 +107,9 @@ class BoundLayer:
         q = self.upper_vectors @ belief
         point_index = self.sawtooth_points.append(belief)
         support_size = np.count_nonzero(belief)
-        likeliest = np.argsort(-belief, kind="stable")[:support_size]
-        self._likeliest_states.append(
-            np.append(
-                np.resize(likeliest[:LIKELIEST_STATE_COUNT], LIKELIEST_STATE_COUNT), support_size
-            )
-        )
+        likeliest = np.argsort(-belief, kind="stable")[: min(support_size, LIKELIEST_STATE_COUNT)]
+        likeliest = np.resize(likeliest, LIKELIEST_STATE_COUNT)
+        self._likeliest_states.append(np.append(likeliest, support_size))
         self._point_values.append(np.append(value, q))
         self._point_drops.append(q.max() - value)
         # The new bound is lower, so the earlier point is switched off.
@@ -123,15 +120,9 @@ class BoundLayer:
     def evaluate_plans(self, beliefs: BeliefBatch, first_plan: int) -> Reals:
         """Return the values `[K, N]` of the plans from index `first_plan` on."""
         step = max(SINGLE_THREAD_PRODUCTS // beliefs.probabilities.size, 1)
-        parts = (
-            slice(n, n + step) for n in range(first_plan, self.plan_vectors.column_count, step)
-        )
-        return np.hstack(
-            [
-                beliefs.probabilities @ self.plan_vectors.array[beliefs.support_states, part]
-                for part in parts
-            ]
-        )
+        states, vectors = beliefs.support_states, self.plan_vectors.array
+        starts = range(first_plan, vectors.shape[1], step)
+        return np.hstack([beliefs.probabilities @ vectors[states, n : n + step] for n in starts])
 
     def compute_informed_bounds(self, beliefs: BeliefBatch) -> Reals:
         """Return the fast informed bound `[K, A]` on each action's value.
@@ -149,48 +140,34 @@ class BoundLayer:
         """
         support_index = np.full(self.sawtooth_points.array.shape[0], -1)
         support_index[beliefs.support_states] = np.arange(len(beliefs.support_states))
-        marked_columns = support_index[
-            self._likeliest_states.array[:LIKELIEST_STATE_COUNT, first_point:]
-        ]
-        candidates = np.flatnonzero(
-            (marked_columns >= 0).all(axis=0) & (self._point_drops.array[0, first_point:] > 0)
-        )
+        likeliest_states = self._likeliest_states.array[:LIKELIEST_STATE_COUNT]
+        drops = self._point_drops.array[0]
+        marked_columns = support_index[likeliest_states[:, first_point:]]
+        is_candidate = (marked_columns >= 0).all(axis=0) & (drops[first_point:] > 0)
+        candidates = np.flatnonzero(is_candidate)
         if not len(candidates):
             return upper_bounds, 0.0
         marked_columns, candidates = marked_columns[:, candidates], candidates + first_point
         informed_bounds = self.compute_informed_bounds(beliefs)
         point_probabilities = self.sawtooth_points.array[
-            self._likeliest_states.array[:LIKELIEST_STATE_COUNT, candidates], candidates
+            likeliest_states[:, candidates], candidates
         ]
-        shares = np.min(
-            [
-                beliefs.probabilities[:, marked_columns[i]] / point_probabilities[i]
-                for i in range(LIKELIEST_STATE_COUNT)
-            ],
-            axis=0,
-        )
-        optimistic_bounds = (
-            informed_bounds.max(axis=1)[:, None] - shares * self._point_drops.array[0, candidates]
-        )
-        rows, point_indices = np.nonzero(optimistic_bounds < upper_bounds[:, None])
-        point_indices, optimistic_bounds = (
-            candidates[point_indices],
-            optimistic_bounds[rows, point_indices],
-        )
+        pairs = zip(marked_columns, point_probabilities, strict=True)
+        shares = np.min([beliefs.probabilities[:, column] / p for column, p in pairs], axis=0)
+        optimistic_bounds = informed_bounds.max(axis=1)[:, None] - shares * drops[candidates]
+        rows, columns = np.nonzero(optimistic_bounds < upper_bounds[:, None])
+        points, optimistic_bounds = candidates[columns], optimistic_bounds[rows, columns]
         new_bounds, work, size = upper_bounds.copy(), 0.0, len(beliefs.support_states)
         while len(rows):
-            possible_gains = new_bounds[rows] - optimistic_bounds
-            best = np.flatnonzero(possible_gains >= possible_gains.max() / 2)[
-                : NUMBERS_PER_BLOCK // size + 1
-            ]
+            gains = new_bounds[rows] - optimistic_bounds
+            best = np.flatnonzero(gains >= gains.max() / 2)[: NUMBERS_PER_BLOCK // size + 1]
             self._apply_sawtooth_points(
-                beliefs, informed_bounds, rows[best], point_indices[best], new_bounds
+                beliefs, informed_bounds, rows[best], points[best], new_bounds
             )
             work += 1.5 * ARRAY_CALL_WORK + 4.0 * len(rows) + 6.0 * size * len(best)
             remaining = optimistic_bounds < new_bounds[rows]
             remaining[best] = False
-            rows = rows[remaining]
-            point_indices = point_indices[remaining]
+            rows, points = rows[remaining], points[remaining]
             optimistic_bounds = optimistic_bounds[remaining]
         return new_bounds, work
 
@@ -207,9 +184,8 @@ class BoundLayer:
         A pair is an index in `rows` and one in `points`; `informed_bounds` are `[K, A]`.
         """
         parts = self.sawtooth_points.array[beliefs.support_states[:, None], points]
-        is_covered = (parts > 0.0).sum(axis=0) == self._likeliest_states.array[
-            LIKELIEST_STATE_COUNT, points
-        ]
+        support_sizes = self._likeliest_states.array[LIKELIEST_STATE_COUNT, points]
+        is_covered = (parts > 0.0).sum(axis=0) == support_sizes
         max_ratio = (parts / np.maximum(beliefs.probabilities[rows].T, MIN_DIVISOR)).max(axis=0)
         shares = is_covered / max_ratio
         value, *q = self._point_values.array[:, points]

@@ -27,10 +27,8 @@ class BeliefGrid:
         """The cumulative steps `[G, S - 1]` of each point, from state 2, 3, ... S to the last."""
         budget = Budget("grid of beliefs", "try fewer states, or the agent search")
         point_count = comb(self.resolution + self.state_count - 1, self.state_count - 1)
-        budget.check_memory(
-            150.0 * point_count * self.state_count
-            + 8.0 * (self.resolution + 1) ** (self.state_count - 1)
-        )
+        table_size = (self.resolution + 1) ** (self.state_count - 1)
+        budget.check_memory(150.0 * point_count * self.state_count + 8.0 * table_size)
         budget.spend_work(100 * point_count * self.state_count)
         rising = combinations_with_replacement(range(self.resolution + 1), self.state_count - 1)
         return np.array(list(rising))[:, ::-1]
@@ -45,13 +43,9 @@ class BeliefGrid:
     @cached_property
     def points(self) -> Reals:
         """The beliefs `[G, S]` of the grid."""
-        rows = len(self._cumulative_steps)
-        padded_sums = (
-            np.full((rows, 1), self.resolution),
-            self._cumulative_steps,
-            np.zeros((rows, 1), np.int64),
-        )
-        return -np.diff(np.hstack(padded_sums)) / self.resolution
+        padded_sums = np.pad(self._cumulative_steps, ((0, 0), (1, 1)))
+        padded_sums[:, 0] = self.resolution
+        return -np.diff(padded_sums) / self.resolution
 
     def find_surrounding_points(self, b: Reals) -> tuple[Ints, Reals]:
         """Return indices and weights `[B, S]` of the grid points around each belief `[B, S]`.
@@ -65,9 +59,8 @@ class BeliefGrid:
         ranks = np.empty_like(order)
         np.put_along_axis(ranks, order, np.arange(self.state_count - 1)[None], axis=1)
         steps = low[:, None] + (ranks[:, None] < np.arange(self.state_count)[:, None])
-        point_indices = self._point_index[
-            tuple(np.moveaxis(np.minimum(steps, self.resolution), 2, 0))
-        ]
+        corners = np.moveaxis(np.minimum(steps, self.resolution), 2, 0)
+        point_indices = self._point_index[tuple(corners)]
         sorted_fractions = np.take_along_axis(fractions, order, axis=1)
         padded_fractions = np.ones((len(b), 1)), sorted_fractions, np.zeros((len(b), 1))
         return point_indices, -np.diff(np.hstack(padded_fractions))

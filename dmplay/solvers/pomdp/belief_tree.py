@@ -67,11 +67,9 @@ class BeliefTree:
 
         Raises BudgetExceeded, before the memory is used, if the budget does not allow it.
         """
-        self.is_memory_full = (
-            BYTES_PER_NUMBER * (self._stored_number_count + number_count)
-            > self._budget.memory_limit
-        )
-        self._budget.check_memory(BYTES_PER_NUMBER * (self._stored_number_count + number_count))
+        byte_count = BYTES_PER_NUMBER * (self._stored_number_count + number_count)
+        self.is_memory_full = byte_count > self._budget.memory_limit
+        self._budget.check_memory(byte_count)
         self._stored_number_count += number_count
 
     def get_layer(self, turns_left: int) -> BoundLayer:
@@ -105,22 +103,15 @@ class BeliefTree:
         self, states: Ints, probabilities: Reals, action: int, turns_left: int
     ) -> ActionBranch:
         """Return the branch of an action at a belief, with `turns_left` turns left after it."""
-        model, state_count = self.model, self.model.state_count
-        entries, state_rows = model.joint_probabilities.entries_of_rows(
-            action * state_count + states
-        )
-        self.spend_work(
-            5 * ARRAY_CALL_WORK + 20.0 * len(entries) + model.observation_count * state_count
-        )
-        weights = model.joint_probabilities.values[entries] * probabilities[state_rows]
-        cells = np.bincount(
-            model.joint_probabilities.columns[entries],
-            weights,
-            model.observation_count * state_count,
-        )
-        joint = cells.astype(float).reshape(model.observation_count, state_count)
+        matrix, rewards = self.model.joint_probabilities, self.model.rewards
+        shape = self.model.observation_count, self.model.state_count
+        entries, state_rows = matrix.entries_of_rows(action * shape[1] + states)
+        self.spend_work(5 * ARRAY_CALL_WORK + 20.0 * len(entries) + shape[0] * shape[1])
+        weights = matrix.values[entries] * probabilities[state_rows]
+        cells = np.bincount(matrix.columns[entries], weights, shape[0] * shape[1])
+        joint = cells.astype(float).reshape(shape)
         observations = np.flatnonzero(joint.any(axis=1))
-        reward = float(probabilities @ model.rewards[action, states])
+        reward = float(probabilities @ rewards[action, states])
         return self._add_branch(joint[observations], observations, reward, turns_left)
 
     def _add_branch(
@@ -136,29 +127,19 @@ class BeliefTree:
         self.reserve_memory(beliefs.size + NUMBERS_PER_NODE * (1 + len(beliefs)))
         self.spend_work(len(beliefs) * ARRAY_CALL_WORK / 2)
         next_beliefs = BeliefBatch(states, beliefs)
-        nodes = np.array(
-            [
-                self._find_or_add_node(next_beliefs, row, turns_left)
-                for row in range(len(observations))
-            ]
-        )
-        branch = ActionBranch(reward, observations, probabilities, next_beliefs, nodes)
-        np.minimum.at(
-            self.upper_bounds,
-            nodes,
-            self.get_layer(turns_left).compute_informed_bounds(next_beliefs).max(axis=1),
-        )
-        return branch
+        rows = range(len(observations))
+        nodes = np.array([self._find_or_add_node(next_beliefs, row, turns_left) for row in rows])
+        bounds = self.get_layer(turns_left).compute_informed_bounds(next_beliefs)
+        np.minimum.at(self.upper_bounds, nodes, bounds.max(axis=1))
+        return ActionBranch(reward, observations, probabilities, next_beliefs, nodes)
 
     def _find_or_add_node(self, next_beliefs: BeliefBatch, row: int, turns_left: int) -> int:
         """Return the node of a row's belief and turns left, adding it if it is new."""
         probabilities = next_beliefs.probabilities[row]
         is_possible = probabilities > 0
         rounded = np.round(probabilities[is_possible], BELIEF_DECIMALS).tobytes()
-        hasher = blake2b(
-            next_beliefs.support_states[is_possible].tobytes() + rounded, digest_size=16
-        )
-        key = turns_left * (len(self.layers) > 1), hasher.digest()
+        content = next_beliefs.support_states[is_possible].tobytes() + rounded
+        key = turns_left * (len(self.layers) > 1), blake2b(content, digest_size=16).digest()
         node = self._node_index.setdefault(key, len(self._belief_rows))
         if node == len(self._belief_rows):
             self._belief_rows.append((next_beliefs, row))
@@ -175,12 +156,10 @@ class BeliefTree:
         if first_plan == layer.plan_vectors.column_count:
             return
         branch.checked_plan_count = layer.plan_vectors.column_count
-        work_per_plan = len(branch.next_beliefs.support_states) * (
-            0.5 + len(branch.observations) / 20
-        )
-        self.spend_work(
-            2 * ARRAY_CALL_WORK + work_per_plan * (branch.checked_plan_count - first_plan)
-        )
+        work_per_state = 0.5 + len(branch.observations) / 20
+        work_per_plan = len(branch.next_beliefs.support_states) * work_per_state
+        plan_count = branch.checked_plan_count - first_plan
+        self.spend_work(2 * ARRAY_CALL_WORK + work_per_plan * plan_count)
         plan_values = layer.evaluate_plans(branch.next_beliefs, first_plan)
         best_plans = plan_values.argmax(axis=1)
         best_values = plan_values[np.arange(len(best_plans)), best_plans]
@@ -197,10 +176,8 @@ class BeliefTree:
         if first_point == layer.sawtooth_points.column_count:
             return False
         branch.checked_point_count = layer.sawtooth_points.column_count
-        self.spend_work(
-            5 * ARRAY_CALL_WORK
-            + 20.0 * len(branch.observations) * (branch.checked_point_count - first_point)
-        )
+        point_count = branch.checked_point_count - first_point
+        self.spend_work(5 * ARRAY_CALL_WORK + 20.0 * len(branch.observations) * point_count)
         upper_bounds, work = layer.compute_sawtooth_bounds(
             branch.next_beliefs, self.upper_bounds[branch.child_nodes], first_point
         )
@@ -215,51 +192,36 @@ class BeliefTree:
         at that belief.
         """
         nodes = np.fromiter(self.branches, int, len(self.branches))
-        layer_of_node = (
-            np.array(self.turns_left)
-            if len(self.layers) > 1
-            else np.zeros(len(self.turns_left), int)
-        )
+        layer_of_node = np.array(self.turns_left) * (len(self.layers) > 1)
         plans_to_keep, new_node_plans, new_next_plans = [], [], []
         for layer_index, layer in enumerate(self.layers):
-            first = np.arange(len(layer.upper_vectors))
-            kept_indices = np.union1d(
-                first, self.lower_bound_plans[nodes[layer_of_node[nodes] == layer_index]]
-            )
+            best_plans = self.lower_bound_plans[nodes[layer_of_node[nodes] == layer_index]]
+            kept_indices = np.union1d(np.arange(len(layer.upper_vectors)), best_plans)
             new_index = np.full(layer.plan_vectors.column_count, -1)
             new_index[kept_indices] = np.arange(len(kept_indices))
             replacement, has_source = new_index.copy(), layer.source_beliefs >= 0
-            replacement[has_source] = new_index[
-                self.lower_bound_plans[layer.source_beliefs[has_source]]
-            ]
+            source_plans = self.lower_bound_plans[layer.source_beliefs[has_source]]
+            replacement[has_source] = new_index[source_plans]
             plans_to_keep.append(kept_indices)
             new_next_plans.append(replacement)
             new_node_plans.append(np.where(new_index < 0, replacement, new_index))
         for layer_index, layer in enumerate(self.layers):
             layer_nodes = np.flatnonzero(layer_of_node == layer_index)
-            self.lower_bound_plans[layer_nodes] = new_node_plans[layer_index][
-                self.lower_bound_plans[layer_nodes]
-            ]
-            self.reserve_memory(
-                (len(plans_to_keep[layer_index]) - layer.plan_vectors.column_count)
-                * self.model.state_count
-            )
-            layer.keep_plans(
-                plans_to_keep[layer_index], new_next_plans[layer_index - 1 if layer_index else 0]
-            )
+            old_plans, kept_plans = self.lower_bound_plans[layer_nodes], plans_to_keep[layer_index]
+            self.lower_bound_plans[layer_nodes] = new_node_plans[layer_index][old_plans]
+            added_count = len(kept_plans) - layer.plan_vectors.column_count
+            self.reserve_memory(added_count * self.model.state_count)
+            layer.keep_plans(kept_plans, new_next_plans[max(layer_index - 1, 0)])
         for node, branches in self.branches.items():
-            layer_index = self.turns_left[node] - 1 if len(self.layers) > 1 else 0
+            kept_plans = plans_to_keep[self.turns_left[node] - 1 if len(self.layers) > 1 else 0]
             for branch in branches:
-                branch.checked_plan_count = int(
-                    np.searchsorted(plans_to_keep[layer_index], branch.checked_plan_count)
-                )
+                checked_plan_count = np.searchsorted(kept_plans, branch.checked_plan_count)
+                branch.checked_plan_count = int(checked_plan_count)
 
     def compute_lower_bound(self, branch: ActionBranch) -> float:
         """Return the lower bound on the value of a branch's action."""
-        next_value = self.model.discount * float(
-            branch.probabilities @ self.lower_bounds[branch.child_nodes]
-        )
-        return branch.reward + next_value
+        next_value = float(branch.probabilities @ self.lower_bounds[branch.child_nodes])
+        return branch.reward + self.model.discount * next_value
 
     def compute_upper_bound(self, branch: ActionBranch) -> float:
         """Return the upper bound on the value of a branch's action."""

@@ -100,18 +100,15 @@ class BoundedSearch:
 
         Actions that were pruned have the value -inf, except at the given beliefs.
         """
-        levels = []
-        beliefs = b
-        budget = _make_budget()
+        levels, beliefs, budget = [], b, _make_budget()
         for turns_left in range(turns, EXACT_STAGE_COUNT, -1):
             self._charge_lookahead(len(beliefs), budget, 1 - turns_left / turns)
             level, beliefs = self._expand_level(
                 beliefs, turns_left, search_all_actions=turns_left == turns
             )
             levels.append(level)
-        q = exact_pomdp.compute_action_values(
-            self._exact_stages[min(turns, EXACT_STAGE_COUNT) - 1], beliefs
-        )
+        last_stage = self._exact_stages[min(turns, EXACT_STAGE_COUNT) - 1]
+        q = exact_pomdp.compute_action_values(last_stage, beliefs)
         for level in levels[::-1]:
             next_values = q.max(axis=1)[level.next_indices]
             q = np.full(level.rewards.shape, -np.inf)
@@ -140,15 +137,13 @@ class BoundedSearch:
         """Return one level of the search, and the distinct beliefs of the next level."""
         rewards = weighted_sum(b, self.tables.rewards[:, :, 0])
         next_beliefs, likelihood = self._update_beliefs(b)
+        bounds = self._bound_values(next_beliefs.reshape(-1, b.shape[1]), turns_left - 1)
         lower, upper = (
             rewards + self.discount * (likelihood * bound.reshape(likelihood.shape)).sum(axis=2)
-            for bound in self._bound_values(
-                next_beliefs.reshape(-1, next_beliefs.shape[-1]), turns_left - 1
-            )
+            for bound in bounds
         )
-        searched = upper >= lower.max(axis=1, keepdims=True) - compute_tolerance(
-            upper, scale=self._scale
-        )
+        tolerance = compute_tolerance(upper, scale=self._scale)
+        searched = upper >= lower.max(axis=1, keepdims=True) - tolerance
         searched |= search_all_actions
         reached_beliefs = next_beliefs[searched].reshape(-1, b.shape[1])
         rounded = np.round(reached_beliefs, BELIEF_DECIMALS)
@@ -175,10 +170,9 @@ class BoundedSearch:
         next_beliefs, likelihood = self._update_beliefs(b)
         flat_beliefs = next_beliefs.reshape(-1, b.shape[1])
         point_indices, weights = self.grid.find_surrounding_points(flat_beliefs)
-        next_upper = (
-            (weights * bounds.upper_bounds[point_indices]).sum(axis=1).reshape(likelihood.shape)
-        )
-        upper = weighted_sum(b, rewards) + self.discount * (likelihood * next_upper).sum(axis=2)
+        next_upper = (weights * bounds.upper_bounds[point_indices]).sum(axis=1)
+        expected_upper = (likelihood * next_upper.reshape(likelihood.shape)).sum(axis=2)
+        upper = weighted_sum(b, rewards) + self.discount * expected_upper
         plans = bounds.plan_vectors[point_indices]
         best_points = np.argmax((plans * flat_beliefs[:, None]).sum(axis=2), axis=1)
         next_plans = plans[np.arange(len(flat_beliefs)), best_points].reshape(next_beliefs.shape)

@@ -49,9 +49,8 @@ class AlphaVectorStage(NamedTuple):
             plans._replace(alpha_vectors=plans.alpha_vectors * factor)
             for plans in self.plans_by_action
         )
-        return self._replace(
-            plans_by_action=plans, alpha_vectors=self.alpha_vectors * factor, gap=self.gap * factor
-        )
+        vectors, gap = self.alpha_vectors * factor, self.gap * factor
+        return AlphaVectorStage(plans, vectors, self.first_action_mask, gap)
 
 
 def solve_finite_horizon(tables: Tables, discount: float, horizon: int) -> list[AlphaVectorStage]:
@@ -99,19 +98,14 @@ def solve_infinite_horizon(tables: Tables, discount: float) -> AlphaVectorStage:
     budget, (tables, scale) = _make_budget(), _scale_rewards(tables)
     action_count, _, observation_count = tables.observation_model.shape
     actions = np.arange(action_count)
-    controller = _FiniteStateController(
-        actions, np.repeat(actions[:, None], observation_count, axis=1)
-    )
+    next_nodes = np.repeat(actions[:, None], observation_count, axis=1)
+    controller = _FiniteStateController(actions, next_nodes)
     for _ in range(MAX_POLICY_ITERATIONS):
         vectors = _evaluate_controller(tables, discount, controller, budget)
         stage = backup_vectors(tables, discount, vectors, budget)
         envelope_before = compute_upper_envelope(vectors, budget)
-        gain = float(
-            (
-                (stage.alpha_vectors @ envelope_before.corner_beliefs.T).max(axis=0)
-                - envelope_before.corner_values
-            ).max()
-        )
+        new_values = (stage.alpha_vectors @ envelope_before.corner_beliefs.T).max(axis=0)
+        gain = float((new_values - envelope_before.corner_values).max())
         if gain <= compute_tolerance(stage.alpha_vectors, BORDER_TOLERANCE):
             return stage.multiply_values(scale)
         if len(vectors) > MAX_CONTROLLER_NODES:
@@ -133,9 +127,8 @@ def _scale_rewards(tables: Tables) -> tuple[Tables, float]:
 def compute_action_values(stage: AlphaVectorStage, b: Reals) -> Reals:
     """Return Q `[B, A]` of beliefs `[B, S]`; the bits of a row do not depend on the batch."""
     b = np.asfortranarray(b)  # Each state's column becomes contiguous, once for all actions.
-    return np.stack(
-        [compute_belief_values(plans.alpha_vectors, b) for plans in stage.plans_by_action]
-    ).T
+    vectors_by_action = (plans.alpha_vectors for plans in stage.plans_by_action)
+    return np.stack([compute_belief_values(vectors, b) for vectors in vectors_by_action]).T
 
 
 def compute_belief_values(vectors: Reals, b: Reals) -> Reals:
@@ -192,22 +185,16 @@ def _combine_plans(
     first_plans: ConditionalPlans, second_plans: ConditionalPlans, budget: Budget
 ) -> ConditionalPlans:
     """Return the undominated pairs of two sets of plans; the vectors of a pair are added."""
-    pairs = len(first_plans.alpha_vectors) * len(second_plans.alpha_vectors)
-    states = first_plans.alpha_vectors.shape[1]
+    counts = len(first_plans.alpha_vectors), len(second_plans.alpha_vectors)
+    pairs, states = counts[0] * counts[1], first_plans.alpha_vectors.shape[1]
     budget.check_memory(BYTES_PER_PLAN_PAIR * pairs * states**2)
     budget.spend_work(ARRAY_CALL_WORK + 8 * pairs * states)
-    i, j = np.indices((len(first_plans.alpha_vectors), len(second_plans.alpha_vectors))).reshape(
-        2, -1
-    )
+    i, j = np.indices(counts).reshape(2, -1)
     vectors = first_plans.alpha_vectors[i] + second_plans.alpha_vectors[j]
-    # One vector added to all others changes no order.
-    is_single = 1 in (len(first_plans.alpha_vectors), len(second_plans.alpha_vectors))
-    useful = (
-        np.arange(len(vectors))
-        if is_single
-        else compute_upper_envelope(vectors, budget).needed_vectors
-    )
     next_plans = np.column_stack([first_plans.next_plans[i], second_plans.next_plans[j]])
+    if 1 in counts:  # One vector added to all others changes no order.
+        return ConditionalPlans(vectors, next_plans)
+    useful = compute_upper_envelope(vectors, budget).needed_vectors
     return ConditionalPlans(vectors[useful], next_plans[useful])
 
 
@@ -223,15 +210,13 @@ def _evaluate_controller(
 ) -> Reals:
     """Return the alpha vectors `[N, S]` of a controller's nodes, by a linear solve."""
     node_count, state_count = len(controller.actions), len(tables.transition)
-    budget.check_memory(24.0 * (node_count * state_count) ** 2)
-    budget.spend_work(
-        ARRAY_CALL_WORK + node_count * ARRAY_CALL_WORK / 4 + (node_count * state_count) ** 3 / 10
-    )
+    size = node_count * state_count
+    budget.check_memory(24.0 * size**2)
+    budget.spend_work(ARRAY_CALL_WORK + node_count * ARRAY_CALL_WORK / 4 + size**3 / 10)
     step = np.zeros((node_count, state_count, node_count, state_count))
     for node, (a, next_nodes) in enumerate(zip(*controller, strict=True)):
         for o, next_node in enumerate(next_nodes):
             step[node, :, next_node] += tables.transition[:, a] * tables.observation_model[a, :, o]
-    size = node_count * state_count
     rewards = tables.rewards[:, controller.actions, 0].T.reshape(size)
     system = np.eye(size) - discount * step.reshape(size, size)
     return np.asarray(np.linalg.solve(system, rewards).reshape(node_count, state_count))
@@ -267,7 +252,5 @@ def _keep_reachable_nodes(
     reachable[start_nodes] = True
     while not reachable[controller.next_nodes[reachable]].all():
         reachable[controller.next_nodes[reachable]] = True
-    new_index = np.cumsum(reachable) - 1
-    return _FiniteStateController(
-        controller.actions[reachable], new_index[controller.next_nodes[reachable]]
-    )
+    next_nodes = (np.cumsum(reachable) - 1)[controller.next_nodes[reachable]]
+    return _FiniteStateController(controller.actions[reachable], next_nodes)

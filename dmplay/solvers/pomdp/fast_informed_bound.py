@@ -28,7 +28,7 @@ def compute_fast_informed_bound(problem: Problem) -> Reals:
     model = build_sparse_pomdp(problem, budget)
     q = np.ascontiguousarray(mdp_values.compute_optimal_q(tabulate(problem), problem.discount).T)
     for _ in range(MAX_SWEEPS):
-        budget.spend_work(ARRAY_CALL_WORK + 4.0 * len(q) * len(model.joint_probabilities.values))
+        budget.spend_work(ARRAY_CALL_WORK + 4.0 * len(q) * model.entry_count)
         previous, q = q, np.minimum(q, model.backup_informed_bound(q))
         if (previous - q).max() <= CONVERGENCE_TOLERANCE * abs(q).max():
             break
@@ -41,7 +41,7 @@ def compute_finite_horizon_bounds(problem: Problem, turns: int) -> list[Reals]:
     model = build_sparse_pomdp(problem, budget)
     bounds = [model.rewards]
     for _ in range(turns - 1):
-        budget.spend_work(4.0 * model.rewards.size * len(model.joint_probabilities.values))
+        budget.spend_work(4.0 * model.rewards.size * model.entry_count)
         bounds.append(model.backup_informed_bound(bounds[-1]))
     return [np.ascontiguousarray(bound.T) for bound in bounds]
 

@@ -26,15 +26,10 @@ def check_legal_action_leak(problem: Problem) -> CheckResults:
 
     At most some hundred sets of such states are checked.
     """
-    has_few_states = (
-        isinstance(problem.state_count, int) and problem.state_count <= MAX_ENUMERATED_STATES
-    )
-    if not (
-        problem.partially_observable
-        and has_few_states
-        and len(problem.agents) == 1
-        and problem.actions[0].labels
-    ):
+    count = problem.state_count
+    has_few_states = isinstance(count, int) and count <= MAX_ENUMERATED_STATES
+    is_discrete = has_few_states and len(problem.agents) == 1 and problem.actions[0].labels
+    if not problem.partially_observable or not is_discrete:
         return
     states = problem.enumerate_states()
     legal = problem.legal_actions_mask(states)
@@ -43,25 +38,18 @@ def check_legal_action_leak(problem: Problem) -> CheckResults:
     legal_actions = legal[:, 0]
     try:
         state_sets = [*_iter_indistinguishable_states(problem, states, legal_actions)]
-    except (
-        BadParameter,
-        BudgetExceeded,
-    ):  # outcomes cannot be listed, or another invariant is violated
+    except (BadParameter, BudgetExceeded):  # unlisted outcomes, or another violation
         return
     for state_set in state_sets:
-        different = state_set[
-            (legal_actions[state_set] != legal_actions[state_set[0]]).any(axis=1)
-        ][:1]
-        first_text, second_text = (
-            problem.format_state(states[s]) for s in (state_set[0], *different, state_set[0])[:2]
+        is_different = (legal_actions[state_set] != legal_actions[state_set[0]]).any(axis=1)
+        first, second = (
+            problem.format_state(states[s]) for s in state_set[[0, is_different.argmax()]]
         )
-        difference = (
-            f"different actions in {first_text!r} and {second_text!r}, "
+        message = (
+            f"legal_actions_mask: got different actions in {first!r} and {second!r}, "
             "although the agent cannot distinguish these states"
         )
-        yield CheckResult(
-            not len(different), "legal_actions_mask", f"legal_actions_mask: got {difference}"
-        )
+        yield CheckResult(not is_different.any(), "legal_actions_mask", message)
 
 
 def has_legal_action_leak(problem: Problem) -> bool:
@@ -83,10 +71,11 @@ def _iter_indistinguishable_states(problem: Problem, states: Array, legal: Bools
     is_active = ~problem.terminal(states)
     initial_observations = problem.initial_observations(states)[:, 0]
     p, start_states = initial_state_distribution(problem)
-    is_start = np.isin(
-        np.arange(len(states)),
-        checked_state_indices(problem, start_states)[p > PROBABILITY_TOLERANCE],
+    is_start, start_indices = (
+        np.zeros(len(states), bool),
+        checked_state_indices(problem, start_states),
     )
+    is_start[start_indices[p > PROBABILITY_TOLERANCE]] = True
     masks = [
         is_start & (initial_observations == observation)
         for observation in np.unique(initial_observations[is_start])
@@ -114,14 +103,9 @@ def _possible_transitions(
 ) -> tuple[Ints, Ints, Ints]:
     """Return the possible transitions of an action: state, next state, observation, each `[N]`."""
     legal_states = np.flatnonzero(legal)
-    row, p, outcome = enumerate_possible_outcomes(
-        problem, states[legal_states], np.full((len(legal_states), 1), a)
-    )
-    transitions = (
-        legal_states[row],
-        checked_state_indices(problem, outcome.state),
-        outcome.observations[:, 0],
-    )
-    # smaller probabilities are rounding errors
-    source, next_states, observations = (part[p > PROBABILITY_TOLERANCE] for part in transitions)
-    return source, next_states, observations
+    actions = np.full((len(legal_states), 1), a)
+    row, p, outcome = enumerate_possible_outcomes(problem, states[legal_states], actions)
+    next_states = checked_state_indices(problem, outcome.state)
+    is_possible = p > PROBABILITY_TOLERANCE  # smaller probabilities are rounding errors
+    observations = outcome.observations[is_possible, 0]
+    return legal_states[row[is_possible]], next_states[is_possible], observations

@@ -13,7 +13,7 @@ Point-based policy iteration (2007), for the values of plans that continue.
 """
 
 from contextlib import suppress
-from itertools import chain, product
+from itertools import product
 from typing import NamedTuple
 
 import numpy as np
@@ -93,10 +93,9 @@ class PointBasedSolver:
         self.min_gap = MIN_GAP * compute_reward_scale(model.rewards)
         self.tree = BeliefTree(model, _make_initial_layers(model, horizon, budget), budget)
         self.tree.tighten_lower_bounds(self.tree.root, self.turns)
-        for branch in chain.from_iterable(
-            map(self.tree.expand_node, self.tree.root.child_nodes.tolist())
-        ):
-            self.tree.tighten_lower_bounds(branch, self.turns - 1)
+        for node in self.tree.root.child_nodes.tolist():
+            for branch in self.tree.expand_node(node):
+                self.tree.tighten_lower_bounds(branch, self.turns - 1)
         self._game_work = self._trial_work = 0.0
         self._updated_belief_count = 10
         self._growth_factor = MIN_GROWTH_FACTOR
@@ -106,16 +105,14 @@ class PointBasedSolver:
     @property
     def lower_bound(self) -> float:
         """The lower bound on the value at the start."""
-        return float(
-            self.tree.root.probabilities @ self.tree.lower_bounds[self.tree.root.child_nodes]
-        )
+        root = self.tree.root
+        return float(root.probabilities @ self.tree.lower_bounds[root.child_nodes])
 
     @property
     def upper_bound(self) -> float:
         """The upper bound on the value at the start."""
-        return float(
-            self.tree.root.probabilities @ self.tree.upper_bounds[self.tree.root.child_nodes]
-        )
+        root = self.tree.root
+        return float(root.probabilities @ self.tree.upper_bounds[root.child_nodes])
 
     @property
     def gap(self) -> float:
@@ -138,9 +135,8 @@ class PointBasedSolver:
                 self._run_game()
                 self._game_work += tree.work - work_before
             else:
-                self._run_trial(
-                    max(self.compute_target_gap(relative_gap), TRIAL_GAP_SHARE * self.gap)
-                )
+                target_gap = self.compute_target_gap(relative_gap)
+                self._run_trial(max(target_gap, TRIAL_GAP_SHARE * self.gap))
                 self._trial_work += tree.work - work_before
             if len(tree.branches) > self._growth_factor * self._updated_belief_count:
                 self._update_all_beliefs()
@@ -167,13 +163,9 @@ class PointBasedSolver:
             self._backup_lower_bound(node)
         tree.prune_plans()
         is_faster = old_gap - self.gap > gain_rate * (tree.work - old_work)
-        self._growth_factor = min(
-            max(
-                self._growth_factor * (1 / GROWTH_ADJUSTMENT if is_faster else GROWTH_ADJUSTMENT),
-                MIN_GROWTH_FACTOR,
-            ),
-            MAX_GROWTH_FACTOR,
-        )
+        growth_factor = self._growth_factor
+        growth_factor *= 1 / GROWTH_ADJUSTMENT if is_faster else GROWTH_ADJUSTMENT
+        self._growth_factor = min(max(growth_factor, MIN_GROWTH_FACTOR), MAX_GROWTH_FACTOR)
         self._updated_belief_count = len(tree.branches)
         self._gap_and_work_before = (self.gap, tree.work)
 
@@ -185,9 +177,7 @@ class PointBasedSolver:
         tree, layer = self.tree, self.tree.layers[0]
         actions, next_plans = layer.plan_actions, layer.next_plans.T
         vectors = np.ascontiguousarray(layer.plan_vectors.array.T)
-        number_count = (
-            len(vectors) * len(self.model.joint_probabilities.values) / len(self.model.rewards)
-        )
+        number_count = len(vectors) * self.model.entry_count / len(self.model.rewards)
         tree.reserve_memory(vectors.size)  # The vectors are stored only until the end of the loop.
         for _ in range(MAX_PLAN_SWEEPS):
             tree.spend_work(8 * ARRAY_CALL_WORK + 6.0 * number_count)
@@ -203,10 +193,8 @@ class PointBasedSolver:
             if value > tree.lower_bounds[node] + MIN_CHANGE_SHARE * self.gap:
                 if plan_index not in added_plans:
                     tree.reserve_memory(self.model.state_count)
-                    action = int(actions[plan_index])
-                    added_plans[plan_index] = layer.add_plan(
-                        vectors[plan_index], action, next_plans[plan_index], node
-                    )
+                    plan = vectors[plan_index], int(actions[plan_index]), next_plans[plan_index]
+                    added_plans[plan_index] = layer.add_plan(*plan, node)
                 tree.lower_bounds[node] = value
                 tree.lower_bound_plans[node] = added_plans[plan_index]
 
@@ -215,15 +203,12 @@ class PointBasedSolver:
         tree, branch, turns_left = self.tree, self.tree.root, self.turns
         path: list[int] = []
         while len(path) < MAX_TRIAL_TURNS and (turns_left or not self.turns):
-            excess_gaps = (
-                tree.upper_bounds[branch.child_nodes]
-                - tree.lower_bounds[branch.child_nodes]
-                - target_gap
-            )
+            nodes = branch.child_nodes
+            excess_gaps = tree.upper_bounds[nodes] - tree.lower_bounds[nodes] - target_gap
             k = int((branch.probabilities * excess_gaps).argmax())
             if path and excess_gaps[k] <= 0:
                 break
-            node = int(branch.child_nodes[k])
+            node = int(nodes[k])
             branches = tree.expand_node(node)
             path.append(node)
             turns_left, target_gap = turns_left - 1, target_gap / (self.model.discount or MIN_GAP)
@@ -237,22 +222,15 @@ class PointBasedSolver:
         """Run a game with the best plans so far, then raise the lower bounds along its beliefs."""
         tree, branch, turns_left, weight = self.tree, self.tree.root, self.turns, 1.0
         path: list[int] = []
-        while (
-            weight > MIN_GAME_WEIGHT
-            and len(path) < MAX_TRIAL_TURNS
-            and (turns_left or not self.turns)
-        ):
+        while len(path) < MAX_TRIAL_TURNS and (turns_left or not self.turns):
+            if weight <= MIN_GAME_WEIGHT:
+                break
             observation_uniform, mode_uniform, action_uniform = self._generator.random(3)
             cumulative = branch.probabilities.cumsum()
-            node = int(
-                branch.child_nodes[
-                    np.searchsorted(cumulative[:-1], observation_uniform * cumulative[-1], "right")
-                ]
-            )
-            if (
-                path
-                and tree.upper_bounds[node] - tree.lower_bounds[node] <= MIN_CHANGE_SHARE * self.gap
-            ):
+            k = np.searchsorted(cumulative[:-1], observation_uniform * cumulative[-1], "right")
+            node = int(branch.child_nodes[k])
+            gap = tree.upper_bounds[node] - tree.lower_bounds[node]
+            if path and gap <= MIN_CHANGE_SHARE * self.gap:
                 break
             branches = tree.expand_node(node)
             path.append(node)
@@ -295,19 +273,16 @@ class PointBasedSolver:
         tree, branches = self.tree, self.tree.branches[node]
         tree.spend_work(2 * ARRAY_CALL_WORK)
         best = self._select_highest_lower_bound(branches, tree.turns_left[node] - 1)
-        if (
-            tree.compute_lower_bound(branches[best])
-            > tree.lower_bounds[node] + MIN_CHANGE_SHARE * self.gap
-        ):
+        bound = tree.compute_lower_bound(branches[best])
+        if bound > tree.lower_bounds[node] + MIN_CHANGE_SHARE * self.gap:
             self._add_better_plan(node, best)
 
     def _backup_upper_bound(self, node: int) -> None:
         """Lower a belief's upper bound by a backup of the beliefs that follow it."""
         tree, branches, turns_left = self.tree, self.tree.branches[node], self.tree.turns_left[node]
         tree.spend_work(2 * ARRAY_CALL_WORK)
-        bound = tree.compute_upper_bound(
-            branches[self._select_highest_upper_bound(branches, turns_left - 1)]
-        )
+        best = self._select_highest_upper_bound(branches, turns_left - 1)
+        bound = tree.compute_upper_bound(branches[best])
         if bound < tree.upper_bounds[node] - MIN_CHANGE_SHARE * self.gap:
             tree.reserve_memory(self.model.state_count)
             tree.get_layer(turns_left).add_point(node, tree.get_dense_belief(node), bound)
@@ -322,9 +297,8 @@ class PointBasedSolver:
         if value > tree.lower_bounds[node]:
             tree.reserve_memory(self.model.state_count)
             tree.lower_bounds[node] = value
-            tree.lower_bound_plans[node] = tree.get_layer(turns_left).add_plan(
-                vector, action, next_plans, node
-            )
+            layer = tree.get_layer(turns_left)
+            tree.lower_bound_plans[node] = layer.add_plan(vector, action, next_plans, node)
 
     def _build_plan(self, branch: ActionBranch, action: int, turns_left: int) -> tuple[Reals, Ints]:
         """Return the vector `[S]` and next plans of an action followed by the best known plans.
@@ -335,30 +309,22 @@ class PointBasedSolver:
         layer, entries = self.tree.get_layer(turns_left - 1), self.model.get_action_slice(action)
         entry_count = entries.stop - entries.start
         states, vectors = branch.next_beliefs.support_states, layer.plan_vectors.array
-        self.tree.spend_work(
-            4 * ARRAY_CALL_WORK
-            + 12.0 * entry_count
-            + 1.0 * layer.plan_vectors.column_count * len(states)
-        )
+        product_work = 1.0 * vectors.shape[1] * len(states)
+        self.tree.spend_work(4 * ARRAY_CALL_WORK + 12.0 * entry_count + product_work)
         mean_belief = branch.probabilities @ branch.next_beliefs.probabilities
-        next_plans = np.full(
-            self.model.observation_count, int((mean_belief @ vectors[states]).argmax())
-        )
+        usual_plan = int((mean_belief @ vectors[states]).argmax())
+        next_plans = np.full(self.model.observation_count, usual_plan)
         next_plans[branch.observations] = self.tree.lower_bound_plans[branch.child_nodes]
-        next_states = self.model.next_states[entries]
-        observations = self.model.observations[entries]
-        return self.model.backup_plan(
-            action, vectors[next_states, next_plans[observations]]
-        ), next_plans
+        plans_of_entries = next_plans[self.model.observations[entries]]
+        next_values = vectors[self.model.next_states[entries], plans_of_entries]
+        return self.model.backup_plan(action, next_values), next_plans
 
     @property
     def _reporting_work(self) -> float:
         """The work reserved for collecting the result."""
-        action_count = len(self.model.rewards)
-        entry_count = len(self.model.joint_probabilities.values)
-        return min(MAX_WITNESS_BELIEFS, len(self.tree.branches)) * (
-            8 * ARRAY_CALL_WORK * action_count + 20.0 * entry_count
-        )
+        action_work = 8 * ARRAY_CALL_WORK * len(self.model.rewards)
+        belief_count = min(MAX_WITNESS_BELIEFS, len(self.tree.branches))
+        return belief_count * (action_work + 20.0 * self.model.entry_count)
 
     def collect_bounds(self, relative_gap: float) -> PointBasedBounds:
         """Return the bounds and plans computed so far."""
@@ -373,33 +339,21 @@ class PointBasedSolver:
                     tree.tighten_lower_bounds(branch, tree.turns_left[node] - 1)
             lower += [probability * tree.compute_lower_bound(branch) for branch in branches]
             upper += [probability * tree.compute_upper_bound(branch) for branch in branches]
-        plans = tuple(
-            self._collect_best_plans(layer_index) for layer_index in range(len(tree.layers))
-        )
+        plans = tuple(map(self._collect_best_plans, range(len(tree.layers))))
         is_closed = self.gap <= self.compute_target_gap(relative_gap)
-        belief_count = len(tree.branches)
         return PointBasedBounds(
-            self.lower_bound,
-            self.upper_bound,
-            lower,
-            upper,
-            plans,
-            belief_count,
-            is_closed,
-            tree.is_memory_full,
-            min_gap=self.min_gap,
-        )
+            self.lower_bound, self.upper_bound, lower, upper, plans, len(tree.branches), is_closed,
+            tree.is_memory_full, min_gap=self.min_gap,
+        )  # fmt: skip
 
     def _collect_best_plans(self, turns_left: int) -> VectorsByAction:
         """Return the plans of a layer that are best for some belief, and others for each action."""
         tree, layer = self.tree, self.tree.get_layer(turns_left)
         action_count = len(self.model.rewards)
-        in_layer = (
-            np.array(tree.turns_left) == turns_left if self.turns else slice(len(tree.turns_left))
-        )
-        used_plans = np.union1d(
-            np.arange(action_count), tree.lower_bound_plans[: len(tree.turns_left)][in_layer]
-        )
+        best_plans = tree.lower_bound_plans[: len(tree.turns_left)]
+        if self.turns:
+            best_plans = best_plans[np.array(tree.turns_left) == turns_left]
+        used_plans = np.union1d(np.arange(action_count), best_plans)
         vectors = layer.plan_vectors.array.T[used_plans]
         actions = layer.plan_actions[used_plans]
         plans = [vectors[actions == a] for a in range(action_count)]
@@ -413,10 +367,8 @@ class PointBasedSolver:
                 tree.tighten_lower_bounds(tree.branches[node][a], turns_left - 1)
                 vector, _ = self._build_plan(tree.branches[node][a], a, turns_left)
                 states, probabilities = tree.get_sparse_belief(node)
-                if (
-                    probabilities @ vector[states]
-                    > (plans[a][:, states] @ probabilities).max() + self.min_gap
-                ):
+                best_value = (plans[a][:, states] @ probabilities).max()
+                if probabilities @ vector[states] > best_value + self.min_gap:
                     plans[a] = np.vstack([plans[a], vector])
         return tuple(plans)
 
@@ -426,26 +378,16 @@ def _make_initial_layers(
 ) -> list[BoundLayer]:
     """Return the initial bounds: one layer without a horizon, else one per number of turns left."""
     if horizon is None:
-        return [
-            BoundLayer(
-                model.compute_blind_lower_bound(budget),
-                model.compute_informed_upper_bound(budget),
-                model.observation_count,
-            )
-        ]
-    action_count, entry_count = len(model.rewards), len(model.joint_probabilities.values)
+        lower_vectors = model.compute_blind_lower_bound(budget)
+        upper_vectors = model.compute_informed_upper_bound(budget)
+        return [BoundLayer(lower_vectors, upper_vectors, model.observation_count)]
+    action_count = len(model.rewards)
     zeros = np.zeros((action_count, model.state_count))
     layers = [BoundLayer(zeros, zeros, model.observation_count)]
     while len(layers) <= horizon:
         budget.check_memory(16.0 * len(layers) * 16 * model.state_count)
-        budget.spend_work(2 * ARRAY_CALL_WORK + 8.0 * action_count * entry_count)
-        lower_vectors = layers[-1].plan_vectors.array[:, :action_count].T
-        upper_vectors = layers[-1].upper_vectors
-        layers.append(
-            BoundLayer(
-                model.backup_blind_policies(lower_vectors),
-                model.backup_informed_bound(upper_vectors),
-                model.observation_count,
-            )
-        )
+        budget.spend_work(2 * ARRAY_CALL_WORK + 8.0 * action_count * model.entry_count)
+        lower_vectors = model.backup_blind_policies(layers[-1].plan_vectors.array.T[:action_count])
+        upper_vectors = model.backup_informed_bound(layers[-1].upper_vectors)
+        layers.append(BoundLayer(lower_vectors, upper_vectors, model.observation_count))
     return layers

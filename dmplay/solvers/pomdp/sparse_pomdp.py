@@ -31,10 +31,8 @@ MAX_INFORMED_SWEEPS = 60  # each sweep gives a valid bound
 class SparsePomdp:
     """The joint probabilities of observation and next state, by action and state."""
 
-    joint_probabilities: (
-        # [A * S, O * S] by action and state, observation and next state; the latter fastest
-        SparseMatrix
-    )
+    # [A * S, O * S] by action and state, observation and next state; the latter fastest
+    joint_probabilities: SparseMatrix
     rewards: Reals  # [A, S], expected rewards
     initial_joint: Reals  # [F, S], probability of each initial observation and state
     discount: float
@@ -43,6 +41,11 @@ class SparsePomdp:
     def state_count(self) -> int:
         """The number of states."""
         return len(self.initial_joint[0])
+
+    @property
+    def entry_count(self) -> int:
+        """The number N of sparse entries."""
+        return len(self.joint_probabilities.values)
 
     @cached_property
     def observation_count(self) -> int:
@@ -78,20 +81,18 @@ class SparsePomdp:
 
     def backup_mdp_values(self, values: Reals) -> Reals:
         """Return Q `[A, S]` of the MDP in which the state is seen, given next values `[S]`."""
-        next_values = self.joint_probabilities.row_sums(
-            self.joint_probabilities.values * values[self.next_states]
-        )
-        return np.asarray(self.rewards + self.discount * next_values.reshape(self.rewards.shape))
+        return self._add_rewards(values[self.next_states])
 
     def backup_blind_policies(self, vectors: Reals) -> Reals:
         """Return the values `[A, S]` of repeating each action, for one turn more than `vectors`."""
-        vector_indices = np.repeat(np.arange(len(vectors)), self.state_count)[
-            self.joint_probabilities.row_indices
-        ]
-        next_values = self.joint_probabilities.row_sums(
-            self.joint_probabilities.values * vectors[vector_indices, self.next_states]
-        )
-        return np.asarray(self.rewards + self.discount * next_values.reshape(self.rewards.shape))
+        vector_indices = self.joint_probabilities.row_indices // self.state_count
+        return self._add_rewards(vectors[vector_indices, self.next_states])
+
+    def _add_rewards(self, next_values: Reals) -> Reals:
+        """Return Q `[A, S]`, given the values `[N]` of the sparse entries."""
+        matrix = self.joint_probabilities
+        means = matrix.row_sums(matrix.values * next_values).reshape(self.rewards.shape)
+        return np.asarray(self.rewards + self.discount * means)
 
     def backup_informed_bound(self, vectors: Reals) -> Reals:
         """Return the fast informed bound `[A, S]` for one turn more than `vectors` `[A, S]`."""
@@ -103,14 +104,10 @@ class SparsePomdp:
 
     def backup_plan(self, a: int, next_values: Reals) -> Reals:
         """Return the vector `[..., S]` of an action, given values `[..., N]` of its entries."""
-        entries = self.get_action_slice(a)
-        starts = (
-            self.joint_probabilities.row_starts[a * self.state_count : (a + 1) * self.state_count]
-            - entries.start
-        )
-        expected_values = np.add.reduceat(
-            self.joint_probabilities.values[entries] * next_values, starts, axis=-1
-        )
+        entries, matrix = self.get_action_slice(a), self.joint_probabilities
+        starts = matrix.row_starts[a * self.state_count : (a + 1) * self.state_count]
+        weighted_values = matrix.values[entries] * next_values
+        expected_values = np.add.reduceat(weighted_values, starts - entries.start, axis=-1)
         return np.asarray(self.rewards[a] + self.discount * expected_values)
 
     def backup_plans(self, vectors: Reals, actions: Ints, next_plans: Ints) -> Reals:
@@ -124,17 +121,13 @@ class SparsePomdp:
             step = max(NUMBERS_PER_BLOCK // (entries.stop - entries.start), 1)
             for first in range(0, len(plan_indices), step):
                 block = plan_indices[first : first + step]
-                next_values = vectors[
-                    next_plans[block][:, self.observations[entries]], self.next_states[entries]
-                ]
-                result[block] = self.backup_plan(a, next_values)
+                plans = next_plans[block][:, self.observations[entries]]
+                result[block] = self.backup_plan(a, vectors[plans, self.next_states[entries]])
         return result
 
     def compute_blind_lower_bound(self, budget: Budget) -> Reals:
         """Return the values `[A, S]` of repeating each action for ever; `discount` is below 1."""
-        return self._iterate_to_convergence(
-            self.backup_blind_policies, np.zeros_like(self.rewards), np.min, budget
-        )
+        return self._iterate_to_convergence(self.backup_blind_policies, np.min, budget)
 
     def compute_informed_upper_bound(self, budget: Budget) -> Reals:
         """Return upper bounds `[A, S]` on the value of each action; `discount` is below 1.
@@ -142,16 +135,11 @@ class SparsePomdp:
         They begin with the MDP values and are improved by sweeps of the fast informed bound.
         """
         q = self._iterate_to_convergence(
-            lambda q: self.backup_mdp_values(q.max(axis=0)),
-            np.zeros_like(self.rewards),
-            np.max,
-            budget,
+            lambda q: self.backup_mdp_values(q.max(axis=0)), np.max, budget
         )
         with suppress(BudgetExceeded):  # Every iterate is a valid bound.
             for _ in range(MAX_INFORMED_SWEEPS):
-                budget.spend_work(
-                    ARRAY_CALL_WORK + 4.0 * len(q) * len(self.joint_probabilities.values)
-                )
+                budget.spend_work(ARRAY_CALL_WORK + 4.0 * len(q) * self.entry_count)
                 previous_q, q = q, np.minimum(q, self.backup_informed_bound(q))
                 if (previous_q - q).max() <= CONVERGENCE_TOLERANCE * abs(q).max():
                     break
@@ -160,18 +148,17 @@ class SparsePomdp:
     def _iterate_to_convergence(
         self,
         step: Callable[[Reals], Reals],
-        values: Reals,
         select_extreme: Callable[[Reals], float],
         budget: Budget,
     ) -> Reals:
-        """Return the limit of repeated steps, by sweeps until all values change equally.
+        """Return the limit of repeated steps from 0, by sweeps until all values change equally.
 
         The common change, chosen by `select_extreme`, is extrapolated for ever, so that the result
         stays a bound.
         """
-        horizon_factor = self.discount / (1.0 - self.discount)
+        horizon_factor, values = self.discount / (1.0 - self.discount), np.zeros_like(self.rewards)
         for _ in range(MAX_SWEEPS):
-            budget.spend_work(ARRAY_CALL_WORK + 8.0 * len(self.joint_probabilities.values))
+            budget.spend_work(ARRAY_CALL_WORK + 8.0 * self.entry_count)
             previous_values, values = values, step(values)
             change = values - previous_values
             if np.ptp(change) * horizon_factor <= CONVERGENCE_TOLERANCE * abs(values).max():
@@ -182,10 +169,8 @@ class SparsePomdp:
 def build_sparse_pomdp(problem: Problem, budget: Budget) -> SparsePomdp:
     """Return the sparse arrays of a POMDP of one agent with finite chance."""
     budget.check_memory(6 * sparse_mdp.BYTES_PER_OUTCOME * sparse_mdp.count_outcomes(problem))
-    states = problem.enumerate_states()
-    state_count = len(states)
-    action_count = problem.action_counts[0]
-    observation_count = problem.observation_counts[0]
+    states, action_count = problem.enumerate_states(), problem.action_counts[0]
+    state_count, column_count = len(states), problem.observation_counts[0] * len(states)
     outcomes_per_pair = max(sparse_mdp.count_outcomes(problem) // (state_count * action_count), 1)
     blocks = range(0, state_count, max(sparse_mdp.OUTCOMES_PER_BLOCK // outcomes_per_pair, 1))
     cells, probabilities, rewards = [], [], np.zeros((action_count, state_count))
@@ -195,17 +180,14 @@ def build_sparse_pomdp(problem: Problem, budget: Budget) -> SparsePomdp:
             budget.spend_work(5 * ARRAY_CALL_WORK + 100.0 * len(block) * outcomes_per_pair)
             actions = replace_illegal_actions(problem, block, np.full((len(block), 1), a))
             row, p, outcome = enumerate_possible_outcomes(problem, block, actions)
-            column = outcome.observations[:, 0] * state_count + checked_state_indices(
-                problem, outcome.state
-            )
-            cell, inverse = np.unique(
-                row * observation_count * state_count + column, return_inverse=True
-            )
-            cells.append(cell + (a * state_count + first) * observation_count * state_count)
+            next_states = checked_state_indices(problem, outcome.state)
+            column = outcome.observations[:, 0] * state_count + next_states
+            cell, inverse = np.unique(row * column_count + column, return_inverse=True)
+            cells.append(cell + (a * state_count + first) * column_count)
             probabilities.append(np.bincount(inverse.reshape(-1), p))
             expected_rewards = np.bincount(row, p * outcome.rewards[:, 0], len(block))
             rewards[a, first : first + len(block)] = expected_rewards
-    row, column = np.divmod(np.concatenate(cells), observation_count * state_count)
+    row, column = np.divmod(np.concatenate(cells), column_count)
     starts = np.searchsorted(row, np.arange(action_count * state_count + 1))
     joint = SparseMatrix(starts, column, np.concatenate(probabilities))
     return SparsePomdp(joint, rewards, compute_initial_joint(problem), problem.discount)

@@ -138,13 +138,9 @@ def _compute_rise_above_neighbors(
     """
     if not (previous_line or next_line):
         return math.inf
-    position = (
-        0.0
-        if not previous_line
-        else 1.0
-        if not next_line
-        else _find_crossing(previous_line[0], next_line[0])
-    )
+    position = 1.0 if previous_line else 0.0
+    if previous_line and next_line:
+        position = _find_crossing(previous_line[0], next_line[0])
     neighbor = (previous_line or next_line)[0]
     return (1.0 - position) * (line[0] - neighbor[0]) + position * (line[1] - neighbor[1])
 

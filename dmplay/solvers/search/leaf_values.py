@@ -56,9 +56,8 @@ def estimate_leaf_values(problem: Problem, seat: int, turns: int | None) -> Leaf
     try:
         budget = Budget("leaf values", "use playouts instead", WORK_LIMIT, MAX_VALUE_BYTES)
         budget.check_memory(8.0 * stored_sweep_count * problem.state_count)
-        return LeafValues(
-            problem, _sweep_values(problem, seat, max_sweeps, stored_sweep_count, budget)
-        )
+        values = _sweep_values(problem, seat, max_sweeps, stored_sweep_count, budget)
+        return LeafValues(problem, values)
     except (BadParameter, BudgetExceeded):
         return None
 
@@ -71,15 +70,13 @@ def _sweep_values(
     The sweeps stop early once the values no longer change.
     """
     outcome_starts, p, next_states, rewards = _list_outcomes(problem, seat, budget)
-    shape = problem.action_counts
-    other_axes = tuple(1 + i for i in range(len(shape)) if i != seat)
+    rewards = rewards.reshape(-1, *problem.action_counts)
+    other_axes = tuple(1 + i for i in range(len(problem.agents)) if i != seat)
     values = [np.zeros(len(rewards))]
     for _ in range(max_sweeps):
         budget.spend_work(ARRAY_CALL_WORK + 4 * len(p))
-        expected_next = np.add.reduceat(p * values[-1][next_states], outcome_starts).reshape(
-            rewards.shape
-        )
-        q = (rewards + problem.discount * expected_next).reshape(-1, *shape)
+        expected_next = np.add.reduceat(p * values[-1][next_states], outcome_starts)
+        q = rewards + problem.discount * expected_next.reshape(rewards.shape)
         seat_q = q.max(axis=other_axes) if problem.shared_reward else q.mean(axis=other_axes)
         values.append(seat_q.max(axis=1))
         change = np.abs(values[-1] - values[-2]).max()
@@ -93,46 +90,27 @@ def _list_outcomes(problem: Problem, seat: int, budget: Budget) -> tuple[Ints, R
     """Return the outcomes of each state and joint action, and the seat's expected rewards.
 
     The result holds the index of the first outcome of each state and joint action, the
-    probabilities and next states of all outcomes, and R `[S, A]`. Raises BudgetExceeded if there
+    probabilities and next states of all outcomes, and R `[S * A]`. Raises BudgetExceeded if there
     are too many.
     """
     states, choices = problem.enumerate_states(), joint_actions(problem)
-    sample_chances = problem.chance(
-        states[:1], replace_illegal_actions(problem, states[:1], choices[:1])
-    )
+    first_actions = replace_illegal_actions(problem, states[:1], choices[:1])
+    chances = problem.chance(states[:1], first_actions)
     event_counts = [
-        chance.probabilities().shape[1]
-        for chance in sample_chances
-        if isinstance(chance, FiniteChance)
+        chance.probabilities().shape[1] for chance in chances if isinstance(chance, FiniteChance)
     ]
     outcomes_per_state = len(choices) * math.prod(event_counts)
-    if len(event_counts) < len(sample_chances) or len(states) * outcomes_per_state > MAX_OUTCOMES:
-        raise BudgetExceeded(
-            "leaf values", f"more than {MAX_OUTCOMES} outcomes", "use playouts instead"
-        )
-    parts = []
-    for start in range(0, len(states), max(OUTCOMES_PER_BLOCK // outcomes_per_state, 1)):
-        block = states[start : start + max(OUTCOMES_PER_BLOCK // outcomes_per_state, 1)]
+    if len(event_counts) < len(chances) or len(states) * outcomes_per_state > MAX_OUTCOMES:
+        raise BudgetExceeded(budget.task, f"more than {MAX_OUTCOMES} outcomes", budget.remedy)
+    parts, step = [], max(OUTCOMES_PER_BLOCK // outcomes_per_state, 1)
+    for start in range(0, len(states), step):
+        block = states[start : start + step]
         budget.spend_work(ARRAY_CALL_WORK + 100.0 * len(block) * outcomes_per_state)
         s, a = np.repeat(block, len(choices), axis=0), np.tile(choices, (len(block), 1))
-        rows, p, outcome = enumerate_possible_outcomes(
-            problem, s, replace_illegal_actions(problem, s, a)
-        )
+        a = replace_illegal_actions(problem, s, a)
+        rows, p, outcome = enumerate_possible_outcomes(problem, s, a)
         rewards = np.bincount(rows, p * outcome.rewards[:, seat], len(s)).astype(float)
-        parts.append(
-            (
-                np.bincount(rows, minlength=len(s)),
-                p,
-                checked_state_indices(problem, outcome.state),
-                rewards,
-            )
-        )
-    outcome_counts, p, next_states, rewards = (
-        np.concatenate(part) for part in zip(*parts, strict=True)
-    )
-    return (
-        np.cumsum(outcome_counts) - outcome_counts,
-        p,
-        next_states,
-        rewards.reshape(len(states), -1),
-    )
+        next_states = checked_state_indices(problem, outcome.state)
+        parts.append((np.bincount(rows, minlength=len(s)), p, next_states, rewards))
+    counts, p, next_states, rewards = map(np.concatenate, zip(*parts, strict=True))
+    return np.cumsum(counts) - counts, p, next_states, rewards

@@ -71,10 +71,9 @@ class SearchConfig:
     @cached_property
     def observation_count(self) -> int:
         """The number of observations possible after a turn; 0 if there are too many."""
-        problem = self.problem
-        count = problem.state_count
-        if problem.partially_observable:
-            count = problem.observation_counts[self.seat]
+        count = self.problem.state_count
+        if self.problem.partially_observable:
+            count = self.problem.observation_counts[self.seat]
         return count if isinstance(count, int) and count <= MAX_UNWIDENED_OBSERVATIONS else 0
 
     @property
@@ -100,10 +99,8 @@ class SearchConfig:
 
     def split_rows(self, row_count: int) -> list[slice]:
         """Return slices of the rows that are searched together, block by block."""
-        return [
-            slice(start, start + self.rows_per_block)
-            for start in range(0, max(row_count, 1), self.rows_per_block)
-        ]
+        step = self.rows_per_block
+        return [slice(start, start + step) for start in range(0, max(row_count, 1), step)]
 
     @property
     def uniforms_per_row(self) -> int:
@@ -115,10 +112,8 @@ class SearchConfig:
         """The indices of the simulations of each wave; the first waves are small."""
         waves, done = [], 0
         while done < self.simulations:
-            end = min(
-                done + min(max(FIRST_WAVE_SIMULATIONS, WAVE_GROWTH * done), MAX_WAVE_SIMULATIONS),
-                self.simulations,
-            )
+            size = min(max(FIRST_WAVE_SIMULATIONS, WAVE_GROWTH * done), MAX_WAVE_SIMULATIONS)
+            end = min(done + size, self.simulations)
             waves.append(range(done, end))
             done = end
         return waves
@@ -131,12 +126,8 @@ class SearchConfig:
         budget = Budget("search", "try fewer simulations or a smaller depth", WORK_LIMIT)
         table_entries = self.nodes_per_tree * self.action_slots * (2 + 2 * self.observation_slots)
         budget.check_memory(8.0 * row_count * (table_entries + 2 * self.uniforms_per_row))
-        budget.check_work(
-            sum(
-                self.depth * self.estimate_turn_work(row_count, wave)
-                for wave in self.simulation_waves
-            )
-        )
+        turn_works = (self.estimate_turn_work(row_count, wave) for wave in self.simulation_waves)
+        budget.check_work(sum(self.depth * turn_work for turn_work in turn_works))
         return budget
 
     def estimate_turn_work(self, row_count: int, wave: range) -> float:
@@ -148,9 +139,8 @@ class SearchConfig:
         action_space = self.problem.actions[self.seat]
         if isinstance(action_space, Interval):
             fractions = ((positions * GOLDEN_RATIO + 0.5) % 1.0).astype(float)
-            return action_space.clip_actions(
-                action_space.low + (action_space.high - action_space.low) * fractions
-            )
+            span = action_space.high - action_space.low
+            return action_space.clip_actions(action_space.low + span * fractions)
         return (positions * self._action_stride + self.action_count // 2) % self.action_count
 
     @cached_property

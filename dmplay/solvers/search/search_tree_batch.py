@@ -32,19 +32,16 @@ class TreeBatch:
         self.min_returns, self.max_returns = np.full(row_count, np.inf), np.full(row_count, -np.inf)
         if config.widens_actions:
             self.offered_counts = np.zeros(node_count, np.int64)
-            self.offered_actions = np.zeros(
-                (node_count, slots), config.suggest_actions(np.zeros(1, np.int64)).dtype
-            )
+            action_type = config.suggest_actions(np.zeros(1, np.int64)).dtype
+            self.offered_actions = np.zeros((node_count, slots), action_type)
             self.suggestion_counts = np.zeros(node_count, np.int64)
-        if not config.observation_count:
-            self.observation_keys = np.zeros(
-                (node_count * slots, config.observation_slots), np.int64
-            )  # of each edge
-            self.observation_counts = np.zeros(node_count * slots, np.int64)  # of each edge
+        if not config.observation_count:  # of each edge
+            edge_count = node_count * slots
+            self.observation_keys = np.zeros((edge_count, config.observation_slots), np.int64)
+            self.observation_counts = np.zeros(edge_count, np.int64)
             if config.stores_states:
-                self.node_states = np.empty(
-                    (node_count, *request.root_states.shape[2:]), request.root_states.dtype
-                )
+                state_shape, state_type = request.root_states.shape[2:], request.root_states.dtype
+                self.node_states = np.empty((node_count, *state_shape), state_type)
                 self.node_rewards = np.zeros(node_count)
 
     def find_unopened_lanes(self, node: Ints) -> Ints:
@@ -89,10 +86,8 @@ class TreeBatch:
     def _group_by_lane_count(self, lanes: Ints) -> Iterator[tuple[Ints | slice, int]]:
         """Yield groups of nodes `[H]` with similar lane counts, and each group's maximum."""
         max_lanes = int(lanes.max())
-        if (
-            len(lanes) * max_lanes * self.config.action_slots <= MAX_SORTED_BOUNDS
-            or lanes.min() == max_lanes
-        ):
+        bound_count = len(lanes) * max_lanes * self.config.action_slots
+        if bound_count <= MAX_SORTED_BOUNDS or lanes.min() == max_lanes:
             yield slice(None), max_lanes
             return
         exponents = np.ceil(np.log2(lanes)).astype(np.int64)
@@ -109,14 +104,14 @@ class TreeBatch:
         infinite for a slot without visits. A slot repeats if its bound with one more visit is still
         the greatest.
         """
-        slots = (
-            self.config.action_slots if legal_actions_mask is None else legal_actions_mask.shape[1]
-        )
-        visits, rows = self.visits[nodes, :slots], nodes // self.nodes_per_tree
+        slot_count = self.config.action_slots
+        if legal_actions_mask is not None:
+            slot_count = legal_actions_mask.shape[1]
+        visits, rows = self.visits[nodes, :slot_count], nodes // self.nodes_per_tree
         min_span = MIN_RETURN_SPAN * self.config.problem.reward_scale
         span = np.maximum(self.max_returns[rows] - self.min_returns[rows], min_span)[:, None]
         with np.errstate(invalid="ignore"):  # Before the first return the minimum is infinite.
-            means = self.return_sums[nodes, :slots] / np.maximum(visits, 1)
+            means = self.return_sums[nodes, :slot_count] / np.maximum(visits, 1)
             scaled = (means - self.min_returns[rows][:, None]) / span
         values = np.where(visits > 0, scaled, 0.5)
         n = visits[:, :, None] + np.arange(max_lanes)
@@ -126,35 +121,27 @@ class TreeBatch:
         if legal_actions_mask is not None:
             bounds[~legal_actions_mask] = -np.inf
         flat = bounds.reshape(len(nodes), -1)
-        best = (
-            np.argmax(flat, axis=1)[:, None] if max_lanes == 1 else _find_largest(flat, max_lanes)
-        )
+        is_single = max_lanes == 1
+        best = flat.argmax(axis=1)[:, None] if is_single else _find_largest(flat, max_lanes)
         slots = best // max_lanes
-        previous_visits = (
-            visits[np.arange(len(nodes))[:, None], slots].astype(np.int64) + best % max_lanes
-        )
-        return slots, previous_visits
+        visits_before = visits[np.arange(len(nodes))[:, None], slots].astype(np.int64)
+        return slots, visits_before + best % max_lanes
 
     def _widen_actions(self, nodes: Ints, lanes: Ints, legal_actions_mask: Bools | None) -> None:
         """Offer more actions at nodes, up to the square root of their visits."""
         visits = self.visits[nodes].sum(axis=1) + lanes
-        target_counts = np.minimum(
-            np.ceil(np.sqrt(visits)).astype(np.int64), self.config.action_slots
-        )
+        root_counts = np.ceil(np.sqrt(visits)).astype(np.int64)
+        target_counts = np.minimum(root_counts, self.config.action_slots)
         while True:
             missing_counts = target_counts - self.offered_counts[nodes]
             if self.config.action_count:
-                missing_counts = np.minimum(
-                    missing_counts, self.config.action_count - self.suggestion_counts[nodes]
-                )
+                remaining_counts = self.config.action_count - self.suggestion_counts[nodes]
+                missing_counts = np.minimum(missing_counts, remaining_counts)
             lacking = np.flatnonzero(missing_counts > 0)
             if not len(lacking):
                 return
-            self._try_actions(
-                nodes[lacking],
-                missing_counts[lacking],
-                None if legal_actions_mask is None else legal_actions_mask[lacking],
-            )
+            mask = None if legal_actions_mask is None else legal_actions_mask[lacking]
+            self._try_actions(nodes[lacking], missing_counts[lacking], mask)
 
     def _try_actions(
         self, nodes: Ints, action_count: Ints, legal_actions_mask: Bools | None
@@ -168,9 +155,8 @@ class TreeBatch:
         accepted = offsets < action_count[:, None]
         if self.config.action_count:
             actions = self.config.suggest_actions(positions)
-            accepted &= (self.offered_actions[nodes, :1] != actions) | (
-                self.offered_counts[nodes, None] == 0
-            )
+            is_unopened = self.offered_counts[nodes, None] == 0
+            accepted &= (self.offered_actions[nodes, :1] != actions) | is_unopened
             if legal_actions_mask is not None:
                 accepted &= np.take_along_axis(legal_actions_mask, actions, axis=1)
         else:
@@ -190,13 +176,10 @@ class TreeBatch:
         means = np.where(visits > 0, self.return_sums[nodes] / np.maximum(visits, 1), -np.inf)
         best_actions = self.offered_actions[nodes, np.argmax(means, axis=1)][:, None]
         distance = (interval.high - interval.low) * 0.5 ** (1 + positions / ACTIONS_PER_HALVING)
-        near_best = interval.clip_actions(
-            best_actions + distance * (2 * (positions * GOLDEN_RATIO % 1.0) - 1)
-        )
-        has_visits = visits.any(axis=1, keepdims=True)
-        return np.where(
-            (positions % 2 == 1) & has_visits, near_best, tree.suggest_actions(positions)
-        )
+        offsets = distance * (2 * (positions * GOLDEN_RATIO % 1.0) - 1)
+        near_best = interval.clip_actions(best_actions + offsets)
+        is_near = (positions % 2 == 1) & visits.any(axis=1, keepdims=True)
+        return np.where(is_near, near_best, tree.suggest_actions(positions))
 
     def find_or_add_child(self, node: Ints, edge: Ints) -> tuple[Ints, Bools]:
         """Return the child node of each lane and whether it existed before this call."""
@@ -234,23 +217,18 @@ class TreeBatch:
         new_lanes = np.flatnonzero(~existed)
         if len(new_lanes):
             self._widen_observations(node, edges, key, new_lanes, outcome)
-            positions[new_lanes], is_stored = self._find_observation_slots(
-                edges[new_lanes], key[new_lanes]
-            )
-            replacements = (u[new_lanes] * self.observation_counts[edges[new_lanes]]).astype(
-                np.int64
-            )
-            positions[new_lanes] = np.where(is_stored, positions[new_lanes], replacements)
-        return self.children.reshape(-1, self.config.observation_slots)[
-            edges, positions
-        ], positions < previous_counts
+            new_edges = edges[new_lanes]
+            stored, is_stored = self._find_observation_slots(new_edges, key[new_lanes])
+            replacements = (u[new_lanes] * self.observation_counts[new_edges]).astype(np.int64)
+            positions[new_lanes] = np.where(is_stored, stored, replacements)
+        children = self.children.reshape(-1, self.config.observation_slots)
+        return children[edges, positions], positions < previous_counts
 
     def _find_observation_slots(self, edge: Ints, key: Ints) -> tuple[Ints, Bools]:
         """Return the position of an observation in each edge, and whether the edge stores it."""
         positions = np.arange(self.config.observation_slots)
-        matches = (self.observation_keys[edge] == key[:, None]) & (
-            positions < self.observation_counts[edge][:, None]
-        )
+        matches = self.observation_keys[edge] == key[:, None]
+        matches &= positions < self.observation_counts[edge][:, None]
         return np.argmax(matches, axis=1), matches.any(axis=1)
 
     def _widen_observations(
@@ -262,19 +240,14 @@ class TreeBatch:
         # one for each observation
         first_lanes = order[_mark_changes(edge[order]) | _mark_changes(key[order])]
         lane_edges = edge[first_lanes]
-        positions = (
-            self.observation_counts[lane_edges]
-            + np.arange(len(lane_edges))
-            - np.searchsorted(lane_edges, lane_edges)
-        )
-        visits = (
-            self.visits.reshape(-1)[lane_edges]
-            + lane_counts[np.searchsorted(visited_edges, lane_edges)]
-        )
+        ranks = np.arange(len(lane_edges)) - np.searchsorted(lane_edges, lane_edges)
+        positions = self.observation_counts[lane_edges] + ranks
+        new_visits = lane_counts[np.searchsorted(visited_edges, lane_edges)]
+        visits = self.visits.reshape(-1)[lane_edges] + new_visits
         allowed = positions < np.minimum(np.ceil(np.sqrt(visits)), self.config.observation_slots)
-        first_lanes = first_lanes[allowed]
-        lane_edges = lane_edges[allowed]
-        positions = positions[allowed]
+        first_lanes, lane_edges, positions = (
+            array[allowed] for array in (first_lanes, lane_edges, positions)
+        )
         new_nodes = self._add_nodes(node[first_lanes])
         self.children.reshape(-1, self.config.observation_slots)[lane_edges, positions] = new_nodes
         self.observation_keys[lane_edges, positions] = key[first_lanes]

@@ -50,9 +50,8 @@ class OpponentModel:
     @cached_property
     def memory_slices(self) -> list[slice]:
         """The slice of each seat's memory in the concatenated memories."""
-        ends = np.cumsum(
-            [0, *map(len, self.begin_memories(make_start_state(self.problem)))]
-        ).tolist()
+        memories = self.begin_memories(make_start_state(self.problem))
+        ends = np.cumsum([0, *map(len, memories)]).tolist()
         return [slice(a, b) for a, b in pairwise(ends)]
 
     def split_memory(self, memory: Memory) -> tuple[Memory, ...]:
@@ -61,10 +60,9 @@ class OpponentModel:
 
     def begin_memories(self, s: Array) -> tuple[Memory, ...]:
         """Return the memory of each seat before the first turn, given the start states."""
+        observe = partial(make_initial_observation, self.problem, s)
         return tuple(
-            ()
-            if policy is None
-            else policy.initial_memory(make_initial_observation(self.problem, s, seat))
+            policy.initial_memory(observe(seat)) if policy else ()
             for seat, policy in enumerate(self.seat_policies)
         )
 
@@ -87,17 +85,13 @@ class OpponentModel:
                 # different states may share one action
                 if seat_legal is not None and problem.action_counts[seat]:
                     is_legal = seat_legal[np.arange(len(seat_actions)), seat_actions]
-                    actions = np.where(
-                        is_legal,
-                        seat_actions,
-                        problem.actions[seat].sample_actions(seat_uniforms[:, 0], seat_legal),
-                    )
+                    sampled = problem.actions[seat].sample_actions(seat_uniforms[:, 0], seat_legal)
+                    actions = np.where(is_legal, seat_actions, sampled)
             elif policy is None:
                 actions = problem.actions[seat].sample_actions(seat_uniforms[:, 0], seat_legal)
             else:
-                actions = policy.choose(
-                    memories[seat], seat_legal, seat_uniforms[:, : policy.uniform_count]
-                )
+                policy_uniforms = seat_uniforms[:, : policy.uniform_count]
+                actions = policy.choose(memories[seat], seat_legal, policy_uniforms)
             columns.append(actions)
         is_single = len(columns) == 1
         joint = columns[0][:, None] if is_single else np.stack(columns, axis=1)

@@ -42,10 +42,8 @@ class UctResult(NamedTuple):
         is_usual = self.actions == usual_actions[:, None]
         usual_slots, best_slots = np.argmax(is_usual, axis=1), np.argmax(action_mask, axis=1)
         lead = self.mean_returns[rows, best_slots] - self.mean_returns[rows, usual_slots]
-        margin = MIN_LEAD_ERRORS * np.sqrt(
-            self.squared_errors[rows, best_slots] + self.squared_errors[rows, usual_slots]
-        )
-        keeps_usual = is_usual.any(axis=1) & ~(lead > margin)
+        errors = self.squared_errors[rows, best_slots] + self.squared_errors[rows, usual_slots]
+        keeps_usual = is_usual.any(axis=1) & ~(lead > MIN_LEAD_ERRORS * np.sqrt(errors))
         return np.where(keeps_usual[:, None], is_usual, action_mask)
 
 
@@ -55,9 +53,8 @@ def run_uct(config: SearchConfig, request: SearchRequest, u: Reals) -> UctResult
     uct_search = _UctSearch(config, request, config.make_budget(row_count))
     wave_uniforms = u.reshape(row_count, config.simulations, config.depth, -1)
     for wave in config.simulation_waves:
-        uct_search.run_simulations(
-            len(wave), wave_uniforms, config.estimate_turn_work(row_count, wave)
-        )
+        turn_work = config.estimate_turn_work(row_count, wave)
+        uct_search.run_simulations(len(wave), wave_uniforms, turn_work)
     return uct_search.summarize_roots()
 
 
@@ -113,22 +110,16 @@ class _UctSearch:
         deviations = self.squared_return_sums - np.where(visits > 1, means, 0.0) ** 2 * visits
         np.divide(deviations, visits * (visits - 1), out=errors, where=visits > 1)
         errors = np.maximum(errors, 0.0)
-        actions = np.arange(visits.shape[1])[None].repeat(len(visits), axis=0)
-        return UctResult(
-            trees.offered_actions[:: trees.nodes_per_tree]
-            if self.config.widens_actions
-            else actions,
-            means,
-            errors,
-        )
+        if self.config.widens_actions:
+            actions = trees.offered_actions[:: trees.nodes_per_tree]
+        else:
+            actions = np.arange(visits.shape[1])[None].repeat(len(visits), axis=0)
+        return UctResult(actions, means, errors)
 
     def run_simulations(self, simulation_count: int, uniforms: Reals, turn_work: float) -> None:
         """Run `simulation_count` simulations in every row and add their returns to the trees."""
         config, request, trees = self.config, self.request, self.trees
-        rows = np.repeat(
-            np.arange(len(request.turns_left)),
-            np.where(request.turns_left > 0, simulation_count, 0),
-        )
+        rows = np.repeat(np.flatnonzero(request.turns_left > 0), simulation_count)
         if not len(rows):
             return
         nodes = rows * trees.nodes_per_tree
@@ -144,14 +135,9 @@ class _UctSearch:
         )
         # The n-th simulation of each action has the n-th uniforms.
         u = uniforms[rows, visit_numbers]
-        start = np.zeros(len(rows), np.int64)
-        batch = SimulationBatch(
-            np.arange(len(rows)),
-            request.root_states[rows, visit_numbers],
-            memories,
-            start,
-            request.turns_left[rows],
-        )
+        lanes, start = np.arange(len(rows)), np.zeros(len(rows), np.int64)
+        states = request.root_states[rows, visit_numbers]
+        batch = SimulationBatch(lanes, states, memories, start, request.turns_left[rows])
         path: list[tuple[Ints, Ints, Ints, Reals]] = []  # lanes, nodes, slots, rewards
         leaving: list[SimulationBatch] = []
         while True:
@@ -159,9 +145,8 @@ class _UctSearch:
             turn_uniforms = u[batch.lane_indices, batch.turns_done]
             batch, children, existed, rewards = self._step_lanes(batch, nodes, slot, turn_uniforms)
             path.append((batch.lane_indices, nodes, slot, rewards))
-            unfinished = ~config.problem.terminal(batch.states) & (
-                batch.turns_done < batch.turn_limits
-            )
+            unfinished = ~config.problem.terminal(batch.states)
+            unfinished &= batch.turns_done < batch.turn_limits
             leaving.append(batch.select_lanes(unfinished & ~existed))
             continues = unfinished & existed & (batch.turns_done < config.depth)
             if not continues.any():
@@ -170,9 +155,8 @@ class _UctSearch:
             mask = config.problem.legal_actions_mask(batch.states)
             legal = None if mask is None else mask[:, config.seat]
             if config.widens_actions:
-                self._offer_policy_actions(
-                    nodes, batch.memories, legal, u[batch.lane_indices, batch.turns_done]
-                )
+                turn_uniforms = u[batch.lane_indices, batch.turns_done]
+                self._offer_policy_actions(nodes, batch.memories, legal, turn_uniforms)
             slot, _ = trees.select_slots(nodes, legal)
         leaving.append(batch.select_lanes(unfinished & existed))  # at the maximum depth
         returns = self._run_playouts(_concatenate_batches(leaving), u, turn_work)
@@ -190,80 +174,60 @@ class _UctSearch:
             return
         memory = tuple(part[new_lanes] for part in memories[config.seat])
         mask = None if legal_actions_mask is None else legal_actions_mask[new_lanes]
-        self.trees.offer_actions(
-            nodes[new_lanes],
-            policy.choose(memory, mask, u[new_lanes][:, uniform_slice][:, : policy.uniform_count]),
-        )
+        policy_uniforms = u[new_lanes][:, uniform_slice][:, : policy.uniform_count]
+        self.trees.offer_actions(nodes[new_lanes], policy.choose(memory, mask, policy_uniforms))
 
     def _step_lanes(
         self, batch: SimulationBatch, node: Ints, slot: Ints, u: Reals
     ) -> tuple[SimulationBatch, Ints, Bools, Reals]:
         """Return the simulations after a turn, their nodes, if these existed, and rewards."""
-        config = self.config
+        config, model = self.config, self.config.opponent_model
         seat_actions = self.trees.offered_actions[node, slot] if config.widens_actions else slot
-        joint = config.opponent_model.choose_joint_actions(
-            batch.states, batch.memories, seat_actions, u
-        )
-        outcome = config.opponent_model.step_states(batch.states, joint, u)
-        observations = (
-            outcome.observations[:, config.seat]
-            if config.problem.partially_observable
-            else outcome.state
-        )
+        joint = model.choose_joint_actions(batch.states, batch.memories, seat_actions, u)
+        outcome = model.step_states(batch.states, joint, u)
+        observations, is_hidden = outcome.state, config.problem.partially_observable
+        if is_hidden:
+            observations = outcome.observations[:, config.seat]
         if config.observation_count:
-            observation_indices = (
-                observations
-                if config.problem.partially_observable
-                else config.problem.state_indices(outcome.state)
-            )
-            children, existed = self.trees.find_or_add_child(
-                node, slot * config.observation_slots + observation_indices
-            )
+            indices = observations if is_hidden else config.problem.state_indices(observations)
+            edges = slot * config.observation_slots + indices
+            children, existed = self.trees.find_or_add_child(node, edges)
         else:
             keys = hash_observations(config.problem, observations)
-            widening_uniforms = u[:, config.opponent_model.uniform_slices[config.seat].start]
+            widening_uniforms = u[:, model.uniform_slices[config.seat].start]
             children, existed = self.trees.find_or_widen_child(
                 node, slot, keys, widening_uniforms, outcome
             )
-            if not config.problem.partially_observable:
+            if not is_hidden:
                 states, rewards = self.trees.node_states[children], outcome.rewards.copy()
                 rewards[:, config.seat] = self.trees.node_rewards[children]
                 outcome = Outcome(states, rewards, states)
-        return (
-            _advance_batch(config.opponent_model, batch, joint, outcome),
-            children,
-            existed,
-            outcome.rewards[:, config.seat],
-        )
+        batch = _advance_batch(model, batch, joint, outcome)
+        return batch, children, existed, outcome.rewards[:, config.seat]
 
     def _run_playouts(self, batch: SimulationBatch, u: Reals, turn_work: float) -> Reals:
         """Return the returns `[N]` of the simulations of a wave after they leave the tree.
 
         They are the values of the leaf evaluator if there is one, else the rewards of a playout.
         """
-        config, problem = self.config, self.config.problem
+        config, problem, model = self.config, self.config.problem, self.config.opponent_model
         returns, weight = np.zeros(len(u)), 1.0
         if config.leaf_evaluator is not None:
-            memory = batch.memories[config.seat]
-            returns[batch.lane_indices] = config.leaf_evaluator(
-                batch.states, memory, batch.turn_limits - batch.turns_done
-            )
+            memory, turns_left = batch.memories[config.seat], batch.turn_limits - batch.turns_done
+            returns[batch.lane_indices] = config.leaf_evaluator(batch.states, memory, turns_left)
             return returns
         batch = batch._replace(turn_limits=np.minimum(batch.turn_limits, config.depth))
         batch = batch.select_lanes(batch.turns_done < batch.turn_limits)
         while len(batch.lane_indices):
             self.budget.spend_work(turn_work)
             turn_uniforms = u[batch.lane_indices, batch.turns_done]
-            joint = config.opponent_model.choose_joint_actions(
-                batch.states, batch.memories, None, turn_uniforms
-            )
-            outcome = config.opponent_model.step_states(batch.states, joint, turn_uniforms)
+            joint = model.choose_joint_actions(batch.states, batch.memories, None, turn_uniforms)
+            outcome = model.step_states(batch.states, joint, turn_uniforms)
             returns[batch.lane_indices] += weight * outcome.rewards[:, config.seat]
             weight *= problem.discount
-            batch = _advance_batch(config.opponent_model, batch, joint, outcome)
-            batch = batch.select_lanes(
-                (batch.turns_done < batch.turn_limits) & ~problem.terminal(batch.states)
-            )
+            batch = _advance_batch(model, batch, joint, outcome)
+            unfinished = (batch.turns_done < batch.turn_limits) & ~problem.terminal(batch.states)
+            batch = batch.select_lanes(unfinished)
         return returns
 
     def _backup_returns(
