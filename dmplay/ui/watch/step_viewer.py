@@ -246,43 +246,18 @@ class ViewerKey(NamedTuple):
 
 
 VIEWER_KEYS = (
-    ViewerKey(
-        ("space", "right", "enter"),
-        "Space",
-        "next",
-        "show the next step",
-        StepViewer.show_next_step,
-        3,
-    ),
-    ViewerKey(
-        ("backspace", "left"),
-        "Bksp",
-        "back",
-        "show the step before",
-        StepViewer.show_previous_step,
-        2,
-    ),
+    ViewerKey(("space", "right", "enter"), "Space", "next", "show the next step",
+              StepViewer.show_next_step, 3),
+    ViewerKey(("backspace", "left"), "Bksp", "back", "show the step before",
+              StepViewer.show_previous_step, 2),
     ViewerKey(("P", "p"), "P", "play", "play the steps, or stop", StepViewer.toggle_play, 2),
-    ViewerKey(
-        ("+",), "+", "faster", "play faster", lambda viewer: viewer.change_speed(SPEED_FACTOR), 0
-    ),
-    ViewerKey(
-        ("-",),
-        "-",
-        "slower",
-        "play slower",
-        lambda viewer: viewer.change_speed(1 / SPEED_FACTOR),
-        0,
-    ),
+    ViewerKey(("+",), "+", "faster", "play faster",
+              lambda viewer: viewer.change_speed(SPEED_FACTOR), 0),
+    ViewerKey(("-",), "-", "slower", "play slower",
+              lambda viewer: viewer.change_speed(1 / SPEED_FACTOR), 0),
     ViewerKey(("home",), "Home", "", "show the first step", StepViewer.show_first_step),
-    ViewerKey(
-        ("end",),
-        "End",
-        "last",
-        "compute all steps and show the last one",
-        StepViewer.show_last_step,
-        1,
-    ),
+    ViewerKey(("end",), "End", "last", "compute all steps and show the last one",
+              StepViewer.show_last_step, 1),
     ViewerKey(("?",), "?", "help", "show these keys; any key closes them", StepViewer.open_help, 3),
     ViewerKey(("q", "escape"), "q", "quit", "leave", StepViewer.close, 3),
-)
+)  # fmt: skip
