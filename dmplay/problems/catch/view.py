@@ -1,6 +1,7 @@
 """The view of catch: the curves of figure F.13, the belief over them, the expected rewards."""
 
 from collections.abc import Iterator, Sequence
+from functools import partial
 
 from rich.text import Text
 
@@ -54,13 +55,11 @@ def iter_boards(view: View[Catch], options: DrawOptions) -> Iterator[Text]:
     """Yield the boards, largest first: heat maps with a reward chart, then plots, then tables."""
     for cell_columns, chart_rows in LARGE_LAYOUTS if options.allow_large else ():
         yield _draw_large_board(view, options, cell_columns, chart_rows)
-    distance_names = [f"{distance:.0f} m" for distance in DISTANCES]
-    forecast_rows = format_forecast_rows(view, options, PROFICIENCY_NAMES, ACTION_PHRASE)
-    yield from iter_with_and_without_rows(
-        _iter_small_boards(view, options),
-        [*format_regret_rows(options, distance_names), *forecast_rows],
-        options,
-    )
+    rows = [
+        *format_regret_rows(options, [f"{distance:.0f} m" for distance in DISTANCES]),
+        *format_forecast_rows(view, options, PROFICIENCY_NAMES, ACTION_PHRASE),
+    ]
+    yield from iter_with_and_without_rows(_iter_small_boards(view, options), rows, options)
 
 
 def _draw_large_board(
@@ -76,59 +75,39 @@ def _draw_large_board(
     distance_names = [f"{distance:.0f}" for distance in DISTANCES]
     _draw_distance_cells(canvas, 1, distance_names, "dim", cell_columns)
     if options.typed_action is not None:
-        _draw_throw_marker(canvas, 1, int(options.typed_action), cell_columns)
+        throw = int(options.typed_action)
+        marker = f"→{DISTANCES[throw]:.0f}←"
+        x = HEAT_LABEL_COLUMNS + cell_columns * (throw + 1) + 1 - len(marker)
+        canvas.write_text(x, 1, marker, "bold green")
     rows = zip(PROFICIENCY_NAMES, view.belief, view.problem.catch_probabilities, strict=True)
     for y, (name, probability, catch_probabilities) in enumerate(rows, 2):
         canvas.write_text(0, y, name)
         canvas.write_text(5, y, format_bar(float(probability), 8, options.ascii), "cyan")
         canvas.write_text(14, y, f"{probability:.3f}", "bold")
-        glyphs = format_sparkline(
-            [float(catch_probability) for catch_probability in catch_probabilities], options.ascii
-        )
-        for column, (glyph, catch_probability) in enumerate(
-            zip(glyphs, catch_probabilities, strict=True)
-        ):
-            style = HEAT_STYLES[
-                min(int(catch_probability * len(HEAT_STYLES)), len(HEAT_STYLES) - 1)
-            ]
-            canvas.write_text(
-                HEAT_LABEL_COLUMNS + cell_columns * (column + 1) - 3,
-                y,
-                f"{glyph}{100 * catch_probability:2.0f}",
-                style,
-            )
+        glyphs = format_sparkline(catch_probabilities.tolist(), options.ascii)
+        cells = zip(glyphs, catch_probabilities.tolist(), strict=True)
+        for column, (glyph, chance) in enumerate(cells, 1):
+            style = HEAT_STYLES[min(int(chance * len(HEAT_STYLES)), len(HEAT_STYLES) - 1)]
+            x = HEAT_LABEL_COLUMNS + cell_columns * column - 3
+            canvas.write_text(x, y, f"{glyph}{100 * chance:2.0f}", style)
     y = len(PROFICIENCY_NAMES) + 2
-    expected_rewards = _compute_expected_rewards(view)
-    y = _draw_column_chart(
-        canvas,
-        y,
-        expected_rewards / expected_rewards.max(),
-        cell_columns=cell_columns,
-        chart_rows=chart_rows,
-        style="green",
-        options=options,
+    draw_columns = partial(
+        _draw_column_chart, canvas, cell_columns=cell_columns, ascii_only=options.ascii
     )
+    expected_rewards = _compute_expected_rewards(view)
+    y = draw_columns(y, expected_rewards / expected_rewards.max(), chart_rows, "green")
     canvas.write_text(0, y, "expected reward")
     reward_texts = [f"{expected_reward:.0f}" for expected_reward in expected_rewards]
     _draw_distance_cells(canvas, y, reward_texts, "bold", cell_columns)
     if options.regret is not None:
         regret_fractions = options.regret / (options.regret.max() or 1.0)
-        y = _draw_column_chart(
-            canvas,
-            y + 1,
-            regret_fractions,
-            cell_columns=cell_columns,
-            chart_rows=max(chart_rows // 6, 1),
-            style="yellow",
-            options=options,
-        )
+        y = draw_columns(y + 1, regret_fractions, max(chart_rows // 6, 1), "yellow")
         canvas.write_text(0, y, "value below best")
         regret_texts = [_format_regret_cell(regret) for regret in options.regret]
         _draw_distance_cells(canvas, y, regret_texts, "yellow", cell_columns)
     bottom_rows = format_forecast_rows(view, options, PROFICIENCY_NAMES, ACTION_PHRASE)
     _draw_past_throws(view, canvas, y + 2, options)
-    for row, row_text in enumerate(bottom_rows, y + 3 + bool(options.forecast)):
-        canvas.write_text(0, row, row_text)
+    canvas.write_rows(y + 3 + bool(options.forecast), bottom_rows)
     return canvas.to_text()
 
 
@@ -144,17 +123,8 @@ def _draw_distance_cells(
 ) -> None:
     """Draw one text for each distance, aligned right in its columns."""
     for column, cell in enumerate(cells):
-        canvas.write_text(
-            HEAT_LABEL_COLUMNS + cell_columns * column, y, cell.rjust(cell_columns), style
-        )
-
-
-def _draw_throw_marker(canvas: Canvas, y: int, throw: int, cell_columns: int) -> None:
-    """Draw the distance typed so far between arrows."""
-    marker = f"→{DISTANCES[throw]:.0f}←"
-    canvas.write_text(
-        HEAT_LABEL_COLUMNS + cell_columns * (throw + 1) + 1 - len(marker), y, marker, "bold green"
-    )
+        x = HEAT_LABEL_COLUMNS + cell_columns * column
+        canvas.write_text(x, y, cell.rjust(cell_columns), style)
 
 
 def describe_expected_reward(view: View[Catch], throw: float) -> str:
@@ -168,11 +138,11 @@ def _draw_column_chart(  # noqa: PLR0913 - a canvas, a position and the content
     canvas: Canvas,
     y: int,
     fractions: Reals,
-    *,
-    cell_columns: int,
     chart_rows: int,
     style: str,
-    options: DrawOptions,
+    *,
+    cell_columns: int,
+    ascii_only: bool,
 ) -> int:
     """Draw a column for each distance, a fraction of `chart_rows` high; return the next row."""
     for row in range(chart_rows):
@@ -180,7 +150,7 @@ def _draw_column_chart(  # noqa: PLR0913 - a canvas, a position and the content
             min(max(chart_rows * float(fraction) - (chart_rows - 1 - row), 0.0), 1.0)
             for fraction in fractions
         ]
-        glyph_fills = zip(format_sparkline(fills, options.ascii), fills, strict=True)
+        glyph_fills = zip(format_sparkline(fills, ascii_only), fills, strict=True)
         bars = [(cell_columns - 2) * glyph if fill > 0.0 else "" for glyph, fill in glyph_fills]
         _draw_distance_cells(canvas, y + row, bars, style, cell_columns)
     return y + chart_rows
@@ -202,15 +172,11 @@ def _iter_small_boards(view: View[Catch], options: DrawOptions) -> Iterator[Text
         canvas = Canvas()
         y = _draw_distance_table(view, canvas)
         if has_bars:
-            y = draw_belief_bars(
-                canvas, y, PROFICIENCY_NAMES, view.belief, options._replace(width=34)
-            )
+            narrow = options._replace(width=34)
+            y = draw_belief_bars(canvas, y, PROFICIENCY_NAMES, view.belief, narrow)
         else:
             pairs = zip(PROFICIENCIES, view.belief, strict=True)
-            canvas.write_text(
-                0, y, "  ".join(f"{name}: {probability:.2f}" for name, probability in pairs)
-            )
-            y += 1
+            y = canvas.write_rows(y, ["  ".join(f"{name}: {p:.2f}" for name, p in pairs)])
         _draw_past_throws(view, canvas, y, options)
         yield canvas.to_text()
 
@@ -231,15 +197,13 @@ def _draw_catch_plot(view: View[Catch], canvas: Canvas) -> int:
     canvas.write_text(4, axis_row, "└" + "─" * (PLOT_DISTANCE_COLUMNS * len(DISTANCES) + 1), "dim")
     canvas.write_text(0, axis_row + 1, "metres", "dim")
     canvas.write_text(0, axis_row + 2, "reward")
-    for column, (distance, expected_reward) in enumerate(
-        zip(DISTANCES, _compute_expected_rewards(view), strict=True)
-    ):
+    rewards = zip(DISTANCES, _compute_expected_rewards(view), strict=True)
+    for column, (distance, expected_reward) in enumerate(rewards):
         x = PLOT_LABEL_COLUMNS + column * PLOT_DISTANCE_COLUMNS
         digits_by_row: dict[int, str] = {}
-        for proficiency, catch_probabilities in zip(
-            PROFICIENCIES, view.problem.catch_probabilities, strict=True
-        ):
-            row = round(PLOT_ROWS * (1.0 - float(catch_probabilities[column])))
+        chances = view.problem.catch_probabilities[:, column].tolist()
+        for proficiency, chance in zip(PROFICIENCIES, chances, strict=True):
+            row = round(PLOT_ROWS * (1.0 - chance))
             digits_by_row[row] = digits_by_row.get(row, "") + str(proficiency // 10)
         for row, digits in digits_by_row.items():
             canvas.write_text(x, row, digits.rjust(PLOT_DISTANCE_COLUMNS), "cyan")
@@ -252,14 +216,8 @@ def _draw_belief_bars(
     view: View[Catch], canvas: Canvas, x: int, y: int, options: DrawOptions
 ) -> int:
     """Draw the belief as bars at a position; return the next row."""
-    bars_canvas = Canvas()
-    draw_belief_bars(
-        bars_canvas,
-        0,
-        PROFICIENCY_NAMES,
-        view.belief,
-        options._replace(width=min(options.width, 36)),
-    )
+    bars_canvas, narrow = Canvas(), options._replace(width=min(options.width, 36))
+    draw_belief_bars(bars_canvas, 0, PROFICIENCY_NAMES, view.belief, narrow)
     canvas.write_text(x, y, "belief: skill", "dim")
     for row, line in enumerate(bars_canvas.to_text().split("\n")):
         canvas.write_text(x, y + 1 + row, line.plain, "cyan")
@@ -280,9 +238,8 @@ def _draw_distance_table(view: View[Catch], canvas: Canvas) -> int:
     for y, (name, values) in enumerate(rows):
         canvas.write_text(0, y, name, "dim")
         for column, value in enumerate(values):
-            canvas.write_text(
-                8 + 3 * column, y, f"{value:{4 if column == 9 else 3}.0f}", "bold" * (y == 2)
-            )
+            text = f"{value:{4 if column == 9 else 3}.0f}"
+            canvas.write_text(8 + 3 * column, y, text, "bold" * (y == 2))
     return len(rows)
 
 
@@ -290,11 +247,9 @@ def _draw_past_throws(view: View[Catch], canvas: Canvas, y: int, options: DrawOp
     """Draw the last throws, after the true proficiency once it may be shown."""
     throws = [_read_throw(view, turn) for turn in range(view.turns_played)]
     throw_texts = [f"{name}{'✓' if caught else '✗'}" for name, caught in throws]
-    truth = (
-        ""
-        if options.revealed_state is None
-        else f"true skill {PROFICIENCY_NAMES[int(options.revealed_state)]}  "
-    )
+    truth = ""
+    if options.revealed_state is not None:
+        truth = f"true skill {PROFICIENCY_NAMES[int(options.revealed_state)]}  "
     while throw_texts and len(truth) + 7 + len(" ".join(throw_texts)) > options.width:
         throw_texts = throw_texts[1:]
     canvas.write_text(0, y, truth, "bold magenta")
@@ -340,9 +295,8 @@ def describe_turn(view: View[Catch]) -> str:
     name, caught = _read_throw(view, view.turns_played - 1)
     percents = [format_percent(p) for p in view.belief]
     highest = percents[int(view.belief.argmax())]
-    likeliest = [
-        skill for skill, p in zip(PROFICIENCY_NAMES, percents, strict=True) if p == highest
-    ]
+    pairs = zip(PROFICIENCY_NAMES, percents, strict=True)
+    likeliest = [skill for skill, percent in pairs if percent == highest]
     share = f"{highest} each" if len(likeliest) > 1 else highest
     result = "caught" if caught else "dropped"
     return f"threw {name} m: {result}. likeliest skill {' or '.join(likeliest)} ({share})."
@@ -351,9 +305,7 @@ def describe_turn(view: View[Catch]) -> str:
 def describe_situation(view: View[Catch]) -> str:
     """Describe the last throw, the belief, and the expected reward of each distance."""
     pairs = zip(DISTANCES, _compute_expected_rewards(view), strict=True)
-    rewards_text = ", ".join(
-        f"{distance:.0f} m {expected_reward:.1f}" for distance, expected_reward in pairs
-    )
+    rewards_text = ", ".join(f"{distance:.0f} m {reward:.1f}" for distance, reward in pairs)
     last_throw = "no throw yet."
     if view.turns_played:
         name, caught = _read_throw(view, view.turns_played - 1)

@@ -6,7 +6,7 @@
     40s            0s
 """
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -87,10 +87,8 @@ def _list_layouts(options: DrawOptions) -> list[EncounterLayout]:
     labels = (rows - 1) // 4
     if width < LAYOUTS[1].width or rows < LAYOUTS[2].height_rows:
         return [*LAYOUTS]
-    return [
-        EncounterLayout(width, 4 * labels + 1, labels, path_label_columns=PATH_LABEL_COLUMNS),
-        *LAYOUTS,
-    ]
+    first = EncounterLayout(width, 4 * labels + 1, labels, path_label_columns=PATH_LABEL_COLUMNS)
+    return [first, *LAYOUTS]
 
 
 def iter_boards(view: View[CollisionAvoidance], options: DrawOptions) -> Iterator[Text]:
@@ -98,35 +96,25 @@ def iter_boards(view: View[CollisionAvoidance], options: DrawOptions) -> Iterato
 
     The smallest drawing lacks the rows of times and state.
     """
-    paths = _predict_paths(view, options)
+    paths, state_row = _predict_paths(view, options), _format_state(view)
     for layout in _list_layouts(options):
         canvas = Canvas()
         _draw_encounter(canvas, view, layout, paths)
         y = layout.height_rows
         if layout.has_status_rows:
             _draw_time_labels(canvas, y, _make_time_line(layout))
+            y += 1
             if layout.path_label_columns and paths and not options.forecast:
-                y += 1
-                canvas.write_text(0, y, _choose_path_legend(layout.width), "dim")
+                fitting = (legend for legend in PATH_LEGENDS if len(legend) <= layout.width)
+                y = canvas.write_rows(y, [next(fitting, "")], "dim")
             # With names at the paths' ends, the panel beside the drawing has the state.
             if not layout.path_label_columns:
-                y += 1
-                canvas.write_text(
-                    0,
-                    y,
-                    _format_state_with_units(view) if options.allow_large else _format_state(view),
-                    "bold",
-                )
-            y += 1
+                state = _format_state_with_units(view) if options.allow_large else state_row
+                y = canvas.write_rows(y, [state], "bold")
         canvas.write_text(0, y, _format_hint(options, layout.width) or _describe_pass(view), "bold")
         yield canvas.to_text()
-    yield draw_text_rows(_format_state(view), _describe_pass(view))
-    yield draw_text_rows(_format_state(view))
-
-
-def _choose_path_legend(width: int) -> str:
-    """Return the longest legend of the predicted paths that fits, or ""."""
-    return next((legend for legend in PATH_LEGENDS if len(legend) <= width), "")
+    yield draw_text_rows(state_row, _describe_pass(view))
+    yield draw_text_rows(state_row)
 
 
 def _predict_paths(view: View[CollisionAvoidance], options: DrawOptions) -> list[AdvisoryPath]:
@@ -137,16 +125,13 @@ def _predict_paths(view: View[CollisionAvoidance], options: DrawOptions) -> list
     if has_passed_intruder(view) or not (options.allow_large or options.forecast):
         return []
     if options.forecast:
-        action = int(options.forecast.action)
+        action, states = int(options.forecast.action), options.forecast.outcomes
         current_height = _get_current_state(view)[0]
-        future_heights = _simulate_kept_advisories(
-            view, options.forecast.outcomes, np.full(len(options.forecast.outcomes), action)
-        )
-        return [AdvisoryPath(action, [current_height, *heights]) for heights in future_heights]
-    heights_by_action = _simulate_kept_advisories(
-        view, np.tile(view.observation, (3, 1)), np.arange(3)
-    )
-    return [AdvisoryPath(action, heights) for action, heights in enumerate(heights_by_action)]
+        heights = _simulate_kept_advisories(view, states, np.full(len(states), action))
+        return [AdvisoryPath(action, [current_height, *future]) for future in heights]
+    states = np.tile(view.observation, (3, 1))
+    heights = _simulate_kept_advisories(view, states, np.arange(3))
+    return [AdvisoryPath(*pair) for pair in enumerate(heights)]
 
 
 def _simulate_kept_advisories(
@@ -157,11 +142,10 @@ def _simulate_kept_advisories(
     `states` has shape `[B, 4]` and `actions` shape `[B]`.
     """
     problem, heights = view.problem, []
+    gusts = (np.full(len(states), STEADY_GUST_INDEX),)
     while not problem.terminal(states).all():
         heights.append(states[:, 0])
-        states = problem.resolve_events(
-            states, actions[:, None], (np.full(len(states), STEADY_GUST_INDEX),)
-        ).state
+        states = problem.resolve_events(states, actions[:, None], gusts).state
     return np.array(heights).reshape(-1, len(actions)).T.tolist()
 
 
@@ -170,8 +154,7 @@ def _format_hint(options: DrawOptions, width: int) -> str:
     if options.forecast:
         rates = zip(options.forecast.outcomes[:, 1], options.forecast.probabilities, strict=True)
         rates_text = ", ".join(
-            f"{format_signed_fixed(float(rate), 1)} ({format_percent(float(p))})"
-            for rate, p in rates
+            f"{format_signed_fixed(rate, 1)} ({format_percent(p)})" for rate, p in rates
         )
         name = ACTION_NAMES[int(options.forecast.action)]
         forms = [format_condition(options.forecast, f"advise {name}"), f"if {name}", name]
@@ -193,18 +176,9 @@ def _make_time_line(layout: EncounterLayout) -> NumberLine:
 
 def _get_current_state(view: View[CollisionAvoidance]) -> tuple[float, float, float, float]:
     """Return (height, rate, advisory, time left) now, or at the pass if it is over."""
-    h, dh, a, seconds_left = map(
-        float, view.observations[-2 if has_passed_intruder(view) and view.turns_played else -1]
-    )
+    turn = -2 if has_passed_intruder(view) and view.turns_played else -1
+    h, dh, a, seconds_left = map(float, view.observations[turn])
     return h, dh, a, seconds_left
-
-
-def _choose_max_height(heights: Iterable[float]) -> float:
-    """Return the smallest top of the height axis that holds all heights."""
-    max_abs_height = max(map(abs, heights))
-    return float(
-        next((choice for choice in MAX_HEIGHT_CHOICES if max_abs_height <= choice), max_abs_height)
-    )
 
 
 def _draw_encounter(
@@ -216,22 +190,20 @@ def _draw_encounter(
     """Draw the axes, the intruder, the past heights and advisories, and the predicted paths."""
     # (height, rate, advisory, time left) before each turn, and now
     past_states = [(float(h), float(dh), float(a), float(t)) for h, dh, a, t in view.observations]
-    max_height = _choose_max_height(
-        [*(h for h, *_ in past_states), *(h for path in paths for h in path.heights)]
-    )
+    heights = [*(h for h, *_ in past_states), *(h for path in paths for h in path.heights)]
+    largest = max(map(abs, heights))
+    max_height = next((choice for choice in MAX_HEIGHT_CHOICES if largest <= choice), largest)
     height_axis = NumberLine(-max_height, max_height, 0, layout.height_rows - 1)
     time_axis = _make_time_line(layout)
     bottom = layout.height_rows - 1
     for row in range(0, layout.height_rows, layout.label_interval):
-        canvas.write_text(
-            0, bottom - row, f"{height_axis.value_at(row):>+{LABEL_COLUMNS - 1}.0f}", "dim"
-        )
+        label = f"{height_axis.value_at(row):>+{LABEL_COLUMNS - 1}.0f}"
+        canvas.write_text(0, bottom - row, label, "dim")
     middle = bottom - height_axis.column_of(0)
     canvas.write_text(0, middle, "0".rjust(LABEL_COLUMNS - 1), "dim")
     canvas.write_text(LABEL_COLUMNS, middle, "┄" * (time_axis.right - LABEL_COLUMNS), "dim")
-    for row in range(
-        height_axis.column_of(-COLLISION_DISTANCE), height_axis.column_of(COLLISION_DISTANCE) + 1
-    ):
+    lowest, highest = map(height_axis.column_of, (-COLLISION_DISTANCE, COLLISION_DISTANCE))
+    for row in range(lowest, highest + 1):
         canvas.write_text(time_axis.right - 1, bottom - row, "▒▒", "red")
     h, dh, _, seconds_left = _get_current_state(view)
     if paths:
@@ -240,23 +212,14 @@ def _draw_encounter(
         for column in range(time_axis.column_of(-seconds_left) + 2, time_axis.right + 1, 2):
             predicted_height = h + dh * (seconds_left + time_axis.value_at(column))
             if abs(predicted_height) <= max_height:
-                canvas.write_text(
-                    column, bottom - height_axis.column_of(predicted_height), "∘", "cyan"
-                )
+                y = bottom - height_axis.column_of(predicted_height)
+                canvas.write_text(column, y, "∘", "cyan")
     canvas.write_text(time_axis.right, middle, "A", "bold red")
-    for (past_height, _, _, past_seconds_left), action in zip(
-        past_states, view.actions, strict=False
-    ):
-        mark = ADVISORY_GLYPHS[int(action)]
-        canvas.write_text(
-            time_axis.column_of(-past_seconds_left),
-            bottom - height_axis.column_of(past_height),
-            mark,
-            "yellow",
-        )
-    canvas.write_text(
-        time_axis.column_of(-seconds_left), bottom - height_axis.column_of(h), "◆", "bold yellow"
-    )
+    for (past_height, _, _, past_time), action in zip(past_states, view.actions, strict=False):
+        x, y = time_axis.column_of(-past_time), bottom - height_axis.column_of(past_height)
+        canvas.write_text(x, y, ADVISORY_GLYPHS[int(action)], "yellow")
+    x, y = time_axis.column_of(-seconds_left), bottom - height_axis.column_of(h)
+    canvas.write_text(x, y, "◆", "bold yellow")
 
 
 def _draw_paths(
@@ -277,9 +240,8 @@ def _draw_paths(
             index = min(round(seconds_left + time_axis.value_at(column)), len(path) - 1)
             row = layout.height_rows - 1 - height_axis.column_of(path[index])
             canvas.write_text(column, row, PATH_GLYPHS[action], "cyan")
-        row_actions = actions_by_row.setdefault(
-            layout.height_rows - 1 - height_axis.column_of(path[-1]), []
-        )
+        end_row = layout.height_rows - 1 - height_axis.column_of(path[-1])
+        row_actions = actions_by_row.setdefault(end_row, [])
         if action not in row_actions:
             row_actions.insert(0, action)
     for row, row_actions in actions_by_row.items():
@@ -301,26 +263,23 @@ def _get_current_advisory(view: View[CollisionAvoidance]) -> str:
     return "none" if not rate else "climb" if rate > 0 else "descend"
 
 
+def _format_current_numbers(view: View[CollisionAvoidance]) -> tuple[str, str, str]:
+    """Return the current height, rate and time left as texts."""
+    h, dh, _, seconds_left = _get_current_state(view)
+    return format_signed_fixed(h, 0), format_signed_fixed(dh, 1), f"{seconds_left:g}"
+
+
 def _format_state(view: View[CollisionAvoidance]) -> str:
     """Format the current state in one line, with its symbols."""
-    h, dh, _, seconds_left = _get_current_state(view)
-    return (
-        f"◆ h {format_signed_fixed(h, 0)} m "
-        f" dh {format_signed_fixed(dh, 1)} "
-        f"m/s  {seconds_left:g} s  "
-        f"{_get_current_advisory(view)}"
-    )
+    h, dh, seconds_left = _format_current_numbers(view)
+    return f"◆ h {h} m  dh {dh} m/s  {seconds_left} s  {_get_current_advisory(view)}"
 
 
 def _format_state_with_units(view: View[CollisionAvoidance]) -> str:
     """Format the current state in one line, with units only."""
-    h, dh, _, seconds_left = _get_current_state(view)
-    return (
-        f"◆ {format_signed_fixed(h, 0)} "
-        f"m  {format_signed_fixed(dh, 1)} "
-        f"m/s  {seconds_left:g} s left "
-        f" {_get_current_advisory(view).replace('none', 'no advisory')}"
-    )
+    h, dh, seconds_left = _format_current_numbers(view)
+    advisory = _get_current_advisory(view).replace("none", "no advisory")
+    return f"◆ {h} m  {dh} m/s  {seconds_left} s left  {advisory}"
 
 
 def has_passed_intruder(view: View[CollisionAvoidance]) -> bool:
@@ -397,12 +356,12 @@ def _describe_response(problem: CollisionAvoidance) -> str:
 
 def panel_rows(view: View[CollisionAvoidance]) -> list[tuple[str, str]]:
     """Return the side panel's rows: height, rate, time left and advisory."""
-    h, dh, _, seconds_left = _get_current_state(view)
-    is_last_turn = seconds_left == 0 and not has_passed_intruder(view)
+    h, dh, seconds_left = _format_current_numbers(view)
+    is_last_turn = seconds_left == "0" and not has_passed_intruder(view)
     return [
-        ("height", f"{format_signed_fixed(h, 0)} m"),
-        ("rate", f"{format_signed_fixed(dh, 1)} m/s"),
-        ("pass in", "0 s: now (last turn)" if is_last_turn else f"{seconds_left:g} s"),
+        ("height", f"{h} m"),
+        ("rate", f"{dh} m/s"),
+        ("pass in", "0 s: now (last turn)" if is_last_turn else f"{seconds_left} s"),
         ("advisory", _get_current_advisory(view)),
     ]
 
@@ -411,25 +370,17 @@ def describe_turn(view: View[CollisionAvoidance]) -> str:
     """Describe the last advisory, the state and the outcome."""
     has_changed = view.observation[2] != view.observations[-2][2]
     verb = "changed the advisory to" if has_changed else "kept the advisory:"
-    return (
-        f"{verb} {_get_current_advisory(view)}. {_describe_state(view)}. {_describe_outcome(view)}."
-    )
+    advisory = f"{verb} {_get_current_advisory(view)}"
+    return f"{advisory}. {_describe_state(view)}. {_describe_outcome(view)}."
 
 
 def describe_situation(view: View[CollisionAvoidance]) -> str:
     """Describe the predicted outcome, the state and the advisory in force."""
-    return (
-        f"{_describe_outcome(view)}. {_describe_state(view)}. "
-        f"advisory {_get_current_advisory(view)}."
-    )
+    advisory = f"advisory {_get_current_advisory(view)}"
+    return f"{_describe_outcome(view)}. {_describe_state(view)}. {advisory}."
 
 
 def _describe_state(view: View[CollisionAvoidance]) -> str:
     """Describe the current height, rate and time left in words."""
-    h, dh, _, seconds_left = _get_current_state(view)
-    return (
-        f"height {format_signed_fixed(h, 0)} "
-        "m, rate "
-        f"{format_signed_fixed(dh, 1)} "
-        f"m/s, {seconds_left:g} s left"
-    )
+    h, dh, seconds_left = _format_current_numbers(view)
+    return f"height {h} m, rate {dh} m/s, {seconds_left} s left"

@@ -48,21 +48,19 @@ def iter_boards(view: View[CaregiverProblem], options: DrawOptions) -> Iterator[
     there are only the observation and the probabilities of crying.
     """
     if view.beliefs is None:
-        yield from iter_with_and_without_rows(
-            [_draw_observation(view)], ["", *_describe_cry_probabilities(view)], options
-        )
+        sound = (format_last_observation(view), _choose_sound_style(view))
+        rows = ["", *_describe_cry_probabilities(view)]
+        yield from iter_with_and_without_rows([Text.assemble("heard  ", sound)], rows, options)
         return
     if options.allow_large:
         if options.height >= MIN_CHART_HEIGHT:
             yield _draw_large_board(view, options, with_chart=True)
         yield _draw_large_board(view, options)
-    forecast_rows = format_forecast_rows(view, options, view.problem.state_names)
-    hint_rows = format_regret_rows(options, list_action_keys(KEYS, options)) or [
-        _format_expected_rewards(view, options)
-    ] * (options.allow_large and not view.end_reason)
-    yield from iter_with_and_without_rows(
-        _iter_small_boards(view, options), [*hint_rows, *forecast_rows], options
-    )
+    rows = format_regret_rows(options, list_action_keys(KEYS, options))
+    if not rows and options.allow_large and not view.end_reason:
+        rows = [_format_expected_rewards(view, options)]
+    rows += format_forecast_rows(view, options, view.problem.state_names)
+    yield from iter_with_and_without_rows(_iter_small_boards(view, options), rows, options)
 
 
 def _iter_small_boards(view: View[CaregiverProblem], options: DrawOptions) -> Iterator[Text]:
@@ -87,12 +85,6 @@ def _draw_observation_and_belief(
     )
 
 
-def _draw_observation(view: View[CaregiverProblem]) -> Text:
-    """Return the last observation as a board."""
-    sound = format_last_observation(view)
-    return Text.assemble("heard  ", (sound, _choose_sound_style(view)))
-
-
 def _choose_sound_style(view: View[CaregiverProblem]) -> str:
     """Return the style of the last observation."""
     return "bold yellow" if format_last_observation(view) == "crying" else "bold"
@@ -106,13 +98,9 @@ def _draw_belief_history(
     At most MAX_HISTORY_TURNS turns are drawn.
     """
     recent_beliefs = (view.beliefs or ())[-MAX_HISTORY_TURNS - 1 :]  # one more than are drawn
+    probabilities = [float(b[-1]) for b in recent_beliefs]
     draw_probability_history(
-        canvas,
-        y,
-        "chance of hunger",
-        [float(b[-1]) for b in recent_beliefs],
-        options,
-        max_turns=MAX_HISTORY_TURNS,
+        canvas, y, "chance of hunger", probabilities, options, max_turns=MAX_HISTORY_TURNS
     )
     return y + 1
 
@@ -126,22 +114,12 @@ def _draw_large_board(
     chart of the belief by turn comes last.
     """
     canvas = Canvas()
-    y = (
-        _draw_belief_history(
-            view,
-            canvas,
-            _draw_observation_and_belief(view, canvas, options, WIDE_BAR_COLUMNS),
-            options,
-        )
-        + 1
-    )
+    y = _draw_observation_and_belief(view, canvas, options, WIDE_BAR_COLUMNS)
+    y = _draw_belief_history(view, canvas, y, options) + 1
     _draw_expected_rewards(view, canvas, y, options)
-    y += len(KEYS) + 2
-    for row in format_forecast_rows(
-        view, options, view.problem.state_names
-    ) or _describe_cry_probabilities(view):
-        canvas.write_text(0, y, row, "" if options.forecast else "dim")
-        y += 1
+    rows = format_forecast_rows(view, options, view.problem.state_names)
+    style = "" if options.forecast else "dim"
+    y = canvas.write_rows(y + len(KEYS) + 2, rows or _describe_cry_probabilities(view), style)
     draw_true_state(canvas, y, view.problem.state_names, options)
     if with_chart:
         _draw_belief_chart(view, canvas, y + 1, options)
@@ -180,38 +158,27 @@ def _draw_expected_rewards(
     """
     heading = "mean reward now  hunger  effort     sum"
     canvas.write_text(0, y, heading, "dim")
-    canvas.write_text(
-        len(heading) + 2, y, "value below best" if options.regret is not None else "", "dim"
-    )
+    regret_heading = "value below best" if options.regret is not None else ""
+    canvas.write_text(len(heading) + 2, y, regret_heading, "dim")
     hunger = float(view.belief[-1]) * view.problem.hungry_reward
     keys, labels = list_action_keys(KEYS, options), view.problem.actions[view.seat].labels
     for row, action in enumerate(rank_actions(options, len(keys)), y + 1):
         effort = view.problem.action_rewards[view.seat][action]
         canvas.write_text(0, row, f"{keys[action]} {labels[action]}")
-        cells = "".join(
-            f"{format_signed_fixed(value, 2):>8}" for value in (hunger, effort, hunger + effort)
-        )
+        numbers = (hunger, effort, hunger + effort)
+        cells = "".join(f"{format_signed_fixed(number, 2):>8}" for number in numbers)
         canvas.write_text(15, row, cells)
-        canvas.write_text(
-            len(heading) + 2,
-            row,
-            format_regret_with_bar(options, action, REGRET_BAR_COLUMNS),
-            "yellow",
-        )
+        regret = format_regret_with_bar(options, action, REGRET_BAR_COLUMNS)
+        canvas.write_text(len(heading) + 2, row, regret, "yellow")
 
 
 def _format_expected_rewards(view: View[CaregiverProblem], options: DrawOptions) -> str:
     """Return the expected immediate reward of each action in one row."""
     hunger = float(view.belief[-1]) * view.problem.hungry_reward
-    key_efforts = zip(
-        list_action_keys(KEYS, options), view.problem.action_rewards[view.seat], strict=True
-    )
-    return "  ".join(
-        [
-            "mean reward now:",
-            *(f"{key} {format_signed_fixed(hunger + effort, 2)}" for key, effort in key_efforts),
-        ]
-    )
+    efforts = view.problem.action_rewards[view.seat]
+    pairs = zip(list_action_keys(KEYS, options), efforts, strict=True)
+    rewards = [f"{key} {format_signed_fixed(hunger + effort, 2)}" for key, effort in pairs]
+    return "  ".join(["mean reward now:", *rewards])
 
 
 def _describe_cry_probabilities(view: View[CaregiverProblem]) -> list[str]:
@@ -250,22 +217,14 @@ def goal_lines(view: View[CaregiverProblem]) -> list[str]:
 def lesson(view: View[CaregiverProblem]) -> Lesson:
     """Return the three sentences that introduce the problem: role, objective and costs."""
     problem = view.problem
-    feeding, singing, ignoring = (
-        f"{0.0 - effort:g}" for effort in problem.action_rewards[view.seat]
-    )
+    feeding, singing, ignoring = (f"{0.0 - pay:g}" for pay in problem.action_rewards[view.seat])
     is_single_agent = len(problem.agents) == 1
-    role = (
-        ""
-        if is_single_agent
-        else f"{problem.agents[view.seat]}, one of two caregivers who cannot talk; you "
-    )
+    role = "You "
+    if not is_single_agent:
+        role = f"You are {problem.agents[view.seat]}, one of two caregivers who cannot talk; you "
     song = ", and singing makes its crying a better clue" if _is_song_informative(problem) else ""
     return Lesson(
-        "You "
-        f"{'are ' * (not is_single_agent)}{role}care "
-        "for a baby that is hungry "
-        "or sated; you only hear "
-        "whether it cries",
+        f"{role}care for a baby that is hungry or sated; you only hear whether it cries",
         f"You want it sated: feeding always sates it{song}",
         f"A turn that starts with a hungry baby costs {-problem.hungry_reward:g}; feeding costs "
         f"{'' if is_single_agent else 'you '}{feeding}, singing {singing}, ignoring {ignoring}",
@@ -317,8 +276,7 @@ def panel_rows(view: View[Tabular]) -> list[tuple[str, str]]:
 
 def describe_turn(view: View[CaregiverProblem]) -> str:
     """Return a description of the last turn: the action, the observation and the belief."""
-    turn = f"chose {view.last_action_label}, heard {format_last_observation(view)}."
-    return f"{turn} {describe_belief(view)}".rstrip()
+    return f"chose {view.last_action_label}, {describe_situation(view)}"
 
 
 def describe_situation(view: View[CaregiverProblem]) -> str:

@@ -55,14 +55,8 @@ def _list_layouts(options: DrawOptions) -> list[RegulatorLayout]:
     distribution_rows = min(rows // 4, MAX_LAYOUT.distribution_rows)
     if width < LAYOUTS[1].width or distribution_rows < LAYOUTS[1].distribution_rows:
         return [*LAYOUTS]
-    return [
-        RegulatorLayout(
-            width - 1 + width % 2,
-            min(rows - distribution_rows, MAX_LAYOUT.shown_turns),
-            distribution_rows,
-        ),
-        *LAYOUTS,
-    ]
+    turns = min(rows - distribution_rows, MAX_LAYOUT.shown_turns)
+    return [RegulatorLayout(width - 1 + width % 2, turns, distribution_rows), *LAYOUTS]
 
 
 def _list_recent_numbers(view: View[SimpleRegulator], turns: int) -> list[float]:
@@ -82,13 +76,10 @@ def predict_number(view: View[SimpleRegulator]) -> tuple[float, float]:
 
 def choose_number_line_limit(values: list[float]) -> float:
     """Return the smallest limit of a number line that covers all values."""
-    largest = max(map(abs, values))
-    power_of_ten = 1.0
-    while True:
-        for limit in NUMBER_LINE_LIMITS:
-            if largest <= limit * power_of_ten:
-                return limit * power_of_ten
+    largest, power_of_ten = max(map(abs, values)), 1.0
+    while largest > NUMBER_LINE_LIMITS[-1] * power_of_ten:
         power_of_ten *= 10
+    return next(x * power_of_ten for x in NUMBER_LINE_LIMITS if largest <= x * power_of_ten)
 
 
 def iter_boards(view: View[SimpleRegulator], options: DrawOptions) -> Iterator[Text]:
@@ -98,39 +89,30 @@ def iter_boards(view: View[SimpleRegulator], options: DrawOptions) -> Iterator[T
         numbers = _list_recent_numbers(view, turns)
         pushes = view.actions[view.turns_played - turns :]
         aims = [number + push for number, push in zip(numbers, pushes, strict=False)]
-        forecast_numbers = (
-            [float(state[0]) for state in options.forecast.outcomes] if options.forecast else []
-        )
-        next_push = (
-            options.suggested_action if options.typed_action is None else options.typed_action
-        )
-        next_aims = [] if next_push is None else [numbers[-1] + next_push]
-        scale = _make_number_line(
-            choose_number_line_limit(
-                [*numbers, *aims, predict_number(view)[0], *forecast_numbers, *next_aims]
-            ),
-            layout.width,
-        )
-        canvas = Canvas()
-        for row in range(layout.shown_turns + layout.distribution_rows):
+        covered = [*numbers, *aims, predict_number(view)[0]]
+        if options.forecast:
+            covered += [float(state[0]) for state in options.forecast.outcomes]
+        next_push = options.typed_action
+        if next_push is None:
+            next_push = options.suggested_action
+        if next_push is not None:
+            covered.append(numbers[-1] + next_push)
+        scale = _make_number_line(choose_number_line_limit(covered), layout.width)
+        canvas, line_row = Canvas(), layout.shown_turns + layout.distribution_rows
+        for row in range(line_row):
             canvas.write_text(scale.column_of(0), row, "│", "dim")
-        for row, (number, aim) in enumerate(
-            zip(numbers, aims, strict=False), layout.shown_turns - turns
-        ):
+        pairs = zip(numbers, aims, strict=False)
+        for row, (number, aim) in enumerate(pairs, layout.shown_turns - turns):
             _draw_push_arrow(canvas, row, scale, number, aim)
         if options.forecast:
             _draw_forecast_distribution(canvas, layout, scale, options.forecast)
         else:
             _draw_normal_distribution(canvas, layout, scale, *predict_number(view))
-        _draw_number_line(
-            canvas, layout.shown_turns + layout.distribution_rows, scale, numbers[-1], next_push
-        )
-        is_brief = layout.width == LAYOUTS[-1].width
-        y = layout.shown_turns + layout.distribution_rows + 2
+        _draw_number_line(canvas, line_row, scale, numbers[-1], next_push)
+        is_brief, y = layout.width == LAYOUTS[-1].width, line_row + 2
         if options.forecast:
-            canvas.write_text(
-                0, y, _format_forecast_costs(view, options.forecast, is_brief), "bold cyan"
-            )
+            costs = _format_forecast_costs(view, options.forecast, is_brief)
+            canvas.write_text(0, y, costs, "bold cyan")
         # otherwise the side panel shows the numbers
         elif layout.width > options.columns_beside_panel:
             canvas.write_text(0, y, _format_state(view, is_brief, options), "bold")
@@ -139,12 +121,8 @@ def iter_boards(view: View[SimpleRegulator], options: DrawOptions) -> Iterator[T
         yield canvas.to_text()
     (current,) = _list_recent_numbers(view, 0)
     canvas = Canvas()
-    _draw_number_line(
-        canvas,
-        0,
-        _make_number_line(choose_number_line_limit([current]), LAYOUTS[-1].width),
-        current,
-    )
+    scale = _make_number_line(choose_number_line_limit([current]), LAYOUTS[-1].width)
+    _draw_number_line(canvas, 0, scale, current)
     yield canvas.to_text()
     yield draw_text_rows(f"s {format_signed_fixed(current, 3)}")
 
@@ -154,13 +132,8 @@ def _format_forecast_costs(view: View[SimpleRegulator], forecast: Forecast, is_b
     (number,) = _list_recent_numbers(view, 0)
     next_cost = float((forecast.probabilities * forecast.outcomes[:, 0] ** 2).sum())
     if is_brief:
-        samples = " (samples)" * forecast.is_sampled
-        return (
-            f"{format_signed_fixed(forecast.action, 2)}: "
-            ""
-            f"{number * number:.2f} now, "
-            f"{next_cost:.2f} next{samples}"
-        )
+        push, samples = format_signed_fixed(forecast.action, 2), " (samples)" * forecast.is_sampled
+        return f"{push}: {number * number:.2f} now, {next_cost:.2f} next{samples}"
     push = format_condition(forecast, f"push {format_signed_fixed(forecast.action, 3)}")
     return f"{push}: costs {number * number:.3f} now, {next_cost:.3f} next"
 
@@ -169,13 +142,8 @@ def describe_expected_reward(view: View[SimpleRegulator], push: float) -> str:
     """Return the aim of a push, this turn's cost and the expected cost of the next, as text."""
     (number,), noise = _list_recent_numbers(view, 0), view.problem.noise
     aim = number + push
-    return (
-        "aims at "
-        f"{format_signed_fixed(aim, 3)}; costs "
-        f"{number * number:.3f} now, "
-        f"{aim * aim + noise * noise:.3f} next "
-        "on average"
-    )
+    costs = f"{number * number:.3f} now, {aim * aim + noise * noise:.3f} next on average"
+    return f"aims at {format_signed_fixed(aim, 3)}; costs {costs}"
 
 
 def _draw_forecast_distribution(
@@ -223,11 +191,9 @@ def _draw_distribution_column(
 ) -> None:
     """Draw one column of the distribution, in eighths of a row."""
     full_rows, eighths = divmod(round(fraction * layout.distribution_rows * 8), 8)
+    bottom = layout.shown_turns + layout.distribution_rows - 1
     for row in range(full_rows + (eighths > 0)):
-        block = BLOCKS[8 if row < full_rows else eighths]
-        canvas.write_text(
-            column, layout.shown_turns + layout.distribution_rows - 1 - row, block, style
-        )
+        canvas.write_text(column, bottom - row, BLOCKS[8 if row < full_rows else eighths], style)
 
 
 def _draw_number_line(
@@ -242,13 +208,11 @@ def _draw_number_line(
             canvas.write_text(column, y, "┼" if not fraction else "┬", "dim")
         left = min(max(column - len(text) // 2, 0), scale.right + 2 - len(text))
         canvas.write_text(left, y + 1, text, "dim")
-    number_column, aim_column = scale.column_of(number), scale.column_of(number + (push or 0.0))
-    canvas.write_text(
-        min(number_column, aim_column), y, "━" * abs(aim_column - number_column), "bold green"
-    )
-    if aim_column != number_column:
-        canvas.write_text(aim_column, y, "→" if aim_column > number_column else "←", "bold green")
-    canvas.write_text(number_column, y, "●", "bold yellow")
+    start, end = scale.column_of(number), scale.column_of(number + (push or 0.0))
+    canvas.write_text(min(start, end), y, "━" * abs(end - start), "bold green")
+    if end != start:
+        canvas.write_text(end, y, "→" if end > start else "←", "bold green")
+    canvas.write_text(start, y, "●", "bold yellow")
 
 
 def _format_state(view: View[SimpleRegulator], is_brief: bool, options: DrawOptions) -> str:
@@ -278,9 +242,9 @@ def goal_lines(view: View[SimpleRegulator]) -> list[str]:
 def lesson(view: View[SimpleRegulator]) -> Lesson:
     """Return the three sentences that introduce the problem: role, objective and costs."""
     problem, bounds = view.problem, view.problem.actions[0]
-    noise = (
-        f"; chance moves the number by about {problem.noise:g}, up or down" if problem.noise else ""
-    )
+    noise = ""
+    if problem.noise:
+        noise = f"; chance moves the number by about {problem.noise:g}, up or down"
     return Lesson(
         f"You add a push from {bounds.low:g} to {bounds.high:g} to a number in each turn",
         "You want to keep the number as close to 0 as possible",
@@ -292,12 +256,14 @@ def lesson(view: View[SimpleRegulator]) -> Lesson:
 def panel_rows(view: View[SimpleRegulator]) -> list[tuple[str, str]]:
     """Return the panel rows: the number, its cost, the last push and the parameters."""
     problem, number = view.problem, _list_recent_numbers(view, 0)[0]
-    bounds = problem.actions[0]
+    bounds, push, aim = problem.actions[0], "-", "-"
+    if view.turns_played:
+        push, aim = (format_signed_fixed(x, 3) for x in (view.actions[-1], predict_number(view)[0]))
     return [
         ("number", format_signed_fixed(number, 3)),
         ("costs", f"{number * number:.3f}"),
-        ("pushed", format_signed_fixed(view.actions[-1], 3) if view.turns_played else "-"),
-        ("aimed at", format_signed_fixed(predict_number(view)[0], 3) if view.turns_played else "-"),
+        ("pushed", push),
+        ("aimed at", aim),
         ("reward", f"{view.rewards[-1]:.3f}" if view.rewards else "-"),
         ("noise", f"{problem.noise:g}"),
         ("push by", f"{bounds.low:g} to {bounds.high:g}"),
