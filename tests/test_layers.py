@@ -151,14 +151,10 @@ def test_every_module_has_a_layer() -> None:
         ("--help; play --help", {"numpy", "rich", "prompt_toolkit"}),
         ("guide; guide play --raw", {"numpy", "rich", "prompt_toolkit"}),
         ("learn; learn --json; config path", {"numpy", "rich", "dmplay.tutor.lesson_reader"}),
-        (
-            "list; list pomdp --json",
-            {"rich", "dmplay.agents", "dmplay.views", "dmplay.transcript.format", "dmplay.solvers"},
-        ),
-        (
-            "solve --help",
-            {f"dmplay.cli.{name}" for name in ("games", "learn", "evaluation", "grading", "plots")},
-        ),
+        ("list; list pomdp --json",
+         {"rich", "dmplay.agents", "dmplay.views", "dmplay.transcript.format", "dmplay.solvers"}),
+        ("solve --help",
+         {f"dmplay.cli.{name}" for name in ("games", "learn", "evaluation", "grading", "plots")}),
         (
             "hexworld --agent optimal --quiet",
             {
@@ -170,7 +166,7 @@ def test_every_module_has_a_layer() -> None:
             },
         ),
     ],
-)
+)  # fmt: skip
 def test_start_up_loads_no_more_than_it_needs(words: str, never: set[str]) -> None:
     code = (
         "import sys\nfrom dmplay.__main__ import main\n"

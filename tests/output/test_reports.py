@@ -39,15 +39,9 @@ TABLE_F1 = {
     "travelers-dilemma": ("simple game", "2", "-", "99 per agent", "-", "1"),
     "predator-prey": ("Markov game", "varies", "varies", "6 per agent", "-", "0.9"),
     "multicaregiver-crying-baby": ("POMG", "2", "2", "3 per agent", "2 per agent", "0.9"),
-    "collaborative-predator-prey": (
-        "Dec-POMDP",
-        "varies",
-        "varies",
-        "6 per agent",
-        "2 per agent",
-        "0.9",
-    ),
-}
+    "collaborative-predator-prey": ("Dec-POMDP", "varies", "varies", "6 per agent", "2 per agent",
+        "0.9"),
+}  # fmt: skip
 TABLE_F1_EXCEPTIONS = {
     ("collision-avoidance", "states"): "in R^4",  # decision 6.9: four variables are listed
     ("simple-regulator", "discount"): "0.9",  # the variant `undiscounted` has the other

@@ -94,11 +94,8 @@ MISTYPED_LINES = (
 
 # Commands typed in another terminal while the game is played or after it was killed.
 PROGRAM_ARGUMENTS: Mapping[str, Sequence[str]] = {
-    "play": (
-        "{problem} --seed 5 --turns 2",
-        "{problem} --turns 3 --seed 5 {replayed}",
-        "{problem} --turns 3 --seed 5 {replayed} --json",
-    ),
+    "play": ("{problem} --seed 5 --turns 2", "{problem} --turns 3 --seed 5 {replayed}",
+             "{problem} --turns 3 --seed 5 {replayed} --json"),
     "resume": ("{file} --plain", "{file} --json", "{file} --quiet", "", "{file} --keys left"),
     "replay": ("{file}", "{file} --json", "nothing.dmt"),
     "shell": ("-e 'load {file}' -e state", "-e 'replay {file}' -e auto -e state", "-e list"),
@@ -112,12 +109,8 @@ PROGRAM_ARGUMENTS: Mapping[str, Sequence[str]] = {
     "review": ("{file}", "{file} --json", "{file} --write"),
     "bot": ("random --problem {problem}",),
     "mcp": ("nothing", "{file}", "--output {file}"),
-    "branch": (
-        "{file} --at 2 -o branch.dmt",
-        "{file} --at 1 -o branch.dmt --json",
-        "{file} --at 0 -o branch.dmt --quiet",
-        "{file} --at 99 -o branch.dmt",
-    ),
+    "branch": ("{file} --at 2 -o branch.dmt", "{file} --at 1 -o branch.dmt --json",
+               "{file} --at 0 -o branch.dmt --quiet", "{file} --at 99 -o branch.dmt"),
     "list": ("", "POMDP --json", "games", "games --json"),
     "records": ("", "--json"),
     "solve": ("rock-paper-scissors",),
@@ -138,7 +131,7 @@ PROGRAM_ARGUMENTS: Mapping[str, Sequence[str]] = {
     "guide": ("", "agents --raw"),
     "config show": ("", "--json"),
     "config path": ("",),
-}
+}  # fmt: skip
 
 # Standard input of these commands, for those that resume a game.
 STDIN_TEXT = "look\nstate\nbelief\nlegal\ntranscript\nhint\nseed\n"

@@ -113,18 +113,14 @@ def test_without_motion_agents_play_only_when_stepped(tmp_path: Path) -> None:
     ("command", "message"),
     [
         ("hexworld --no-input", "--no-input: a person plays agent; give an agent to every seat"),
-        (
-            "prisoners-dilemma --agent grim --vs human --no-input",
-            "--no-input: a person plays agent2",
-        ),
-        (
-            "shell --no-input",
-            "--no-input: no prompts are allowed; give commands with -e or through a pipe",
-        ),
+        ("prisoners-dilemma --agent grim --vs human --no-input",
+         "--no-input: a person plays agent2"),
+        ("shell --no-input",
+         "--no-input: no prompts are allowed; give commands with -e or through a pipe"),
         ("resume g.dmt --no-input", "--no-input: a person plays agent"),
         ("branch g.dmt --at 1 -o b.dmt --no-input", "--no-input: a person plays agent"),
     ],
-)
+)  # fmt: skip
 def test_no_input_refuses_games_that_need_a_person(
     command: str, message: str, tmp_path: Path
 ) -> None:
