@@ -384,17 +384,23 @@ class Position:
         return None
 
     def values_for_belief(self, belief: Reals) -> Reals | None:
-        """Return the value of each action `[A]`, nan if illegal, if the belief were this one `[S]`.
+        """Return the value of each action `[..., A]`, nan if illegal, for other beliefs `[..., S]`.
 
         None if the agent's values are not those of a belief of this length.
         """
         if self.agent is None or not self.labels:
             return None
-        current = self.current_belief
-        if current is None or not self.memory or self.memory[0].shape != (1, len(belief)):
+        current, beliefs = self.current_belief, np.atleast_2d(belief)
+        if current is None or not self.memory or self.memory[0].shape != (1, belief.shape[-1]):
             return None
-        values = self.ask(lambda policy, memory: policy.action_values((belief[None], *memory[1:])))
-        return None if values is None else np.where(self.legal_actions_mask, values[0], np.nan)
+        values = self.ask(
+            lambda policy, memory: policy.action_values(
+                (beliefs, *(part.repeat(len(beliefs), axis=0) for part in memory[1:]))
+            )
+        )
+        if values is None:
+            return None
+        return np.where(self.legal_actions_mask, values, np.nan).reshape(*belief.shape[:-1], -1)
 
     @property
     def is_last_planned_turn(self) -> bool:
