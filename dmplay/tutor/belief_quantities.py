@@ -1,20 +1,19 @@
 """Quantities of problems with hidden states: beliefs, observations and alpha vectors."""
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from dmplay.core.arrays import Reals
-from dmplay.core.belief import initial_belief
 from dmplay.core.best_actions import mark_best_actions
 from dmplay.core.tabular import tabulate
 from dmplay.core.text import format_count
-from dmplay.core.typed_text import find_label, parse_belief, parse_history, parse_number
+from dmplay.core.typed_text import find_label, parse_history, parse_number
 from dmplay.errors import BadParameter
-from dmplay.solvers.pomdp.exact_pomdp import AlphaVectorStage, compute_action_values, solve_stages
+from dmplay.game.position import Position
+from dmplay.registry.problem_module_exports import name_problem
+from dmplay.solvers.pomdp.exact_pomdp import solve_stages
 from dmplay.tutor.positions import PositionInGame
-from dmplay.tutor.state_quantities import find_action
-from dmplay.tutor.truth import Truth, format_number
+from dmplay.tutor.state_quantities import find_action, list_action_values, list_state_names
+from dmplay.tutor.truth import Truth, format_number, list_best_labels
 
 BISECTIONS = 50
 ROUNDED_DIFFERENCE = 0.002  # between a probability and the same one as it is typed
@@ -23,40 +22,36 @@ MAX_COMPARED_TURNS = 12
 GRID_SIZE = 2001  # beliefs between which the best action is compared
 
 
-def belief(position: PositionInGame, state: str, history: Sequence[str] = ()) -> Truth:
+def belief(position: Position, state: str) -> Truth:
     """Return the probability of a hidden state after a history of actions and observations."""
-    probabilities = compute_belief(position, history)
-    return Truth(
-        float(probabilities[_state_index(position, state)]),
-        lambda answer: describe_implied_prior(position, history, state, parse_number(answer)),
+    names = list_state_names(position.problem)
+    index = names.index(find_label(state, names))
+    probability = float(get_belief(position)[index])
+    return Truth(probability, lambda typed: _describe_mistake(position, index, parse_number(typed)))
+
+
+def belief_distribution(position: Position) -> Truth:
+    """Return the probability of each hidden state after a history."""
+    names = list_state_names(position.problem)
+    probabilities = map(float, get_belief(position))
+    return Truth(dict(zip(names, probabilities, strict=True)), labels=names)
+
+
+def observation_probability(position: Position, action: str, observation: str) -> Truth:
+    """Return the probability of an observation after an action, given a history."""
+    problem, seat, probabilities = position.problem, position.seat, get_belief(position)
+    turn = parse_history(problem, seat, [f"{action} {observation}"])[0]
+    actions, observations = (
+        [part if other == seat else None for other in range(len(problem.agents))] for part in turn
     )
 
+    def compute_chance(belief: Reals) -> float:
+        """Return the probability of the observation in a belief `[S]`."""
+        return float(problem.joint_belief_update(belief, actions, observations).sum())
 
-def belief_distribution(position: PositionInGame, history: Sequence[str] = ()) -> Truth:
-    """Return the probability of each hidden state after a history."""
-    names = _state_names(position)
-    probabilities = compute_belief(position, history)
-    return Truth(dict(zip(names, map(float, probabilities), strict=True)), labels=names)
-
-
-def observation_probability(
-    position: PositionInGame, action: str, observation: str, history: Sequence[str] = ()
-) -> Truth:
-    """Return the probability of an observation after an action, given a history."""
-    problem, seat = position.problem, position.seat
-    actions: list[int | None] = [None] * len(problem.agents)
-    observations = actions.copy()
-    actions[seat], observations[seat] = parse_history(problem, seat, [f"{action} {observation}"])[0]
-    probabilities = compute_belief(position, history)
-    chances = {
-        problem.format_state(s): float(
-            problem.joint_belief_update(certainty, actions, observations).sum()
-        )
-        for s, certainty, p in zip(
-            problem.enumerate_states(), np.eye(len(probabilities)), probabilities, strict=True
-        )
-        if p > 0.0
-    }
+    possible = np.flatnonzero(probabilities > 0.0)
+    names, certain_beliefs = list_state_names(problem), np.eye(len(probabilities))
+    chances = {names[index]: compute_chance(certain_beliefs[index]) for index in possible}
 
     def explain(answer: str) -> str:
         """Return the state whose chance was typed, or the chances that the typed one leaves out.
@@ -75,219 +70,133 @@ def observation_probability(
             return f"in the state {high} the chance is {high_text}, but in {low} it is {low_text}"
         return f"in each possible state, the chance is from {low_text} to {high_text}"
 
-    joint = problem.joint_belief_update(probabilities, actions, observations)
-    return Truth(float(joint.sum()), explain)
+    return Truth(compute_chance(probabilities), explain)
 
 
-def best_action_boundary(
-    position: PositionInGame, below: str, above: str, state: str, turns_left: int
-) -> Truth:
+def best_action_boundary(position: Position, below: str, above: str, state: str) -> Truth:
     """Return the probability of a state at which the best action changes from one to another.
 
     The problem has two states. That is where two alpha vectors cross: the line of the values of a
     plan that begins with `below`, and one that begins with `above`.
     """
-    stage = _solve(position, turns_left)
-    low_action, high_action = (_action_index(position, text) for text in (below, above))
-    index = _state_index(position, state)
+    list_action_values(position)  # which checks that they are exact
+    actions = [position.labels.index(find_action(position, text)) for text in (below, above)]
+    names = list_state_names(position.problem)
+    is_first = find_label(state, names) == names[0]
+
+    def compute_values(probabilities: Reals) -> Reals:
+        """Return the values `[B, A]` of the actions at probabilities `[B]` of the state."""
+        beliefs = np.stack([probabilities, 1.0 - probabilities], axis=1)
+        q = position.values_for_belief(beliefs if is_first else beliefs[:, ::-1])
+        if q is None:
+            raise BadParameter("expected values of beliefs")
+        return q
+
     grid = np.linspace(0.0, 1.0, GRID_SIZE)
-    q = compute_action_values(stage, _make_beliefs(position, index, grid))
-    is_best = mark_best_actions(q, position.problem.reward_scale)
-    is_low, is_high = is_best[:, low_action], is_best[:, high_action]
+    is_best = mark_best_actions(compute_values(grid), position.problem.reward_scale)
+    is_low, is_high = is_best[:, actions].T
     changes = np.flatnonzero(is_low[:-1] & is_high[1:] & ~is_high[:-1])
     if not len(changes):
         raise BadParameter(f"the best action never changes from {below} to {above}")
     low, high = grid[changes[0]], grid[changes[0] + 1]
     for _ in range(BISECTIONS):
         middle = (low + high) / 2
-        values = compute_action_values(stage, _make_beliefs(position, index, np.array([middle])))
-        is_above = values[0, high_action] > values[0, low_action]
-        low, high = (low, middle) if is_above else (middle, high)
+        low_value, high_value = compute_values(np.array([middle]))[0, actions]
+        low, high = (low, middle) if high_value > low_value else (middle, high)
 
     def explain(answer: str) -> str:
         """Return the values of both actions at the typed probability."""
         typed = min(max(parse_number(answer), 0.0), 1.0)
-        values = compute_action_values(stage, _make_beliefs(position, index, np.array([typed])))[0]
-        low_value, high_value = (format_number(float(values[a])) for a in (low_action, high_action))
+        low_value, high_value = map(format_number, compute_values(np.array([typed]))[0, actions])
         at = f"at P({state}) = {format_number(typed)}"
         return f"{at}, {below} is worth {low_value} and {above} {high_value}"
 
     return Truth(float(low), explain)
 
 
-def belief_loss(position: PositionInGame, action: str, belief: str, turns_left: int) -> Truth:
-    """Return the regret of an action in a belief, such as "hungry 0.3 sated 0.7"."""
-    q = compute_action_values(_solve(position, turns_left), _parse_belief(position, belief))[0]
-    index = _action_index(position, action)
-
-    labels = position.problem.actions[position.seat].labels
-    is_best = mark_best_actions(q, position.problem.reward_scale)[index]
-
-    loss = float(q.max() - q[index])
-
-    def explain(answer: str) -> str:
-        """Return the value of the action, and the name of the best one.
-
-        If another loss is typed, return the value that the best action would then have instead.
-        """
-        best, value = labels[int(q.argmax())], float(q[index])
-        if answer != format_number(loss):
-            implied = format_number(value + parse_number(answer))
-            return f"if it were right, {best} would be worth {implied} in this belief"
-        worth = f"in this belief, {labels[index]} is worth {format_number(value)}"
-        return worth if is_best else f"{worth}, and {best} is best"
-
-    return Truth(loss, explain)
-
-
-def belief_value(position: PositionInGame, action: str, belief: str, turns_left: int) -> Truth:
-    """Return the expected return after an action in a belief, if you play best afterwards."""
-    stage, index = _solve(position, turns_left), _action_index(position, action)
-    value = float(compute_action_values(stage, _parse_belief(position, belief))[0, index])
-    names = _state_names(position)
-
-    def explain(answer: str) -> str:
-        """Return the value in each state if the player were sure of it, and where the answer is."""
-        values = compute_action_values(stage, np.eye(len(names)))[:, index]
-        listed = [
-            f"{format_number(float(v))} (sure of {name})"
-            for name, v in zip(names, values, strict=True)
-        ]
-        if len(names) != 2 or not np.ptp(values):
-            return f"the values in the states are {', '.join(listed)}"
-        share = format_number(float((parse_number(answer) - values[0]) / (values[1] - values[0])))
-        return f"it is {share} of the way from {listed[0]} to {listed[1]}"
-
-    return Truth(value, explain)
-
-
 def fewest_turns(position: PositionInGame, action: str, belief: str) -> Truth:
     """Return the fewest turns left with which an action is best in a belief."""
-    beliefs, index = _parse_belief(position, belief), _action_index(position, action)
-    problem = position.problem
-    stages = solve_stages(problem, MAX_COMPARED_TURNS)
-    q = [compute_action_values(stage, beliefs)[0] for stage in stages]
-    is_best = mark_best_actions(np.array(q), problem.reward_scale)[:, index]  # [turns]
-    turns = int(np.argmax(is_best)) + 1 if is_best.any() else 0
-    if not turns:
+    label, scale = find_action(position, action), position.problem.reward_scale
+    values_by_turns = [  # the longest plan first, which contains the others
+        list_action_values(position.ask(belief=belief, turns_left=turns))
+        for turns in range(MAX_COMPARED_TURNS, 0, -1)
+    ][::-1]
+    is_best = [label in list_best_labels(values, scale) for values in values_by_turns]
+    if True not in is_best:
         raise BadParameter(f"{action} is not best with 1 to {MAX_COMPARED_TURNS} turns left")
 
     def explain(answer: str) -> str:
         """Return the values of the action and of the best one with this many turns."""
         typed = min(max(round(parse_number(answer)), 1), MAX_COMPARED_TURNS)
-        values = q[typed - 1]
-        value, best = (format_number(float(v)) for v in (values[index], values.max()))
-        comparison = f"and another action is worth {best}"
-        if is_best[typed - 1]:
-            comparison = "and is already best"
-        return f"with {format_count(typed, 'turn')} left, {action} is worth {value}, {comparison}"
+        values = values_by_turns[typed - 1]
+        value, best = format_number(values[label]), format_number(max(values.values()))
+        comparison = "is already best" if is_best[typed - 1] else f"another action is worth {best}"
+        turns = f"with {format_count(typed, 'turn')} left"
+        return f"{turns}, {action} is worth {value}, and {comparison}"
 
-    return Truth(float(turns), explain)
+    return Truth(float(is_best.index(True) + 1), explain)
 
 
 def alpha_vector_count(position: PositionInGame, turns_left: int) -> Truth:
     """Return the number of alpha vectors that are best for some belief."""
-    stage = _solve(position, turns_left)
+    if turns_left < 1:
+        raise BadParameter(f"turns_left: got {turns_left}, expected 1 or more")
+    stage = solve_stages(position.problem, turns_left)[-1]
     plans = sum(len(plans.alpha_vectors) for plans in stage.plans_by_action)
-    return Truth(
-        float(len(stage.alpha_vectors)),
-        lambda _: f"{plans} plans are compared; a line that is never highest does not count",
-    )
+    reason = f"{plans} plans are compared; a line that is never highest does not count"
+    return Truth(float(len(stage.alpha_vectors)), lambda _: reason)
 
 
-def describe_implied_prior(
-    position: PositionInGame, history: Sequence[str], state: str, answer: float
-) -> str:
+def _describe_mistake(position: Position, index: int, answer: float) -> str:
     """Return which other probability was typed, or else the prior from which it would follow.
 
     Usual mistakes are the probability before the last observation, its likelihood in a state, and
     the product of both. The prior is found by Bayes' rule backwards, with the true proportions of
     the other states.
     """
-    if not history or len(position.problem.agents) > 1:
+    problem, view = position.problem, position.view
+    if not view.actions or view.beliefs is None or len(problem.agents) > 1:
         return ""
-    action, observation = parse_history(position.problem, position.seat, history[-1:])[0]
-    tables, index = tabulate(position.problem), _state_index(position, state)
-    prior = (
-        compute_belief(position, history[:-1]) if history[1:] else initial_belief(position.problem)
-    )
-    predicted = prior @ tables.transition[:, action]
+    tables, action, observation = tabulate(problem), int(view.actions[-1]), int(view.observation)
+    predicted = view.beliefs[-2] @ tables.transition[:, action]
     likelihoods = tables.observation_model[action, :, observation]
-    observed = history[-1].rpartition(" ")[2]
+    observed = problem.observations[position.seat].format_observation(view.observation)
     if not np.ptp(likelihoods):
         text = "your last action showed nothing about the state; only changes of the state count"
-        first = float(compute_belief(position, history[:1])[index])
-        is_clue = len(history) > 2 and abs(first - predicted[index]) > MIN_CLUE_DISTANCE
+        first = float(view.beliefs[1][index])
+        is_clue = len(view.actions) > 2 and abs(first - predicted[index]) > MIN_CLUE_DISTANCE
         return f"{text}. After the first action, it was {format_number(first)}" if is_clue else text
-    names, typed = _state_names(position), format_number(answer)
-    posterior = f"P({names[index]} | {observed})"
+    names, typed = list_state_names(problem), format_number(answer)
+    name, posterior = names[index], f"P({names[index]} | {observed})"
     usual_mistakes = {
-        f"P({names[index]}) just before {observed!r}": predicted[index],
-        **{f"P({observed} | {name})": p for name, p in zip(names, likelihoods, strict=True)},
-        f"P({names[index]} and {observed})": predicted[index] * likelihoods[index],
+        f"P({name}) just before {observed!r}": predicted[index],
+        **{f"P({observed} | {other})": p for other, p in zip(names, likelihoods, strict=True)},
+        f"P({name} and {observed})": predicted[index] * likelihoods[index],
     }
+    if not 0.0 < answer < 1.0:
+        return ""
     for mistake, probability in usual_mistakes.items():
-        if 0.0 < answer < 1.0 and abs(answer - probability) <= ROUNDED_DIFFERENCE:
+        if abs(answer - probability) <= ROUNDED_DIFFERENCE:
             return f"{typed} is {mistake}; the question is {posterior}"
     others = np.arange(len(predicted)) != index
-    weight = float(predicted[others].sum())
-    own_likelihood = float(likelihoods[index])
-    if not (0.0 < answer < 1.0 and weight and own_likelihood):
+    weight, own_likelihood = float(predicted[others].sum()), float(likelihoods[index])
+    if not (weight and own_likelihood):
         return ""
     other_likelihood = float(predicted[others] @ likelihoods[others]) / weight
     odds = answer / (1.0 - answer) * other_likelihood / own_likelihood
     before = format_number(odds / (1.0 + odds))
-    return f"{typed} would follow if P({names[index]}) were {before} just before {observed!r}"
+    return f"{typed} would follow if P({name}) were {before} just before {observed!r}"
 
 
-def _solve(position: PositionInGame, turns_left: int) -> AlphaVectorStage:
-    """Return the exact values of all beliefs with this many turns left."""
-    problem = position.problem
-    if turns_left < 1:
-        raise BadParameter(f"turns_left: got {turns_left}, expected 1 or more")
-    return solve_stages(problem, turns_left)[-1]
+def get_belief(position: Position) -> Reals:
+    """Return the belief `[S]` of a position; raise BadParameter if it has none."""
+    if position.view.beliefs is None:
+        raise BadParameter(f"{name_problem(position.problem)} has no beliefs at this position")
+    return position.view.belief
 
 
-def _make_beliefs(position: PositionInGame, index: int, probabilities: Reals) -> Reals:
-    """Return beliefs `[B, 2]` with these probabilities `[B]` of a state."""
-    beliefs = np.stack([probabilities, 1.0 - probabilities], axis=1)
-    return beliefs if index == 0 else beliefs[:, ::-1]
-
-
-def compute_belief(position: PositionInGame, history: Sequence[str]) -> Reals:
-    """Return the belief `[S]` after a history from the start; if it is empty, at the position."""
-    view = position.ask(history=history).view
-    if view.beliefs is None:
-        raise BadParameter(f"{position.problem_name} has no beliefs at this position")
-    return view.belief
-
-
-def describe_belief(position: PositionInGame, history: Sequence[str]) -> str:
-    """Return the probability of each state after a history as text."""
-    belief = compute_belief(position, history)
-    pairs = zip(_state_names(position), belief, strict=True)
-    listed = [f"P({name}) = {format_number(float(p))}" for name, p in pairs]
+def describe_belief(position: Position) -> str:
+    """Return the probability of each state as text."""
+    pairs = zip(list_state_names(position.problem), map(float, get_belief(position)), strict=True)
+    listed = [f"P({name}) = {format_number(p)}" for name, p in pairs]
     return f"the probabilities of the hidden states are {', '.join(listed)}"
-
-
-def _parse_belief(position: PositionInGame, text: str) -> Reals:
-    """Return the belief `[1, S]` that a text describes."""
-    return parse_belief(position.problem, text)[None]
-
-
-def _state_names(position: PositionInGame) -> tuple[str, ...]:
-    """Return the names of all states."""
-    problem = position.problem
-    return tuple(map(problem.format_state, problem.enumerate_states()))
-
-
-def _state_index(position: PositionInGame, text: str) -> int:
-    """Return the index of the state that a text names."""
-    names = _state_names(position)
-    return names.index(find_label(text, names))
-
-
-def _action_index(position: PositionInGame, text: str) -> int:
-    """Return the index of the action that a text names."""
-    label = find_action(position, text)
-    return position.problem.actions[position.seat].labels.index(label)

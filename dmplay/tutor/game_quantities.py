@@ -23,11 +23,11 @@ from dmplay.solvers.games.extreme_equilibria import find_extreme_equilibria
 from dmplay.solvers.games.lemke_howson import find_equilibrium
 from dmplay.tutor.belief_quantities import describe_belief
 from dmplay.tutor.positions import PositionInGame, load_agent
-from dmplay.tutor.state_quantities import find_action, find_state
+from dmplay.tutor.state_quantities import find_state
 from dmplay.tutor.truth import Truth, format_number, list_best_labels, list_values
 
 UNIFORM = "uniform"
-EQUILIBRIUM = "equilibrium"
+EQUILIBRIUM_AGENTS = ("equilibrium", "nash")
 
 
 def expected_payoff(position: PositionInGame, action: str, opponent: str) -> Truth:
@@ -35,29 +35,25 @@ def expected_payoff(position: PositionInGame, action: str, opponent: str) -> Tru
 
     `opponent` is an action, "uniform", or probabilities such as "rock 0.5 paper 0.5".
     """
-    (payoffs, _), mix = _payoffs(position), _parse_mix(position, opponent)
-    row = payoffs[_index(position, action)]
+    values = _payoffs(position)[0] @ _parse_mix(position, opponent)
     reason = "it is the average reward, weighted by the probabilities of the other's actions"
-    return Truth(float(row @ mix), lambda _: reason)
+    return Truth(float(values[_index(position, action)]), lambda _: reason)
 
 
 def best_reply(position: PositionInGame, opponent: str) -> Truth:
     """Return the actions with the greatest expected reward in one round against a strategy."""
-    (payoffs, _), mix = _payoffs(position), _parse_mix(position, opponent)
-    values = payoffs @ mix
-    labels = position.problem.actions[position.seat].labels
-    payoffs_by_label = dict(zip(labels, map(float, values), strict=True))
-    best = list_best_labels(payoffs_by_label, position.problem.reward_scale)
+    mix = _parse_mix(position, opponent)
+    payoffs = map(float, _payoffs(position)[0] @ mix)
+    values = dict(zip(_labels(position), payoffs, strict=True))
+    average = " on average" * bool(mix.max() < 1.0)
 
     def explain(answer: str) -> str:
         """Return by how much the expected reward of the action is less than the greatest."""
-        index = labels.index(answer)
-        loss = format_number(float(values.max() - values[index]))
+        loss = format_number(max(values.values()) - values[answer])
         return f"{answer} pays {loss} less{average} than a best reply"
 
-    average = " on average" * bool(mix.max() < 1.0)
-    comparison = list_values(payoffs_by_label, f"pays{average}")
-    return Truth(best, explain, labels, comparison)
+    best = list_best_labels(values, position.problem.reward_scale)
+    return Truth(best, explain, tuple(values), list_values(values, f"pays{average}"))
 
 
 def level_k_action(position: PositionInGame, level: int) -> Truth:
@@ -65,35 +61,19 @@ def level_k_action(position: PositionInGame, level: int) -> Truth:
 
     Level k plays a best reply to level k - 1, the first one if several are best.
     """
-    opponent = UNIFORM
+    truth = best_reply(position, UNIFORM)
     for _ in range(level - 1):
-        replies = best_reply(position, opponent).value
-        assert isinstance(replies, frozenset)
-        opponent = next(label for label in _labels(position) if label in replies)
-    return best_reply(position, opponent)
+        assert isinstance(truth.value, frozenset)
+        truth = best_reply(position, min(truth.value, key=truth.labels.index))
+    return truth
 
 
 def equilibrium_probability(position: PositionInGame, action: str) -> Truth:
     """Return the probability of an action in a Nash equilibrium, in which no change pays."""
-    (_, payoffs), index = _payoffs(position), _index(position, action)
-
-    def explain(answer: str) -> str:
-        """Return the gain of the other agent if the player mixes as typed."""
-        typed = min(max(parse_number(answer), 0.0), 1.0)
-        mix = np.full(len(payoffs), (1.0 - typed) / max(len(payoffs) - 1, 1))
-        mix[index] = typed
-        values = mix @ payoffs
-        reply = position.problem.actions[1 - position.seat].labels[int(np.argmax(values))]
-        share, other_share = (
-            format_number(typed),
-            format_number(float(np.delete(mix, index).max(initial=0.0))),
-        )
-        return (
-            f"if you play {action} with {share} and each other action with {other_share}, "
-            f"the reply {reply} earns your opponent {format_number(float(values.max()))} on average"
-        )
-
-    probabilities = [profile[position.seat][index] for profile in _list_equilibria(position)]
+    probabilities = [
+        profile[position.seat][_index(position, action)] for profile in _list_equilibria(position)
+    ]
+    explain = agent_probability(position, "nash", action).explain
     return Truth(_require_equal(probabilities, 1.0), explain)
 
 
@@ -107,8 +87,9 @@ def equilibrium_payoff(position: PositionInGame) -> Truth:
         if claim not in labels:
             return f"{claim} is not an action" if labels[0].isdecimal() else ""
         index = labels.index(claim)
-        value = format_number(float(payoffs[:, index].max()))
-        both = format_number(float(payoffs[index, index]))
+        value, both = (
+            format_number(float(x)) for x in (payoffs[:, index].max(), payoffs[index, index])
+        )
         return f"if both play {claim}, each gets {both}, and one that changes can get {value}"
 
     rewards = [
@@ -123,12 +104,9 @@ def agent_action(position: PositionInGame, agent: str, rounds: Sequence[str]) ->
 
     A round is the player's action and the agent's, such as "cooperate defect".
     """
-    session = _replay_rounds(position, rounds)
-    seat = 1 - position.seat
-    policy = load_agent(position, seat, agent)
+    seat, labels = 1 - position.seat, _labels(position, 1)
+    policy, session = load_agent(position, seat, agent), _replay_rounds(position, rounds)
     choice = SeatedPolicy(session, seat, policy).choose()
-    label = position.problem.format_action(seat, choice)
-    labels = position.problem.actions[seat].labels
 
     def explain(answer: str) -> str:
         """Return the rule of the agent, and what the answer earns it against the last action."""
@@ -141,7 +119,7 @@ def agent_action(position: PositionInGame, agent: str, rounds: Sequence[str]) ->
         change = f"Had it played {answer} in that round, it would have got {earned}"
         return f"{sentence}. Your last action was {last}. {change}, and you {player_reward}"
 
-    return Truth(frozenset([label]), explain, labels)
+    return Truth(frozenset([position.problem.format_action(seat, choice)]), explain, labels)
 
 
 def repeated_payoff(position: PositionInGame, agent: str, actions: Sequence[str]) -> Truth:
@@ -149,18 +127,12 @@ def repeated_payoff(position: PositionInGame, agent: str, actions: Sequence[str]
 
     The agent must not act at random.
     """
-    problem, seat = position.problem, position.seat
-    policy = load_agent(position, 1 - seat, agent)
-    if policy.uniform_count:
+    seat = position.seat
+    if load_agent(position, 1 - seat, agent).uniform_count:
         raise BadParameter(f"agent: got {agent}, expected one that does not act at random")
-    policies: list[Policy | None] = [None, None]
-    policies[1 - seat] = policy
-    session = Session(problem, SeededUniforms(0), policies, turn_limit=len(actions))
-    for action in actions:
-        choices: list[float | None] = [None, None]
-        choices[seat] = problem.parse_action(seat, action)
-        session.advance(choices)
-    rewards = [float(turn.rewards[seat]) for turn in session.turns]
+    indices = [position.problem.parse_action(seat, action) for action in actions]
+    turns = _play_against(position, agent, indices).turns
+    rewards = [float(turn.rewards[seat]) for turn in turns]
 
     def explain(_: str) -> str:
         """Return the smallest and the largest reward, without their rounds; '' if they are few."""
@@ -177,40 +149,54 @@ def matching_agents(
     position: PositionInGame, rounds: Sequence[str], candidates: Sequence[str]
 ) -> Truth:
     """Return the candidates that would have played all actions of the opponent in these rounds."""
-    _replay_rounds(position, rounds)  # checks them
-    seat = 1 - position.seat
-    mismatches = {agent: _find_mismatch(position, rounds, agent, seat) for agent in candidates}
+    problem, seat = position.problem, position.seat
+    played = np.array([turn.actions for turn in _replay_rounds(position, rounds).turns])
+
+    def describe_mismatch(agent: str) -> str:
+        """Return the first round in which an agent would have played another action, '' if none."""
+        game = _play_against(position, agent, played[:, seat]) if rounds else None
+        for number, turn in enumerate(game.turns if game else (), 1):
+            pair = turn.actions[1 - seat], played[number - 1, 1 - seat]
+            if pair[0] != pair[1]:
+                label, other = (problem.format_action(1 - seat, action) for action in pair)
+                return f"{agent} would have played {label} in round {number}, not {other}"
+        return ""
+
+    mismatches = {agent: describe_mismatch(agent) for agent in candidates}
     matching = frozenset(agent for agent, mismatch in mismatches.items() if not mismatch)
     return Truth(matching, lambda answer: mismatches[answer], tuple(candidates))
 
 
 def agent_probability(position: PositionInGame, agent: str, action: str, state: str = "") -> Truth:
     """Return the probability of an action of an agent in the seat of the player, in a state."""
-    problem, s = position.problem, find_state(position, state)
+    problem, s, index = position.problem, find_state(position, state), _index(position, action)
     policy = agents.load_hint_agent(problem, position.question, agent).policy
     probabilities = policy.choice_probabilities(policy.initial_memory(s[None]))
     if probabilities is None:
         raise BadParameter(f"agent {agent!r} has no known probabilities")
-    mix, index = probabilities[0], _index(position, action)
+    mix = probabilities[0]
 
     def explain(answer: str) -> str:
         """Return the gain of the other agent if this one takes the action as often as typed."""
         typed = min(max(parse_number(answer), 0.0), 1.0)
-        others = np.delete(mix, index).sum()
-        is_equilibrium = agent.partition(":")[0] == EQUILIBRIUM and len(problem.agents) == 2
-        if not is_equilibrium or problem.partially_observable or not others:
+        is_equilibrium = agent.partition(":")[0] in EQUILIBRIUM_AGENTS and len(problem.agents) == 2
+        others = np.arange(len(mix)) != index
+        if not is_equilibrium or problem.partially_observable or not others.any():
             return ""
-        changed = mix * (1.0 - typed) / others
+        shares = mix * others if mix[others].any() else others.astype(float)
+        changed = shares / shares.sum() * (1.0 - typed)
         changed[index] = typed
         values = _reply_values(position, agent, s)
-        gain = float((changed @ values).max() - (mix @ values).max())
-        if gain < VALUE_TOLERANCE * problem.reward_scale:
+        gains = changed @ values - (mix @ values).max()
+        if gains.max() < VALUE_TOLERANCE * problem.reward_scale:
             return ""
         name, opponent = (problem.agents[seat] for seat in (position.seat, 1 - position.seat))
+        how = "in proportion" if mix[others].any() else "equally"
+        reply = _labels(position, 1)[int(gains.argmax())]
         return (
-            f"if {name} plays {action} with {format_number(typed)}, and shares out the rest "
-            f"in proportion, {opponent} can reply so that it gets {format_number(gain)} more "
-            "than in the equilibrium"
+            f"if {name} plays {action} with {format_number(typed)}, and shares out the rest {how}, "
+            f"the reply {reply} earns {opponent} {format_number(float(gains.max()))} more on "
+            "average than in the equilibrium"
         )
 
     return Truth(float(mix[index]), explain)
@@ -228,10 +214,10 @@ def team_cost(position: PositionInGame, state: str, actions: str) -> Truth:
 
     def compute_costs(states: Array) -> Reals:
         """Return the expected total cost `[B]` in each state."""
-        joint_actions = np.tile(joint, (len(states), 1))
-        rows, p, outcome = enumerate_possible_outcomes(problem, states, joint_actions)
-        costs = -p * outcome.rewards.sum(axis=1)
-        return np.asarray(np.bincount(rows, costs, len(states)), float)
+        rows, p, outcome = enumerate_possible_outcomes(
+            problem, states, np.tile(joint, (len(states), 1))
+        )
+        return np.asarray(np.bincount(rows, -p * outcome.rewards.sum(axis=1), len(states)), float)
 
     s = find_state(position, state)
 
@@ -242,10 +228,9 @@ def team_cost(position: PositionInGame, state: str, actions: str) -> Truth:
         states = problem.enumerate_states()
         costs = compute_costs(states)
         name, cheapest = map(problem.format_state, (s, states[costs.argmin()]))
-        if cheapest == name:
-            return ""
         least = format_number(float(costs.min()))
-        return f"the same actions cost {least} in all if the state is {cheapest}"
+        reason = f"the same actions cost {least} in all if the state is {cheapest}"
+        return reason * (cheapest != name)
 
     return Truth(float(compute_costs(s[None])[0]), explain, is_cost=True)
 
@@ -261,7 +246,7 @@ def planned_action(position: PositionInGame, agent: str, history: Sequence[str] 
     def explain(answer: str) -> str:
         """Return the loss of value by the answer, or the belief if the agent has no values."""
         if values is None:
-            return describe_belief(position, history)
+            return describe_belief(knowledge)
         loss = format_number(float(values.regrets[labels.index(answer)]))
         basis = provider.basis
         source = ", ".join(filter(None, [basis.method or agent, basis.turns_scope]))
@@ -285,31 +270,27 @@ def _reply_values(position: PositionInGame, agent: str, s: Array) -> Reals:
     problem, seat, other = position.problem, position.seat, 1 - position.seat
     policy = load_agent(position, other, agent)
     assert isinstance(policy, SeatPolicy)
-    values = np.zeros((len(problem.actions[seat].labels), len(problem.actions[other].labels)))
-    for own_action, reply in np.ndindex(values.shape):
-        joint = np.zeros((1, 2), np.int64)
-        joint[0, [seat, other]] = own_action, reply
-        _, p, outcome = enumerate_possible_outcomes(problem, s[None], joint)
-        later_values = policy.action_values(policy.initial_memory(outcome.state))
-        assert later_values is not None
-        totals = outcome.rewards[:, other] + problem.discount * later_values.max(axis=1)
-        values[own_action, reply] = p @ totals
-    return values
+    joint = np.array([*np.ndindex(*problem.action_counts)])
+    rows, p, outcome = enumerate_possible_outcomes(problem, s[None].repeat(len(joint), 0), joint)
+    q = policy.action_values(policy.initial_memory(outcome.state))
+    later_values = 0.0 if q is None else q.max(axis=1)  # rounds alone have no later values
+    totals = outcome.rewards[:, other] + problem.discount * later_values
+    values = np.bincount(rows, p * totals).astype(float).reshape(problem.action_counts)
+    return values if seat == 0 else values.T
 
 
-def _find_mismatch(position: PositionInGame, rounds: Sequence[str], agent: str, seat: int) -> str:
-    """Return the first round in which an agent would have played another action; '' if none."""
-    policy = load_agent(position, seat, agent)
-    for number, text in enumerate(rounds, 1):
-        session = _replay_rounds(position, rounds[: number - 1])
-        choice = SeatedPolicy(session, seat, policy).choose()
-        label = position.problem.format_action(seat, choice)
-        played = position.problem.format_action(
-            seat, position.problem.parse_action(seat, text.split()[seat])
-        )
-        if label != played:
-            return f"{agent} would have played {label} in round {number}, not {played}"
-    return ""
+def _play_against(
+    position: PositionInGame, agent: str, actions: Sequence[float] | Reals
+) -> Session:
+    """Return a session in which the player takes these actions against an agent."""
+    policies: list[Policy | None] = [None, None]
+    policies[1 - position.seat] = load_agent(position, 1 - position.seat, agent)
+    session = Session(position.problem, SeededUniforms(0), policies, turn_limit=len(actions))
+    for action in actions:
+        choices: list[float | None] = [None, None]
+        choices[position.seat] = float(action)
+        session.advance(choices)
+    return session
 
 
 def _replay_rounds(position: PositionInGame, rounds: Sequence[str]) -> Session:
@@ -352,7 +333,7 @@ def _require_equal(numbers: Sequence[float], scale: float) -> float:
 
 def _parse_mix(position: PositionInGame, text: str) -> Reals:
     """Return the mixed strategy `[A]` of the other agent that a text describes."""
-    labels = position.problem.actions[1 - position.seat].labels
+    labels = _labels(position, 1)
     if text == UNIFORM:
         return np.full(len(labels), 1.0 / len(labels))
     is_action = text.strip() in labels
@@ -360,11 +341,11 @@ def _parse_mix(position: PositionInGame, text: str) -> Reals:
     return np.array([typed.get(label, 0.0) for label in labels])
 
 
-def _labels(position: PositionInGame) -> tuple[str, ...]:
-    """Return the labels of the player's actions."""
-    return tuple(position.problem.actions[position.seat].labels)
+def _labels(position: PositionInGame, other: int = 0) -> tuple[str, ...]:
+    """Return the labels of the player's actions, or with 1 those of the other agent."""
+    return tuple(position.problem.actions[abs(position.seat - other)].labels)
 
 
 def _index(position: PositionInGame, action: str) -> int:
     """Return the index of the action that a text names."""
-    return _labels(position).index(find_action(position, action))
+    return int(position.problem.parse_action(position.seat, action))

@@ -9,7 +9,7 @@ from dmplay.agents.base import AdviceQuestion
 from dmplay.core.policy import Policy
 from dmplay.core.problem import Problem, find_seat
 from dmplay.core.session import Session
-from dmplay.core.typed_text import parse_history, parse_state
+from dmplay.core.typed_text import parse_belief, parse_history, parse_state
 from dmplay.core.uniforms import SeededUniforms
 from dmplay.errors import BadParameter
 from dmplay.game.hints.ghost_agent import Ghost, create_ghost
@@ -47,28 +47,40 @@ class PositionInGame:
     def ask(
         self,
         agent: agents.HintAgent | None = None,
+        *,
         state: str = "",
         history: Sequence[str] = (),
+        belief: str = "",
         turns_left: int = 0,
     ) -> Position:
         """Return the player's knowledge here, with an agent, by default that of the hints.
 
         If all agents see the state, it may be another state or another turn. If states are hidden,
-        it may be the knowledge after another history, such as "feed crying".
+        it may be the knowledge after another history, such as "feed crying", or another belief.
+        An agent that plays alone may have more turns left than the game.
         """
         problem, question, session = self.problem, self.question, self.session
-        agent = agent or agents.find_hint_provider(problem, question)
-        if history:
-            turns = parse_history(problem, self.seat, history)
-            return Position.after_history(problem, question, agent, turns)
-        if problem.partially_observable or not (state or turns_left):
-            return Position.of_session(session, question, agent)
-        turns_done, limit = len(session.turns), session.turn_limit
-        if turns_left:
+        if belief and not problem.partially_observable:
+            raise BadParameter("belief: expected a problem with hidden states, or a state instead")
+        if state and problem.partially_observable:
+            raise BadParameter("state: the states are hidden, expected a history or a belief")
+        turns_done, limit = len(history or session.turns), session.turn_limit
+        if turns_left and len(problem.agents) == 1:
+            question = replace(question, turn_limit=turns_done + turns_left)
+        elif turns_left:
             if limit is None or turns_left > limit:
                 expected = "expected a game of as many turns"
                 raise BadParameter(f"turns_left: got {turns_left}, {expected}")
             turns_done = limit - turns_left
+        agent = agent or agents.find_hint_provider(problem, question)
+        if history:
+            turns = parse_history(problem, self.seat, history)
+            return Position.after_history(problem, question, agent, turns)
+        if belief:
+            probabilities = parse_belief(problem, belief)
+            return Position.at_belief(problem, question, agent, probabilities, turns_done)
+        if problem.partially_observable or not (state or turns_left):
+            return Position.of_session(session, question, agent)
         s = parse_state(problem, state) if state else session.state
         return Position.at_state(problem, question, agent, s, turns_done)
 

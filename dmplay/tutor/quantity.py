@@ -5,15 +5,19 @@ import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from dmplay.core.problem import ContinuousStates, Problem
 from dmplay.core.work_budget import DEFAULT_WORK_LIMIT, limit_total_work
 from dmplay.errors import BadParameter, DmplayError, UnknownName
+from dmplay.game.position import Position
 from dmplay.registry.builtin_names import problem_names
 from dmplay.registry.problem_module_exports import find_export, locate_export
 from dmplay.registry.problems import load_problem
-from dmplay.tutor import algorithm_quantities, belief_quantities, game_quantities, state_quantities
+from dmplay.tutor import algorithm_quantities as algorithms
+from dmplay.tutor import belief_quantities as beliefs
+from dmplay.tutor import game_quantities as games
+from dmplay.tutor import state_quantities as states
 from dmplay.tutor.lesson import QuantityCall
 from dmplay.tutor.positions import PositionInGame
 from dmplay.tutor.truth import Truth
@@ -29,73 +33,87 @@ FEATURES: Mapping[str, Callable[[Problem], bool]] = {
     "a list of states": lambda problem: not isinstance(problem.state_count, ContinuousStates),
 }
 MDP = ("one agent", "visible states", "named actions")
-FINITE_MDP = (*MDP, "a list of states")
-POMDP = ("one agent", "hidden states", "named actions", "a list of states")
-MATRIX_GAME = ("two agents", "one state", "named actions")
-# The features that a problem needs for a quantity.
-NEEDED_FEATURES: Mapping[Callable[..., Truth], Sequence[str]] = {
-    state_quantities.state_value: MDP,
-    state_quantities.action_value: ("named actions",),
-    state_quantities.best_action: ("named actions",),
-    state_quantities.action_loss: ("named actions",),
-    state_quantities.order_of_values: MDP,
-    state_quantities.outcomes: ("one agent", "named actions", "a list of states"),
-    state_quantities.outcome_probability: ("one agent", "named actions"),
-    state_quantities.missed_outcome_probability: ("one agent", "named actions"),
-    algorithm_quantities.state_after_undo: ("named actions", "a list of states"),
-    algorithm_quantities.worst_outcome: FINITE_MDP,
-    algorithm_quantities.sweep_value: FINITE_MDP,
-    algorithm_quantities.last_policy_change: FINITE_MDP,
-    algorithm_quantities.largest_later_change: FINITE_MDP,
-    algorithm_quantities.search_error_share: MDP,
-    algorithm_quantities.search_choice: MDP,
-    algorithm_quantities.forward_search_action: MDP,
-    algorithm_quantities.agent_return: (),
-    algorithm_quantities.furthest_number: ("one agent",),
-    belief_quantities.belief: ("hidden states", "named actions", "a list of states"),
-    belief_quantities.belief_distribution: ("hidden states", "named actions", "a list of states"),
-    belief_quantities.observation_probability: (
-        "hidden states", "named actions", "a list of states",
+HIDDEN = ("hidden states", "named actions", "a list of states")
+# The quantities, by the features that a problem needs for them.
+FUNCTIONS: Mapping[Sequence[str], Sequence[Callable[..., Truth]]] = {
+    (): (algorithms.agent_return,),
+    ("one agent",): (algorithms.furthest_number,),
+    ("named actions",): (
+        states.action_value, states.best_action, states.action_loss, games.team_cost,
+        games.planned_action,
     ),
-    belief_quantities.best_action_boundary: (*POMDP, "two states"),
-    belief_quantities.belief_value: POMDP,
-    belief_quantities.belief_loss: POMDP,
-    belief_quantities.fewest_turns: POMDP,
-    belief_quantities.alpha_vector_count: POMDP,
-    game_quantities.expected_payoff: MATRIX_GAME,
-    game_quantities.best_reply: MATRIX_GAME,
-    game_quantities.level_k_action: MATRIX_GAME,
-    game_quantities.equilibrium_probability: MATRIX_GAME,
-    game_quantities.equilibrium_payoff: MATRIX_GAME,
-    game_quantities.agent_action: ("two agents", "named actions"),
-    game_quantities.repeated_payoff: ("two agents", "named actions"),
-    game_quantities.matching_agents: ("two agents", "named actions"),
-    game_quantities.agent_probability: ("visible states", "named actions"),
-    game_quantities.team_cost: ("named actions",),
-    game_quantities.planned_action: ("named actions",),
+    ("named actions", "a list of states"): (algorithms.state_after_undo,),
+    ("one agent", "named actions"): (
+        states.outcome_probability, states.missed_outcome_probability,
+    ),
+    ("one agent", "named actions", "a list of states"): (states.outcomes,),
+    MDP: (
+        states.state_value, states.order_of_values, algorithms.search_error_share,
+        algorithms.search_choice, algorithms.forward_search_action,
+    ),
+    (*MDP, "a list of states"): (
+        states.worst_outcome, states.sweep_value, algorithms.last_policy_change,
+        algorithms.largest_later_change,
+    ),
+    HIDDEN: (beliefs.belief, beliefs.belief_distribution, beliefs.observation_probability),
+    ("one agent", *HIDDEN): (beliefs.fewest_turns, beliefs.alpha_vector_count),
+    ("one agent", *HIDDEN, "two states"): (beliefs.best_action_boundary,),
+    ("two agents", "one state", "named actions"): (
+        games.expected_payoff, games.best_reply, games.level_k_action,
+        games.equilibrium_probability, games.equilibrium_payoff,
+    ),
+    ("two agents", "named actions"): (
+        games.agent_action, games.repeated_payoff, games.matching_agents,
+    ),
+    ("visible states", "named actions"): (games.agent_probability,),
 }  # fmt: skip
 # The least and the greatest value of arguments that are numbers.
 ARGUMENT_BOUNDS: Mapping[str, tuple[float, float]] = {
-    "turns_left": (0, 1000), "tries": (0, 1_000_000), "sweep": (1, algorithm_quantities.MAX_SWEEPS),
-    "simulations": (1, algorithm_quantities.MAX_SIMULATIONS),
-    "depth": (1, algorithm_quantities.MAX_SEARCH_DEPTH), "turns": (1, 1000), "component": (1, 100),
+    "turns_left": (0, 1000), "tries": (0, 1_000_000), "sweep": (1, algorithms.MAX_SWEEPS),
+    "simulations": (1, algorithms.MAX_SIMULATIONS),
+    "depth": (1, algorithms.MAX_SEARCH_DEPTH), "turns": (1, 1000), "component": (1, 100),
     "level": (1, 1000),
 }  # fmt: skip
 UNBOUNDED = (-math.inf, math.inf)
 MAX_ARGUMENT_TEXTS = 100  # of a list, such as the turns of a history
 
 
+# The arguments of each quantity of a `Position`, which say what the position is.
+POSITION_PARAMETERS = {
+    name: parameter
+    for name, parameter in inspect.signature(PositionInGame.ask, eval_str=True).parameters.items()
+    if parameter.kind is inspect.Parameter.KEYWORD_ONLY
+}
+
+
 class Quantity(NamedTuple):
-    """A function of a position and of arguments, which are texts, numbers or lists of texts."""
+    """A function of a position and of arguments, which are texts, numbers or lists of texts.
+
+    The position is a `PositionInGame`, or the `Position` that the arguments of its `ask` name.
+    """
 
     compute: Callable[..., Truth]
     argument_bounds: Mapping[str, tuple[float, float]] = {}  # beside those of ARGUMENT_BOUNDS
+    features: Sequence[str] = ()  # those that a problem needs
 
     @property
     def parameters(self) -> dict[str, inspect.Parameter]:
         """The parameters of its arguments, by name."""
-        _, *parameters = inspect.signature(self.compute, eval_str=True).parameters.values()
-        return {parameter.name: parameter for parameter in parameters}
+        first, *parameters = inspect.signature(self.compute, eval_str=True).parameters.values()
+        own_parameters = {parameter.name: parameter for parameter in parameters}
+        return (POSITION_PARAMETERS if first.annotation is Position else {}) | own_parameters
+
+    def apply(self, position: PositionInGame, arguments: Mapping[str, object]) -> Truth:
+        """Return the value at a position, or at the one that some of the arguments describe."""
+        first, *parameters = inspect.signature(self.compute, eval_str=True).parameters.values()
+        if first.annotation is not Position:
+            return self.compute(position, **arguments)
+        own_names = {parameter.name for parameter in parameters}
+        own_arguments = {name: arguments[name] for name in arguments if name in own_names}
+        description: dict[str, Any] = {
+            name: arguments[name] for name in arguments if name not in own_names
+        }
+        return self.compute(position.ask(**description), **own_arguments)
 
     def find_bounds(self, name: str) -> tuple[float, float]:
         """Return the least and the greatest value of an argument."""
@@ -114,9 +132,13 @@ class Quantity(NamedTuple):
 
 
 # The general ones; a problem defines others in its QUANTITIES.
-QUANTITIES: Mapping[str, Quantity] = {
-    function.__name__.replace("_", "-"): Quantity(function) for function in NEEDED_FEATURES
+QUANTITIES: dict[str, Quantity] = {
+    function.__name__.replace("_", "-"): Quantity(function, features=features)
+    for features, functions in FUNCTIONS.items()
+    for function in functions
 }
+OTHER_NAMES = {"belief-value": "action-value", "belief-loss": "action-loss"}  # of older lessons
+QUANTITIES |= {name: QUANTITIES[other] for name, other in OTHER_NAMES.items()}
 
 
 def find_quantity(name: str, problem: Problem, problem_name: str) -> Quantity:
@@ -160,13 +182,13 @@ def compute_truth(position: PositionInGame, call: QuantityCall, **typed: object)
     too large for a number, and BudgetExceeded if it takes too much work.
     """
     quantity = find_quantity(call.name, position.problem, position.problem_name)
-    for feature in NEEDED_FEATURES.get(quantity.compute, ()):
+    for feature in quantity.features:
         if not FEATURES[feature](position.problem):
             problem = f"{position.problem_name} does not fit the quantity {call.name}"
             raise BadParameter(f"{problem}, expected {feature}")
     quantity.check_arguments({**call.arguments, **typed})
     with _limit_work(call.name):
-        truth = quantity.compute(position, **call.arguments, **typed)
+        truth = quantity.apply(position, {**call.arguments, **typed})
         if not isinstance(truth, Truth):
             raise BadParameter(f"{call.name}: got {truth!r}, expected a Truth")
         value: object = truth.value

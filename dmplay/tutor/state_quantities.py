@@ -1,4 +1,4 @@
-"""Quantities of states and actions: values, best actions, regrets and outcomes."""
+"""Quantities of positions: values, best actions, regrets and outcomes."""
 
 from collections.abc import Sequence
 from itertools import combinations
@@ -8,90 +8,131 @@ import numpy as np
 from dmplay.core.action_values import Accuracy
 from dmplay.core.arrays import Array
 from dmplay.core.best_actions import VALUE_TOLERANCE
-from dmplay.core.problem import enumerate_possible_outcomes
+from dmplay.core.problem import Problem, enumerate_possible_outcomes
 from dmplay.core.text import format_count
-from dmplay.core.typed_text import parse_distribution, parse_state
+from dmplay.core.typed_text import parse_distribution, parse_number, parse_state
 from dmplay.errors import BadParameter
-from dmplay.registry import agents
+from dmplay.game.position import Position
+from dmplay.game.rules_of_thumb import merge_by_text
+from dmplay.registry.problem_module_exports import name_problem
 from dmplay.tutor.positions import PositionInGame
 from dmplay.tutor.truth import Truth, format_number, list_best_labels, list_values
 
+MAX_TERMS = 6  # of a calculation
 
-def state_value(position: PositionInGame, state: str = "", turns_left: int = 0) -> Truth:
-    """Return the value of a state: the expected return of the best play from it.
 
-    Without `state` it is that of the position. `turns_left` counts the turns in a game with a
-    turn limit.
+def state_value(position: Position) -> Truth:
+    """Return the value of a state: the expected return of the best play from it."""
+    return compute_backup(position, "one turn later")
+
+
+def sweep_value(position: PositionInGame, state: str, sweep: int) -> Truth:
+    """Return the value of a state after this many sweeps of value iteration from V = 0.
+
+    It is the expected return of the best play with as many turns left.
     """
-    q = compute_q(position, state, (), turns_left)
-    return Truth(max(q.values()), lambda _: _describe_reachable_states(position, state, turns_left))
+    return compute_backup(position.ask(state=state, turns_left=sweep), f"before sweep {sweep}")
 
 
-def action_value(
-    position: PositionInGame,
-    action: str,
-    state: str = "",
-    history: Sequence[str] = (),
-    turns_left: int = 0,
-) -> Truth:
-    """Return the value of an action: its expected return if you play best afterwards.
+def compute_backup(position: Position, later: str) -> Truth:
+    """Return the value of the best action of a position, with the values that it follows from."""
+    values = list_action_values(position)
+    best = max(values, key=lambda label: values[label])
+    breakdown = None if position.problem.partially_observable else position.break_down(best)
+    outcomes = breakdown.outcomes if breakdown else ()
+    discount, shares = format_number(position.problem.discount), dict[str, float]()
+    for outcome in outcomes:
+        old = f"{discount} x {format_number(outcome.value_after)}"
+        term = f"({format_number(outcome.reward)} + {old})"
+        shares[term] = shares.get(term, 0.0) + outcome.probability
+    calculation = " + ".join(f"{format_number(share)} x {term}" for term, share in shares.items())
+    comparison = (
+        f"the best action, {best}, is worth {calculation} = {format_number(values[best])}"
+        if 1 <= len(shares) <= MAX_TERMS
+        else ""
+    )
 
-    If states are hidden, `history` lists what the player did and observed, such as "feed crying".
-    """
-    q = compute_q(position, state, history, turns_left)
-    label = find_action(position, action)
-    return Truth(q[label], lambda _: describe_worst_outcome(position, label, state, turns_left))
+    def explain(_: str) -> str:
+        """Return the values of the next states of the best action, without their names."""
+        states = merge_by_text(outcomes)
+        if not 1 <= len(states) <= MAX_TERMS:
+            return ""
+        listed = " and ".join(format_number(state.value_after) for state in states)
+        count = format_count(len(states), "next state")
+        values = f"with V = {listed} {later}"
+        return f"the best action has {count}, {values}; each of these steps also has a reward"
+
+    return Truth(values[best], explain, comparison=comparison)
 
 
-def best_action(
-    position: PositionInGame, state: str = "", history: Sequence[str] = (), turns_left: int = 0
-) -> Truth:
-    """Return the actions with the greatest value in a state, or after a history."""
-    q = compute_q(position, state, history, turns_left)
-    best = list_best_labels(q, position.problem.reward_scale)
+def action_value(position: Position, action: str) -> Truth:
+    """Return the value of an action: its expected return if you play best afterwards."""
+    values, label = list_action_values(position), find_action(position, action)
+
+    def explain(answer: str) -> str:
+        """Return the value of the worst next state, or the values in the hidden states."""
+        if not position.problem.partially_observable:
+            return describe_worst_outcome(position, label)
+        return _describe_known_states(position, label, parse_number(answer))
+
+    return Truth(values[label], explain)
+
+
+def best_action(position: Position) -> Truth:
+    """Return the actions with the greatest value."""
+    values = list_action_values(position)
+    best = list_best_labels(values, position.problem.reward_scale)
 
     def explain(answer: str) -> str:
         """Return the loss of a wrong action, and its worst outcome."""
-        loss = format_number(max(q.values()) - q[answer])
-        worst = describe_worst_outcome(position, answer, state, turns_left)
+        loss = format_number(max(values.values()) - values[answer])
+        worst = describe_worst_outcome(position, answer)
         sentence = f"{answer} scores {loss} less on average than the best action"
         return f"{sentence}; {worst}" if worst else sentence
 
-    return Truth(best, explain, tuple(q), list_values(q))
+    return Truth(best, explain, tuple(values), list_values(values))
 
 
-def action_loss(
-    position: PositionInGame,
-    action: str,
-    state: str = "",
-    history: Sequence[str] = (),
-    turns_left: int = 0,
-) -> Truth:
+def action_loss(position: Position, action: str) -> Truth:
     """Return the regret of an action: the value of the best one minus its own."""
-    q = compute_q(position, state, history, turns_left)
-    label = find_action(position, action)
-    loss = max(q.values()) - q[label]
-    return Truth(loss, lambda _: describe_worst_outcome(position, label, state, turns_left))
+    values, label = list_action_values(position), find_action(position, action)
+    value, best = values[label], max(values.values())
+
+    def explain(answer: str) -> str:
+        """Return the value of the action, and that of the best one.
+
+        If another loss is typed, return the value that the best action would then have instead.
+        """
+        if answer != format_number(best - value):
+            implied = format_number(value + parse_number(answer))
+            return f"if it were right, the best action would be worth {implied} here"
+        worth = f"here, {label} is worth {format_number(value)}"
+        is_best = best - value <= VALUE_TOLERANCE * position.problem.reward_scale
+        return worth if is_best else f"{worth}, and the best action {format_number(best)}"
+
+    return Truth(best - value, explain)
 
 
 def order_of_values(position: PositionInGame, states: Sequence[str]) -> Truth:
     """Return these states ordered by their values, the most valuable first."""
+    problem = position.problem
     values = {
-        position.problem.format_state(find_state(position, state)): max(
-            compute_q(position, state).values()
+        problem.format_state(find_state(position, state)): max(
+            list_action_values(position.ask(state=state)).values()
         )
         for state in states
     }
 
     def explain(answer: str) -> str:
         """Return the number of pairs in the wrong order; '' if there is none."""
-        tolerance = VALUE_TOLERANCE * position.problem.reward_scale
-        pairs = [*combinations(answer.split(), 2)]
+        tolerance, pairs = (
+            VALUE_TOLERANCE * problem.reward_scale,
+            [*combinations(answer.split(), 2)],
+        )
         wrong_count = sum(values[second] - values[first] > tolerance for first, second in pairs)
-        if not wrong_count:
-            return ""
         verb = "is" if wrong_count == 1 else "are"
-        return f"{wrong_count} of the {len(pairs)} pairs {verb} in the wrong order"
+        reason = f"{wrong_count} of the {len(pairs)} pairs {verb} in the wrong order"
+        return reason * bool(wrong_count)
 
     ranked = sorted(values, key=lambda name: -values[name])
     return Truth(tuple(ranked), explain, tuple(values), list_values(values))
@@ -99,35 +140,29 @@ def order_of_values(position: PositionInGame, states: Sequence[str]) -> Truth:
 
 def outcomes(position: PositionInGame, action: str, state: str = "") -> Truth:
     """Return the probability of each next state after an action."""
-    label = find_action(position, action)
-    s = find_state(position, state)
-    probabilities = list_outcomes(position, label, s)
-
-    labels = tuple(map(position.problem.format_state, position.problem.enumerate_states()))
+    probabilities = list_outcomes(position, action, state)
+    names = list_state_names(position.problem)
 
     def explain(answer: str) -> str:
         """Return the number of states in the answer, and the number of possible ones."""
-        named = [name for name, p in parse_distribution(answer, labels).items() if p > 0.0]
+        named = [name for name, p in parse_distribution(answer, names).items() if p > 0.0]
         count = format_count(len(named), "next state")
         impossible = sum(name not in probabilities for name in named)
         note = f"; {impossible} of yours cannot follow" if impossible else ""
         return f"you give {count} a probability, and {len(probabilities)} are possible{note}"
 
-    return Truth(probabilities, explain, labels)
+    return Truth(probabilities, explain, names)
 
 
 def outcome_probability(
     position: PositionInGame, action: str, outcome: str, state: str = ""
 ) -> Truth:
     """Return the probability that an action leads to the state `outcome`."""
-    label = find_action(position, action)
-    probabilities = list_outcomes(position, label, find_state(position, state))
+    probabilities = list_outcomes(position, action, state)
     name = position.problem.format_state(find_state(position, outcome))
+    reason = "can follow, and their probabilities add up to 1"
     count = format_count(len(probabilities), "next state")
-    return Truth(
-        probabilities.get(name, 0.0),
-        lambda _: f"{count} can follow, and their probabilities add up to 1",
-    )
+    return Truth(probabilities.get(name, 0.0), lambda _: f"{count} {reason}")
 
 
 def missed_outcome_probability(
@@ -136,14 +171,27 @@ def missed_outcome_probability(
     """Return the probability that no one of several tries of an action leads to `outcome`."""
     p = outcome_probability(position, action, outcome, state).value
     assert isinstance(p, float)
+    value, once = (1.0 - p) ** tries, format_number(1.0 - p)
+    reason = f"with 1 try it is {once}" * (tries > 1)
+    return Truth(value, lambda _: reason, comparison=f"{once}^{tries} = {format_number(value)}")
 
-    def explain(_: str) -> str:
-        """Return the probability for one try."""
-        return f"with 1 try it is {format_number(1.0 - p)}" if tries > 1 else ""
 
-    value = (1.0 - p) ** tries
-    calculation = f"{format_number(1.0 - p)}^{tries} = {format_number(value)}"
-    return Truth(value, explain, comparison=calculation)
+def worst_outcome(position: PositionInGame, action: str, state: str = "") -> Truth:
+    """Return the possible next states with the smallest value after an action."""
+    probabilities = list_outcomes(position, action, state)
+    costs = {
+        name: -max(list_action_values(position.ask(state=name)).values()) for name in probabilities
+    }
+
+    def explain(answer: str) -> str:
+        """Return the probability and the value of the named state."""
+        if answer not in probabilities:
+            return f"the probability that {action} leads to {answer} is 0"
+        probability, value = format_number(probabilities[answer]), format_number(-costs[answer])
+        return f"{answer} has probability {probability} and is worth {value}"
+
+    worst = list_best_labels(costs, position.problem.reward_scale)
+    return Truth(worst, explain, list_state_names(position.problem))
 
 
 def find_state(position: PositionInGame, text: str) -> Array:
@@ -156,39 +204,39 @@ def find_state_index(position: PositionInGame, state: str) -> int:
     return int(position.problem.state_indices(find_state(position, state)[None])[0])
 
 
-def find_action(position: PositionInGame, text: str) -> str:
+def find_action(position: Position | PositionInGame, text: str) -> str:
     """Return the label of the action that a text names."""
     problem, seat = position.problem, position.seat
     return problem.format_action(seat, problem.parse_action(seat, text))
 
 
-def compute_q(
-    position: PositionInGame, state: str = "", history: Sequence[str] = (), turns_left: int = 0
-) -> dict[str, float]:
+def list_state_names(problem: Problem) -> tuple[str, ...]:
+    """Return the names of all states."""
+    return tuple(map(problem.format_state, problem.enumerate_states()))
+
+
+def list_action_values(position: Position) -> dict[str, float]:
     """Return the value of each legal action by label, from the agent that gives the hints.
 
-    They are those of a visible state, or of the belief after a history; without both, those of the
-    position. Raise BadParameter if that agent has no values of this game, or only upper bounds.
+    Raise BadParameter if that agent has no values of this game, or only upper bounds.
     """
-    agent = agents.find_hint_provider(position.problem, position.question)
-    if agent is None:
-        raise BadParameter(f"{position.problem_name} has no agent with values")
+    agent, name = position.agent, name_problem(position.problem)
+    values = position.values()
+    if agent is None or values is None:
+        raise BadParameter(f"{name} has no agent with values of actions")
+    if position.agent is not agent:
+        raise BadParameter(f"the values of {name} take too much work")
     is_bound = agent.basis.accuracy is Accuracy.UPPER_BOUND
     if agent.basis.scope or is_bound:
         about = f"are about another game ({agent.basis.scope})"
-        scope = "are upper bounds" if is_bound else about
-        raise BadParameter(f"the values of {position.problem_name} {scope}")
-    knowledge = position.ask(agent, state, history, turns_left)
-    values = knowledge.values()
-    if values is None:
-        raise BadParameter(f"{position.problem_name} has no values of actions")
-    return {knowledge.labels[action]: float(values.q[action]) for action in knowledge.legal_actions}
+        raise BadParameter(f"the values of {name} {'are upper bounds' if is_bound else about}")
+    return {position.labels[action]: float(values.q[action]) for action in position.legal_actions}
 
 
-def list_outcomes(position: PositionInGame, action: str, s: Array) -> dict[str, float]:
+def list_outcomes(position: PositionInGame, action: str, state: str = "") -> dict[str, float]:
     """Return the probability of each next state of a problem with one agent, likeliest first."""
     problem = position.problem
-    joint = np.array([[problem.parse_action(0, action)]])
+    joint, s = np.array([[problem.parse_action(0, action)]]), find_state(position, state)
     _, p, outcome = enumerate_possible_outcomes(problem, s[None], joint)
     probabilities: dict[str, float] = {}
     for probability, next_state in zip(p, outcome.state, strict=True):
@@ -197,41 +245,34 @@ def list_outcomes(position: PositionInGame, action: str, s: Array) -> dict[str, 
     return dict(sorted(probabilities.items(), key=lambda pair: -pair[1]))
 
 
-def describe_worst_outcome(
-    position: PositionInGame, action: str, state: str, turns_left: int
-) -> str:
+def describe_worst_outcome(position: Position, action: str) -> str:
     """Return a clause on the worst next state after an action, without its name.
 
     A lesson may ask for that state. The clause is empty with hidden states and several agents.
     """
-    if position.problem.partially_observable or len(position.problem.agents) > 1:
+    has_states = not position.problem.partially_observable and len(position.problem.agents) == 1
+    breakdown = position.break_down(action) if has_states else None
+    if breakdown is None:
         return ""
-    probabilities = list_outcomes(position, action, find_state(position, state))
-    values = {name: value_after_turn(position, name, turns_left) for name in probabilities}
-    worst = min(values, key=lambda name: values[name])
-    value, probability = format_number(values[worst]), format_number(probabilities[worst])
+    worst = min(merge_by_text(breakdown.outcomes), key=lambda outcome: outcome.value_after)
+    value, probability = format_number(worst.value_after), format_number(worst.probability)
     return f"its worst next state is worth {value} and has probability {probability}"
 
 
-def value_after_turn(position: PositionInGame, state: str, turns_left: int) -> float:
-    """Return the value of a state after one more turn than the position, or than `turns_left`."""
-    limit = position.session.turn_limit
-    if limit is None:
-        return max(compute_q(position, state).values())
-    next_turns_left = (turns_left or limit - len(position.session.turns)) - 1
-    if next_turns_left == 0:
-        return 0.0
-    return max(compute_q(position, state, (), next_turns_left).values())
+def _describe_known_states(position: Position, action: str, answer: float) -> str:
+    """Return the value of an action in each hidden state if the player were sure of it.
 
-
-def _describe_reachable_states(position: PositionInGame, state: str, turns_left: int) -> str:
-    """Return the values of the states next to a state, on which its own value depends."""
-    s = find_state(position, state)
-    values: dict[str, float] = {}
-    for action in compute_q(position, state, (), turns_left):
-        name = next(iter(list_outcomes(position, action, s)))
-        if name != position.problem.format_state(s):
-            values[name] = value_after_turn(position, name, turns_left)
-    listed = ", ".join(f"{name} {format_number(value)}" for name, value in values.items())
-    discount = format_number(position.problem.discount)
-    return f"rewards a turn later count {discount}; its neighbours are worth {listed}"
+    With two states, it also returns where a typed value is between them.
+    """
+    names = list_state_names(position.problem)
+    q = position.values_for_belief(np.eye(len(names)))
+    if q is None:
+        return ""
+    values = q[:, position.labels.index(action)]
+    listed = [
+        f"{format_number(float(v))} (sure of {name})" for name, v in zip(names, values, strict=True)
+    ]
+    if len(names) != 2 or not np.ptp(values):
+        return f"the values in the states are {', '.join(listed)}"
+    share = format_number(float((answer - values[0]) / (values[1] - values[0])))
+    return f"it is {share} of the way from {listed[0]} to {listed[1]}"

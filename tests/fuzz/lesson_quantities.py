@@ -19,7 +19,6 @@ from dmplay.tutor.lesson import PositionText, Prediction, QuantityCall
 from dmplay.tutor.positions import PositionInGame, open_position
 from dmplay.tutor.quantity import (
     FEATURES,
-    NEEDED_FEATURES,
     QUANTITIES,
     Quantity,
     compute_truth,
@@ -63,7 +62,7 @@ def list_fitting_problems(quantity: str) -> tuple[str, ...]:
             for name in problem_names()
             if quantity in load_problem_quantities(open_problem(name).problem)
         )
-    features = NEEDED_FEATURES[QUANTITIES[quantity].compute]
+    features = QUANTITIES[quantity].features
     return tuple(
         name
         for name in problem_names()
@@ -87,7 +86,7 @@ def draw_quantity_case(random: Random) -> Case:
     arguments = {
         key: draw_argument(random, name, key, parameter.annotation)
         for key, parameter in parameters
-        if parameter.default is inspect.Parameter.empty or random.random() < 0.5
+        if parameter.default is inspect.Parameter.empty or random.random() < 0.3
     }
     return Case((name, quantity, json.dumps(arguments)), typed="\n".join(random.sample(ANSWERS, 2)))
 

@@ -112,7 +112,7 @@ WRONG_ANSWERS: dict[str, tuple[WrongAnswer, ...]] = {
         WrongAnswer(1, "-10", "it is 0.5 of the way from -5 (sure of sated) to -15"),
         WrongAnswer(3, "0.5", "At P(hungry) = 0.5, ignore is worth -13.352 and feed -10.81"),
         WrongAnswer(
-            4, "0.5", "0.5 is too high. If it were right, sing would be worth -8.31 in this belief"
+            4, "0.5", "0.5 is too high. If it were right, the best action would be worth -8.31 here"
         ),
     ),
     "when-to-look": (
@@ -138,7 +138,7 @@ WRONG_ANSWERS: dict[str, tuple[WrongAnswer, ...]] = {
             "was paper. Had it played rock in that round, it would have got -1, and you 1",
         ),
         WrongAnswer(3, "scissors", "scissors pays 0.5 less on average than a best reply"),
-        WrongAnswer(4, "0.5", "the reply paper earns your opponent 0.25 on average"),
+        WrongAnswer(4, "0.5", "the reply paper earns agent2 0.25 more on average"),
     ),
     "rounds-matter": (
         WrongAnswer(1, "-30", "the 10 rounds do not all pay you the same, but from -3 to 0"),
@@ -153,7 +153,7 @@ WRONG_ANSWERS: dict[str, tuple[WrongAnswer, ...]] = {
     "hunt-and-hide": (
         WrongAnswer(1, "game: 10*nw", "you scored -6.513; the goal is at least -6"),
         WrongAnswer(2, "game: 10*w", "the goal is at least 0"),
-        WrongAnswer(3, "0.5", "prey can reply so that it gets 7.5 more than in the equilibrium"),
+        WrongAnswer(3, "0.5", "the reply sw earns prey 7.5 more on average than in"),
     ),
     "two-at-the-cradle": (
         WrongAnswer(1, "17.5", "the same actions cost 7.5 in all if the state is sated"),

@@ -123,6 +123,22 @@ def test_a_lesson_asks_for_a_quantity_of_a_problem_of_the_user(tmp_path: Path) -
     assert LessonRun(lesson, trusted=True).check_answer("9").finishes_step
 
 
+def test_a_quantity_of_a_user_can_be_about_a_position_that_the_lesson_describes(
+    tmp_path: Path,
+) -> None:
+    code = (
+        "from dmplay.game.position import Position\n"
+        "from dmplay.tutor.quantity import Quantity\n"
+        "from dmplay.tutor.truth import Truth\n"
+        "def doubt(position: Position) -> Truth:\n"
+        "    return Truth(1.0 - max(position.view.belief))\n"
+        'QUANTITIES = {"doubt": Quantity(doubt)}\n'
+    )
+    question = 'quantity = "doubt"\nbelief = "0.3 0.7"\n'
+    lesson = read_lesson(write_tiger_lesson(tmp_path, question, code), 1, trusted=True)
+    assert LessonRun(lesson, trusted=True).check_answer("0.3").finishes_step
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [

@@ -417,10 +417,10 @@ def test_replacing_a_broken_machine_pays_with_six_turns_left() -> None:
     loss = number(machine, "belief-loss", action="examine", belief="2 1", turns_left=5)
     assert loss == pytest.approx(max(five.values()) - five["examine"])
     arguments = {"action": "examine", "belief": "2 1", "turns_left": 5}
-    best = max(five, key=lambda action: five[action])
-    assert compute_truth(machine, QuantityCall("belief-loss", arguments)).explain(
-        f"{loss:.3g}"
-    ) == (f"in this belief, examine is worth {five['examine']:g}, and {best} is best")
+    truth, best = compute_truth(machine, QuantityCall("belief-loss", arguments)), max(five.values())
+    assert truth.explain(f"{loss:.3g}") == (
+        f"here, examine is worth {five['examine']:g}, and the best action {best:g}"
+    )
 
 
 def test_a_wrong_push_is_explained_by_its_cost_without_noise() -> None:
@@ -438,7 +438,7 @@ def test_a_wrong_loss_is_explained_by_the_value_that_it_gives_to_the_best_action
     arguments = {"action": "ignore", "belief": "hungry 1", "turns_left": 2}
     truth = compute_truth(BABY, QuantityCall("belief-loss", arguments))
     assert truth.value == pytest.approx(19 - 15)  # -10 - 0.9 x 10 against -15
-    assert truth.explain("1") == "if it were right, feed would be worth -18 in this belief"
+    assert truth.explain("1") == "if it were right, the best action would be worth -18 here"
 
 
 def test_the_cost_of_noise_is_a_geometric_sum() -> None:
@@ -556,8 +556,12 @@ def test_the_equilibrium_on_three_hexes_is_a_distribution() -> None:
     assert sum(p > 0.01 for p in probabilities) == 3
 
 
-@pytest.mark.parametrize(("typed", "gain"), [("0.5", 7.5), ("1", 30), ("0", 30)])
-def test_without_slips_each_of_three_hexes_is_equally_dangerous(typed: str, gain: float) -> None:
+@pytest.mark.parametrize(
+    ("typed", "gain", "reply"), [("0.5", 7.5, "sw"), ("1", 30, "sw"), ("0", 30, "e")]
+)
+def test_without_slips_each_of_three_hexes_is_equally_dangerous(
+    typed: str, gain: float, reply: str
+) -> None:
     hunt = open_problem("predator-prey:triangle", parameters={"slip": 0.0}, turns=10)
     arguments = {"agent": "equilibrium", "state": "(0,0) (0,1)", "action": "ne"}
     truth = compute_truth(hunt, QuantityCall("agent-probability", arguments))
@@ -567,7 +571,7 @@ def test_without_slips_each_of_three_hexes_is_equally_dangerous(typed: str, gain
     assert 100 * 0.9 * (1 / 3 - min(p, (1 - p) / 2)) == pytest.approx(gain)
     assert truth.explain(typed) == (
         f"if predator plays ne with {p:g}, and shares out the rest in proportion, "
-        f"prey can reply so that it gets {gain:g} more than in the equilibrium"
+        f"the reply {reply} earns prey {gain:g} more on average than in the equilibrium"
     )
 
 
@@ -606,6 +610,8 @@ def test_an_argument_that_is_no_number_can_be_asked_for(
     [
         ("hexworld", "state-value", {"state": "nowhere"}, "got 'nowhere', expected a state"),
         ("hexworld", "action-value", {"action": "up"}, "unknown action 'up'"),
+        ("hexworld", "best-action", {"belief": "(1,1) 1"}, "expected a problem with hidden states"),
+        ("crying-baby", "best-action", {"state": "sated"}, "expected a history or a belief"),
         ("hexworld", "largest-later-change", {"sweep": 0}, "sweep: got 0, expected 1 to 1000"),
         (
             "hexworld",
@@ -614,7 +620,7 @@ def test_an_argument_that_is_no_number_can_be_asked_for(
             "got 3 simulations, expected 6",
         ),
         ("hexworld", "belief", {"state": "(0,0)", "history": ["e x"]}, "expected hidden states"),
-        ("2048", "sweep-value", {"state": "", "sweep": 2}, "no finite list of states"),
+        ("2048", "sweep-value", {"state": "", "sweep": 2}, "values of 2048 are about another game"),
         ("crying-baby", "straight-way-loss", {"state": "hungry"}, "expected the problem hexworld"),
         ("hexworld", "best-reply", {"opponent": "e"}, "does not fit .* expected two agents"),
         ("hexworld", "noise-cost", {"turns_left": 3}, "expected the problem simple-regulator"),

@@ -14,7 +14,7 @@ from dmplay.registry.problems import with_parameters
 from dmplay.solvers.mdp.mdp_values import compute_optimal_q
 from dmplay.tutor.positions import PositionInGame
 from dmplay.tutor.quantity import Quantity
-from dmplay.tutor.state_quantities import compute_q, find_state, find_state_index, list_outcomes
+from dmplay.tutor.state_quantities import find_state_index, list_action_values, list_outcomes
 from dmplay.tutor.truth import Truth, format_number
 
 from .rules import HexWorld
@@ -87,11 +87,12 @@ def exit_probability(position: PositionInGame, exit_state: str, discount: float)
 
 def straight_way_loss(position: PositionInGame, state: str, exit_state: str = "") -> Truth:
     """Return the regret of a step straight to an exit, or to the nearest one with a reward."""
-    q, action = compute_q(position, state), _straight_way_action(position, state, exit_state)
+    q = list_action_values(position.ask(state=state))
+    action = _straight_way_action(position, state, exit_state)
 
     def explain(_: str) -> str:
         """Return the outcomes of the straight step."""
-        outcomes = list_outcomes(position, action, find_state(position, state))
+        outcomes = list_outcomes(position, action, state)
         listed = ", ".join(
             f"to {name} with probability {format_number(p)}" for name, p in outcomes.items()
         )
@@ -109,7 +110,7 @@ def _straight_way_action(position: PositionInGame, state: str, exit_state: str =
     goals = [hex_ for hex_, reward in problem.rewards if reward > 0]
     if exit_state:
         goals = [_parse_hex_state(position, exit_state)]
-    q = compute_q(position, state)
+    q = list_action_values(position.ask(state=state))
     candidates = [
         problem.format_action(0, action) for action in _list_straight_actions(start, goals)
     ]
