@@ -23,8 +23,8 @@ from dmplay.errors import BadParameter, BadPolicy, BudgetExceeded
 from dmplay.evaluation.solutions import solve
 from dmplay.evaluation.solutions.options import SolveOptions, use_solve_options
 from dmplay.evaluation.solutions.simulated_returns import solve_by_simulation
+from dmplay.game import position as advising
 from dmplay.game.game import Game
-from dmplay.game.hints import hint_provider as advising
 from dmplay.game.seats import HUMAN
 from dmplay.registry.agents import find_hint_provider, load_roster, plan_for_turn_limit
 from dmplay.solvers.mdp import mdp_values
@@ -391,13 +391,13 @@ def test_a_problem_with_too_many_plans_is_solved_with_bounds(
 
 def test_a_hint_uses_less_work_than_its_agent_may(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(point_based, "EXACT_WORK_LIMIT", 1e7)
-    monkeypatch.setattr(advising, "HINT_WORK_LIMIT", 1000)
+    monkeypatch.setattr(advising, "ADVICE_WORK_LIMIT", 1000)
     assert (
         make_game(ThreeArms(discount=0.6))
         .hint_provider.create_hint()
         .startswith("hint by search (")
     )
-    monkeypatch.setattr(advising, "HINT_WORK_LIMIT", 6e7)
+    monkeypatch.setattr(advising, "ADVICE_WORK_LIMIT", 6e7)
     hint = make_game(ThreeArms(discount=0.6)).hint_provider.create_hint()
     assert hint.startswith("hint by point-based (20 turns left, value 1.")
     assert " to 1." in hint
