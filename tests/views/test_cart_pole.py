@@ -47,10 +47,7 @@ def test_the_panel_shows_units_and_the_balanced_time() -> None:
 
 
 FRAMES = {
-    "cart pole leans to its right": (
-        make_leaning_game().view(0),
-        DrawOptions(80, 24),
-        """
+    "cart pole leans to its right": (make_leaning_game().view(0), DrawOptions(80, 24), """
                                            ●
                                            │
                                            ╱
@@ -64,8 +61,7 @@ FRAMES = {
    ├┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┼┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄●┄┤
 -12                         theta                     +12 deg
 
-x +1.01/2.4 m  v +0.59 m/s  th +11.0/12 deg  om +21 deg/s""",
-    ),
+x +1.01/2.4 m  v +0.59 m/s  th +11.0/12 deg  om +21 deg/s"""),
     "cart pole in ascii is still a cart": (
         make_leaning_game().view(0),
         DrawOptions(80, 24, ascii=True),
@@ -85,10 +81,7 @@ x +1.01/2.4 m  v +0.59 m/s  th +11.0/12 deg  om +21 deg/s""",
 
 x +1.01/2.4 m  v +0.59 m/s  th +11.0/12 deg  om +21 deg/s""",
     ),
-    "cart pole in a small room": (
-        make_leaning_game().view(0),
-        DrawOptions(40, 12),
-        """
+    "cart pole in a small room": (make_leaning_game().view(0), DrawOptions(40, 12), """
 
                            ●
                            ╱
@@ -96,8 +89,7 @@ x +1.01/2.4 m  v +0.59 m/s  th +11.0/12 deg  om +21 deg/s""",
                         ┌─┴─┐
                        →└o─o┘
    ╋━━━━━━━━━━━━━━━┷━━━━━━━━━━━━━━━╋
-x +1.01/2.4 v +0.59 th +11.0/12 om +21""",
-    ),
+x +1.01/2.4 v +0.59 th +11.0/12 om +21"""),
     "cart pole in a small room in ascii": (
         make_leaning_game().view(0),
         DrawOptions(40, 12, ascii=True),
@@ -111,17 +103,13 @@ x +1.01/2.4 v +0.59 th +11.0/12 om +21""",
    #===============^===============#
 x +1.01/2.4 v +0.59 th +11.0/12 om +21""",
     ),
-    "cart pole in six rows": (
-        make_leaning_game().view(0),
-        DrawOptions(40, 6),
-        """
+    "cart pole in six rows": (make_leaning_game().view(0), DrawOptions(40, 6), """
                            ●
                           │
                         ┌─┴─┐
                        →└o─o┘
    ╋━━━━━━━━━━━━━━━┷━━━━━━━━━━━━━━━╋
-x +1.01/2.4 v +0.59 th +11.0/12 om +21""",
-    ),
+x +1.01/2.4 v +0.59 th +11.0/12 om +21"""),
     "a pole that fell is crossed out at its limit": (
         make_session_from_state("cart-pole", [1.0, 0.4, -0.2, -0.6], [1]).view(0),
         DrawOptions(80, 24),
@@ -154,7 +142,7 @@ x +1.01/2.4 m  v +0.60 m/s  th -12.1>12 deg  om -54 deg/s""",
    ✗━━━━━━━━━━━━━━━┷━━━━━━━━━━━━━━━╋
 x -2.41>2.4 v -1.19 th -3.6/12 om -19""",
     ),
-}
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("case", FRAMES)

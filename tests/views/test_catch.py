@@ -32,10 +32,8 @@ def test_the_last_throw_names_all_skills_that_are_likeliest() -> None:
 
 
 FRAMES = {
-    "the curves with the belief below": (
-        make_view_after("50", "100", "60"),
-        DrawOptions(80, 24),
-        """
+    "the curves with the belief below": (make_view_after("50", "100", "60"), DrawOptions(80, 24),
+         """
 1.0 ┤   68  68   8   8                          chance of catch
     │    4   4   6   6   8   8                  2: skill 20 m
     │    2       4       6       8              4: skill 40 m
@@ -52,8 +50,7 @@ belief: skill
 40 m  ██████▍············· 0.318
 60 m  ███████▌············ 0.373
 80 m  ███▌················ 0.175
-throws 50✓ 100✗ 60✗""",
-    ),
+throws 50✓ 100✗ 60✗"""),
     "the curves in ascii with the belief beside": (
         make_view_after("50", "100", "60"),
         DrawOptions(120, 24, ascii=True),
@@ -71,10 +68,7 @@ reward   9  17  23  26  26  24  20  15  10   7  expected
 
 throws 50v 100x 60x""",
     ),
-    "the odds as a table": (
-        make_view_after("50", "100", "60"),
-        DrawOptions(50, 8),
-        """
+    "the odds as a table": (make_view_after("50", "100", "60"), DrawOptions(50, 8), """
 metres   10 20 30 40 50 60 70 80 90 100
 caught % 90 84 75 65 52 40 28 19 12   7
 expected  9 17 23 26 26 24 20 15 10   7
@@ -82,8 +76,7 @@ expected  9 17 23 26 26 24 20 15 10   7
 40 m  ██████▍············· 0.318
 60 m  ███████▌············ 0.373
 80 m  ███▌················ 0.175
-throws 50✓ 100✗ 60✗""",
-    ),
+throws 50✓ 100✗ 60✗"""),
     "the odds as a small table with the truth": (
         make_view_after("50", "100", "60"),
         DrawOptions(40, 6, ascii=True, revealed_state=np.array(3)),
@@ -94,7 +87,7 @@ expected  9 17 23 26 26 24 20 15 10   7
 20: 0.13  40: 0.32  60: 0.37  80: 0.18
 true skill 80 m  throws 50v 100x 60x""",
     ),
-}
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("case", FRAMES)

@@ -65,10 +65,7 @@ def test_the_panel_shows_height_rate_time_and_advisory() -> None:
 
 
 FRAMES = {
-    "the encounter with every advisory": (
-        make_advised_game().view(0),
-        DrawOptions(80, 24),
-        """
+    "the encounter with every advisory": (make_advised_game().view(0), DrawOptions(80, 24), """
  +100
 
 
@@ -84,12 +81,8 @@ FRAMES = {
  -100                                   ∘
      40s       30s       20s       10s       0s
 ◆ h +23 m  dh -5.0 m/s  30 s  none
-at this rate 127 m below A: clear""",
-    ),
-    "the encounter in ascii": (
-        make_advised_game().view(0),
-        DrawOptions(80, 24, ascii=True),
-        """
+at this rate 127 m below A: clear"""),
+    "the encounter in ascii": (make_advised_game().view(0), DrawOptions(80, 24, ascii=True), """
  +100
 
 
@@ -105,12 +98,8 @@ at this rate 127 m below A: clear""",
  -100                                   o
      40s       30s       20s       10s       0s
 + h +23 m  dh -5.0 m/s  30 s  none
-at this rate 127 m below A: clear""",
-    ),
-    "the encounter in a small room": (
-        make_advised_game().view(0),
-        DrawOptions(40, 12),
-        """
+at this rate 127 m below A: clear"""),
+    "the encounter in a small room": (make_advised_game().view(0), DrawOptions(40, 12), """
  +100
   +50 ··↑↑↑↓↓·                      ▒▒
     0 ┄┄┄┄┄┄┄┄◆┄∘┄∘┄∘┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄▒A
@@ -118,8 +107,7 @@ at this rate 127 m below A: clear""",
  -100                         ∘ ∘
      40s     30s     20s    10s     0s
 ◆ h +23 m  dh -5.0 m/s  30 s  none
-at this rate 127 m below A: clear""",
-    ),
+at this rate 127 m below A: clear"""),
     "the encounter in a small room in ascii": (
         make_advised_game().view(0),
         DrawOptions(40, 12, ascii=True),
@@ -133,10 +121,7 @@ at this rate 127 m below A: clear""",
 + h +23 m  dh -5.0 m/s  30 s  none
 at this rate 127 m below A: clear""",
     ),
-    "the encounter after a collision": (
-        make_collided_game().view(0),
-        DrawOptions(80, 12),
-        """
+    "the encounter after a collision": (make_collided_game().view(0), DrawOptions(80, 12), """
  +100
 
   +50                                        ▒▒
@@ -148,20 +133,15 @@ at this rate 127 m below A: clear""",
  -100
      40s       30s       20s       10s       0s
 ◆ h -30 m  dh -2.0 m/s  0 s  climb
-passed 30 m below A: COLLISION""",
-    ),
-    "the encounter in six rows": (
-        make_collided_game().view(0),
-        DrawOptions(40, 6),
-        """
+passed 30 m below A: COLLISION"""),
+    "the encounter in six rows": (make_collided_game().view(0), DrawOptions(40, 6), """
  +100
   +50                               ▒▒
     0 ┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄↑▒A
   -50                               ↑◆
  -100
-passed 30 m below A: COLLISION""",
-    ),
-}
+passed 30 m below A: COLLISION"""),
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("case", FRAMES)

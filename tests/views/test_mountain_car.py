@@ -57,10 +57,7 @@ def test_the_panel_shows_the_state() -> None:
 
 
 FRAMES = {
-    "the car rolls up the hill behind it": (
-        make_rolling_game().view(0),
-        DrawOptions(80, 24),
-        """
+    "the car rolls up the hill behind it": (make_rolling_game().view(0), DrawOptions(80, 24), """
 │                                                           F
 │                                                           │
 │                                                  ▂▄▅▆▇████▇
@@ -76,8 +73,7 @@ FRAMES = {
  ├┄┄┄┄┄┄┄┄●┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┼┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┤
 -0.07                         v                         +0.07
 
-x -0.948  v -0.0477  last: coast   goal x >= 0.6""",
-    ),
+x -0.948  v -0.0477  last: coast   goal x >= 0.6"""),
     "the car in ascii is unlike its hill": (
         make_rolling_game().view(0),
         DrawOptions(80, 24, ascii=True),
@@ -99,10 +95,7 @@ x -0.948  v -0.0477  last: coast   goal x >= 0.6""",
 
 x -0.948  v -0.0477  last: coast   goal x >= 0.6""",
     ),
-    "the car in a small room": (
-        make_rolling_game().view(0),
-        DrawOptions(40, 12),
-        """
+    "the car in a small room": (make_rolling_game().view(0), DrawOptions(40, 12), """
 │                                     F
 │                                     │
 │                              ▂▄▆▇███▇
@@ -110,8 +103,7 @@ x -0.948  v -0.0477  last: coast   goal x >= 0.6""",
 │██▇▄▁●                  ▂▅████████████
 │█████▇·▁             ▂▄▇██████████████
 │████████▇▅▃▂▁▁▁▁▁▂▃▅▇█████████████████
-x -0.948  v -0.0477  goal x >= 0.6""",
-    ),
+x -0.948  v -0.0477  goal x >= 0.6"""),
     "the car in a small room in ascii": (
         make_rolling_game().view(0),
         DrawOptions(40, 12, ascii=True),
@@ -170,7 +162,7 @@ x -1.200  v +0.0000  goal x >= 0.5""",
 │███████▇▆▄▃▁▁▁▁▁▁▂▃▄▆█████████████████
 x +0.600  v +0.0514  goal x >= 0.6""",
     ),
-}
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("case", FRAMES)

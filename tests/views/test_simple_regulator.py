@@ -110,10 +110,7 @@ def test_the_description_at_the_start_lists_the_possible_pushes() -> None:
 
 
 FRAMES = {
-    "the regulator and its last pushes": (
-        make_pushed_game().view(0),
-        DrawOptions(80, 24),
-        """
+    "the regulator and its last pushes": (make_pushed_game().view(0), DrawOptions(80, 24), """
                               │
                               │
                               │
@@ -124,12 +121,8 @@ FRAMES = {
                ▁▂▄▆███████▆▄▂▁│
  ├──────────────┬──────────●──┼──────────────┬─────────────┤
 -1            -0.5            0            +0.5           +1
-s -0.102   at -0.526 pushed +0.250, aimed at -0.276""",
-    ),
-    "the regulator in ascii": (
-        make_pushed_game().view(0),
-        DrawOptions(80, 24, ascii=True),
-        """
+s -0.102   at -0.526 pushed +0.250, aimed at -0.276"""),
+    "the regulator in ascii": (make_pushed_game().view(0), DrawOptions(80, 24, ascii=True), """
                               |
                               |
                               |
@@ -140,20 +133,15 @@ s -0.102   at -0.526 pushed +0.250, aimed at -0.276""",
                _.-+#######+-._|
  +--------------+----------*--+--------------+-------------+
 -1            -0.5            0            +0.5           +1
-s -0.102   at -0.526 pushed +0.250, aimed at -0.276""",
-    ),
-    "the regulator in a small room": (
-        make_pushed_game().view(0),
-        DrawOptions(40, 12),
-        """
+s -0.102   at -0.526 pushed +0.250, aimed at -0.276"""),
+    "the regulator in a small room": (make_pushed_game().view(0), DrawOptions(40, 12), """
                    │    ←──────────∘
             ←───────────∘
           ∘───→    │
           ▁▂▄▇█▇▄▂▁│
  ├────────┬──────●─┼────────┬────────┤
 -1      -0.5       0      +0.5      +1
-s -0.102  a +0.250  aimed -0.276""",
-    ),
+s -0.102  a +0.250  aimed -0.276"""),
     "the regulator in a small room in ascii": (
         make_pushed_game().view(0),
         DrawOptions(40, 12, ascii=True),
@@ -199,7 +187,7 @@ s +10.360   at +0.360 pushed +10.000, aimed at +10.360""",
  ├────────┬────────┼─────●──┬────────┤
 -1      -0.5       0      +0.5      +1""",
     ),
-}
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("case", FRAMES)

@@ -20,10 +20,7 @@ def test_the_rule_is_described_in_words_instead_of_9801_cells() -> None:
 
 
 FRAMES = {
-    "a window round both claims": (
-        make_view_after("100 97", "60 45"),
-        DrawOptions(80, 24),
-        """
+    "a window round both claims": (make_view_after("100 97", "60 45"), DrawOptions(80, 24), """
      │ … │   43   │   44   │   45   │   46   │   47   │ …
 ─────┼───┼────────┼────────┼────────┼────────┼────────┼───
    … │   │        │        │        │        │        │
@@ -35,8 +32,7 @@ FRAMES = {
    … │   │        │        │        │        │        │
 
 agent1 (you) 100  60
-agent2        97  45""",
-    ),
+agent2        97  45"""),
     "a window at the corner in ascii": (
         make_view_after("2 3", seat=1),
         DrawOptions(80, 24, ascii=True),
@@ -53,27 +49,19 @@ agent2        97  45""",
 agent1         2
 agent2 (you)   3""",
     ),
-    "three claims by three": (
-        make_view_after("100 97"),
-        DrawOptions(40, 8),
-        """
+    "three claims by three": (make_view_after("100 97"), DrawOptions(40, 8), """
      │ … │   96   │   97   │   98   │ …
 ─────┼───┼────────┼────────┼────────┼───
    … │   │        │        │        │
   98 │   │ 94, 98 │ 95, 99 │ 98, 98 │
   99 │   │ 94, 98 │ 95, 99 │96, 100 │
->100 │   │ 94, 98 │[95,99] │96, 100 │""",
-    ),
-    "the rounds alone": (
-        make_view_after("100 97", "60 45"),
-        DrawOptions(40, 6),
-        """
+>100 │   │ 94, 98 │[95,99] │96, 100 │"""),
+    "the rounds alone": (make_view_after("100 97", "60 45"), DrawOptions(40, 6), """
 agent1 (you) 100  60
 agent2        97  45
 both get the lower claim,
-lower claim +2, higher claim -2""",
-    ),
-}
+lower claim +2, higher claim -2"""),
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("case", FRAMES)
