@@ -85,16 +85,13 @@ def _iter_shaded_maps(
     problem, hex_beliefs = view.problem, compute_marginals(view)
     own_hex = _find_own_hex(view, hex_beliefs)
     adjacent = hex_neighbours(own_hex) if options.show_keys and own_hex else []
-    prey_beliefs = _forecast_prey_marginals(view, options) or (
-        [hex_beliefs.prey] if hex_beliefs else []
-    )
+    prey_beliefs = [hex_beliefs.prey] if hex_beliefs else []
+    if options.forecast and options.forecast.beliefs is not None:
+        likeliest = options.forecast.beliefs[:2]
+        prey_beliefs = [_marginalize_belief(view, belief).prey for belief in likeliest]
     true_glyphs: dict[Hex, list[str]] = {}
-    for walker, position in enumerate(
-        [] if options.revealed_state is None else options.revealed_state
-    ):
-        true_glyphs.setdefault(problem.hexes[int(position)], []).append(
-            _get_agent_glyph(view, walker)
-        )
+    for walker, hex_ in enumerate(_list_true_hexes(view, options)):
+        true_glyphs.setdefault(hex_, []).append(_get_agent_glyph(view, walker))
 
     def draw_cell(hex_: Hex, size: HexSize) -> HexCell:
         """Return the content of a hex for a size of map."""
@@ -106,32 +103,24 @@ def _iter_shaded_maps(
         first_shade, last_shade = (shades[0], shades[-1]) if shades else ("", "")
         if hex_ in true_glyphs:
             glyphs = "".join(sorted(true_glyphs[hex_]))[:max_glyphs]
-            return HexCell(
-                glyphs, last_shade, glyphs, "bold reverse" if "@" in glyphs else "bold yellow"
-            )
-        own_density = (
-            _format_own_density(hex_beliefs.you, index, max_glyphs)
-            if hex_beliefs and not true_glyphs
-            else "@" * (hex_ == own_hex and not true_glyphs)
-        )
+            style = "bold reverse" if "@" in glyphs else "bold yellow"
+            return HexCell(glyphs, last_shade, glyphs, style)
+        own_density = ""
+        if not true_glyphs:
+            own_density = "@" * (hex_ == own_hex)
+            if hex_beliefs:
+                own_density = _format_own_density(hex_beliefs.you, index, max_glyphs)
         style = "bold reverse" if hex_ == own_hex else "cyan"
         if size.text_rows > 1:
-            key = (
-                hexgrid.get_direction_key(options, adjacent.index(hex_)) if hex_ in adjacent else ""
-            )
-            return HexCell(
-                first_shade if len(shades) > 1 else own_density or key, last_shade, style=style
-            )
-        shade = (
-            "@" + first_shade[1:]
-            if own_density and size.text_rows and len(shades) == 1
-            else first_shade or own_density
-        )
-        return HexCell(
-            shade,
-            dot_glyph=f"@{first_shade}" if own_density and max_glyphs > 1 else first_shade or ".",
-            style=style,
-        )
+            mark = own_density
+            if not mark and hex_ in adjacent:
+                mark = hexgrid.get_direction_key(options, adjacent.index(hex_))
+            return HexCell(first_shade if len(shades) > 1 else mark, last_shade, style=style)
+        shade = first_shade or own_density
+        if own_density and size.text_rows and len(shades) == 1:
+            shade = "@" + first_shade[1:]
+        dot = f"@{first_shade}" if own_density and max_glyphs > 1 else first_shade or "."
+        return HexCell(shade, dot_glyph=dot, style=style)
 
     caption = _format_caption(view, options, own_hex)
     map_options = options._replace(height=options.height - len(caption))
@@ -156,13 +145,8 @@ def _format_prey_shade(belief: Reals, hex_index: int, width: int, ascii_only: bo
     probability, max_probability = float(belief[hex_index]), float(belief.max())
     if probability < 1e-9:
         return " " * (width - 1) + "." if width == 1 else ""
-    shade = format_sparkline(
-        [
-            math.ceil(PREY_SHADE_COUNT * probability / max_probability - 1e-9) / PREY_SHADE_COUNT
-            - 1e-9
-        ],
-        ascii_only,
-    )
+    level = math.ceil(PREY_SHADE_COUNT * probability / max_probability - 1e-9)
+    shade = format_sparkline([level / PREY_SHADE_COUNT - 1e-9], ascii_only)
     rank = int((belief >= probability - 1e-9).sum())
     text = format_percent(probability) if rank <= MAX_PERCENT_HEXES else ""
     return text.center(width, shade) if len(text) < width else shade * width
@@ -183,13 +167,11 @@ def _format_own_density(belief: Reals, hex_index: int, width: int) -> str:
     return f"@{text}" if text and len(text) < width else "@" * sign_count
 
 
-def _forecast_prey_marginals(
-    view: View[CollaborativePredatorPrey], options: DrawOptions
-) -> list[Reals]:
-    """Return the prey's beliefs after the forecast's two likeliest observations, or []."""
-    if options.forecast is None or options.forecast.beliefs is None:
+def _list_true_hexes(view: View[CollaborativePredatorPrey], options: DrawOptions) -> list[Hex]:
+    """Return the hexes of all agents and the prey once they are revealed, else []."""
+    if options.revealed_state is None:
         return []
-    return [_marginalize_belief(view, belief).prey for belief in options.forecast.beliefs[:2]]
+    return [view.problem.hexes[int(position)] for position in options.revealed_state]
 
 
 def _format_caption(
@@ -197,54 +179,33 @@ def _format_caption(
 ) -> list[str]:
     """Return the rows below the map: the forecast, the regrets, the observation or the legend."""
     if options.revealed_state is not None:
-        names = [*view.problem.agents, "prey"]
-        agent_glyphs = (
-            f"{_get_agent_glyph(view, walker)} {name}" for walker, name in enumerate(names)
-        )
-        return [f"true positions: {', '.join(agent_glyphs)}"]
+        names = enumerate([*view.problem.agents, "prey"])
+        glyphs = [f"{_get_agent_glyph(view, walker)} {name}" for walker, name in names]
+        return [f"true positions: {', '.join(glyphs)}"]
     if options.forecast:
-        observation_names = view.problem.observations[view.seat]
-        forecast_rows = zip(
-            ("upper", "lower"),
-            options.forecast.outcomes,
-            options.forecast.probabilities,
-            strict=False,
-        )
-        observation_texts = (
-            f"{map_row}: sensed {observation_names[int(observation)]} ({format_percent(float(p))})"
-            for map_row, observation, p in forecast_rows
-        )
+        labels, forecast = view.problem.observations[view.seat], options.forecast
+        events = zip(("upper", "lower"), forecast.outcomes, forecast.probabilities, strict=False)
         return [
-            f"{hexgrid.format_move_condition(options.forecast)}: chance of the prey on each hex",
-            "; ".join(observation_texts),
+            f"{hexgrid.format_move_condition(forecast)}: chance of the prey on each hex",
+            "; ".join(
+                f"{map_row}: sensed {labels[int(observation)]} ({format_percent(p)})"
+                for map_row, observation, p in events
+            ),
         ]
     if options.regret is not None:
-        names = [
-            hexgrid.get_direction_key(options, direction) for direction in range(len(DIRECTIONS))
-        ]
+        keys = [hexgrid.get_direction_key(options, a) for a in range(len(DIRECTIONS))]
         columns = options.width
         if options.columns_beside_panel >= REGRET_ROW_COLUMNS:
             columns = options.columns_beside_panel
-        return format_regret_rows(options._replace(width=columns), names)
+        return format_regret_rows(options._replace(width=columns), keys)
     observation_text = f"sensed {format_last_observation(view)}"
     if view.beliefs is None:
         return [f"{observation_text}. belief: not shown"]
     viewer, full_glyph = view.player_label, "#" if options.ascii else "█"
     position_text = viewer if own_hex else f"where {viewer} may be"
     legend = f"@ {position_text}, {full_glyph} where the prey may be"
-    readings = (
-        f"{legend} (more is likelier)",
-        legend,
-        f"@ {viewer}, {full_glyph} likely prey",
-        observation_text,
-    )
-    return [
-        next(
-            reading
-            for reading in readings
-            if len(reading) <= options.width or reading == observation_text
-        )
-    ]
+    legends = f"{legend} (more is likelier)", legend, f"@ {viewer}, {full_glyph} likely prey"
+    return [next((text for text in legends if len(text) <= options.width), observation_text)]
 
 
 def _iter_numbered_maps(
@@ -254,60 +215,37 @@ def _iter_numbered_maps(
     problem, hex_beliefs = view.problem, compute_marginals(view)
     own_hex = _find_own_hex(view, hex_beliefs)
     adjacent = hex_neighbours(own_hex) if options.show_keys and own_hex else []
-    keys = {
-        hex_: hexgrid.get_direction_key(options, direction)
-        for direction, hex_ in enumerate(adjacent)
-    }
-    true_hexes = (
-        set()
-        if options.revealed_state is None
-        else {problem.hexes[int(position)] for position in options.revealed_state}
-    )
+    keys = {hex_: hexgrid.get_direction_key(options, a) for a, hex_ in enumerate(adjacent)}
+    true_hexes = _list_true_hexes(view, options)
 
     def draw_cell(hex_: Hex, size: HexSize) -> HexCell:
         """Return the content of a hex for a size of map."""
         if hex_beliefs is None:
             return HexCell("")
         index = problem.hexes.index(hex_)
-        prey_probability = float(hex_beliefs.prey[index])
-        own_probability = float(hex_beliefs.you[index])
-        style = (
-            "reverse"
-            if hex_ in true_hexes
-            else "bold"
-            if prey_probability >= hex_beliefs.prey.max() - 1e-9
-            else ""
+        p_prey, p_you = float(hex_beliefs.prey[index]), float(hex_beliefs.you[index])
+        prey_bar, own_bar = (
+            format_sparkline([p], options.ascii) if p >= 1e-9 else "" for p in (p_prey, p_you)
         )
+        style = "bold" if p_prey >= hex_beliefs.prey.max() - 1e-9 else ""
+        style = "reverse" if hex_ in true_hexes else style
         if size.text_rows > 1:
-            note = _format_marked_percent("@", own_probability, options) or keys.get(hex_, "")
-            return HexCell(_format_marked_percent("o", prey_probability, options), note, "", style)
+            note = _format_marked_percent("@", p_you, options) or keys.get(hex_, "")
+            return HexCell(_format_marked_percent("o", p_prey, options), note, "", style)
         if size == hexgrid.SMALL_DOT_SIZE:
-            return HexCell(
-                "",
-                dot_glyph=format_sparkline([prey_probability], options.ascii)
-                if prey_probability >= 1e-9
-                else ".",
-                style=style,
-            )
-        digits = format_percent(min(prey_probability, 0.99)).rstrip("%")  # at most two columns
-        combined_text = digits.rjust(2) + (
-            format_sparkline([own_probability], options.ascii) if own_probability >= 1e-9 else " "
-        )
-        return HexCell(
-            combined_text, dot_glyph=combined_text if combined_text.strip() else ".", style=style
-        )
+            return HexCell("", dot_glyph=prey_bar or ".", style=style)
+        digits = format_percent(min(p_prey, 0.99)).rstrip("%")  # at most two columns
+        text = f"{digits:>2}{own_bar or ' '}"
+        return HexCell(text, dot_glyph=text if text.strip() else ".", style=style)
 
     combined_legend = f"% prey, bar: {view.player_label}"
     small_legends = (combined_legend, combined_legend, "bar: prey")
     drawings = [*hexgrid.iter_maps(problem.hexes, draw_cell, options)]
-    legends = [f"o prey, @ {view.player_label}"] * (len(drawings) - len(small_legends)) + [
-        *small_legends
-    ]
+    large_count = len(drawings) - len(small_legends)
+    legends = [*[f"o prey, @ {view.player_label}"] * large_count, *small_legends]
     for drawing, legend in zip(drawings, legends, strict=True):
-        caption = (
-            f"sensed {format_last_observation(view)}. "
-            f"{legend if hex_beliefs else 'belief: not shown'}"
-        )
+        belief_text = legend if hex_beliefs else "belief: not shown"
+        caption = f"sensed {format_last_observation(view)}. {belief_text}"
         drawing.append(f"\n{caption[: options.width]}")
         if options.revealed_state is not None:
             drawing.append(f"\n{_format_true_positions(view, options)}", "bold magenta")
@@ -317,21 +255,16 @@ def _iter_numbered_maps(
 def _format_marked_percent(mark: str, probability: float, options: DrawOptions) -> str:
     """Format a mark and a probability in five columns, with a bar between them if it fits."""
     text = format_percent(probability)
-    bar = (
-        "" if options.ascii or len(text) > 3 else format_sparkline([probability], ascii_only=False)
-    )
+    has_bar = not options.ascii and len(text) <= 3
+    bar = format_sparkline([probability], ascii_only=False) if has_bar else ""
     return f"{mark}{bar}{text:>{4 - len(bar)}}" if text else ""
 
 
 def _format_true_positions(view: View[CollaborativePredatorPrey], options: DrawOptions) -> str:
     """Format the true positions of all agents and the prey, without names if space is short."""
-    problem = view.problem
-    assert options.revealed_state is not None
-    names = [*problem.agents, "prey"]
-    positions = [format_hex(problem.hexes[int(position)]) for position in options.revealed_state]
-    full_text = "true positions: " + ", ".join(
-        f"{name} {position}" for name, position in zip(names, positions, strict=True)
-    )
+    positions = [*map(format_hex, _list_true_hexes(view, options))]
+    pairs = zip([*view.problem.agents, "prey"], positions, strict=True)
+    full_text = f"true positions: {', '.join(map(' '.join, pairs))}"
     if len(full_text) <= options.width:
         return full_text
     return f"true: {' '.join(positions)}"[: options.width]
@@ -342,10 +275,8 @@ def _list_likeliest_hexes(
 ) -> list[tuple[str, float]]:
     """Return the likeliest hexes and their probabilities, those below 0.0005 left out."""
     order = np.argsort(-np.round(probabilities, 9), kind="stable")[:hex_count]
-    hexes = view.problem.hexes
-    return [
-        (format_hex(hexes[i]), float(probabilities[i])) for i in order if probabilities[i] >= 0.0005
-    ]
+    pairs = [(format_hex(view.problem.hexes[i]), float(probabilities[i])) for i in order]
+    return [(hex_, probability) for hex_, probability in pairs if probability >= 0.0005]
 
 
 def _describe_partners(view: View[CollaborativePredatorPrey]) -> str:
@@ -359,14 +290,14 @@ def _describe_partners(view: View[CollaborativePredatorPrey]) -> str:
 
 def goal_lines(view: View[CollaborativePredatorPrey]) -> list[str]:
     """Return the goal: the rewards of the team, and the information it lacks."""
-    slip = view.problem.slip
+    slips = hexgrid.describe_slips(view.problem.slip)
     verb = "sense" if view.player_label == "you" else "senses"
     return [
         "find the hidden prey",
         f"a catch pays each predator {CAPTURE_REWARD:g}",
         f"other turns cost {-MOVE_REWARD:g}",
         f"{view.player_label} {verb} the prey at most one hex away",
-        *([f"{format_percent(slip)} of steps slip sideways"] if slip else []),
+        *([slips] if slips else []),
     ]
 
 
@@ -378,21 +309,14 @@ def lesson(view: View[CollaborativePredatorPrey]) -> Lesson:
     blind = "you see nothing, not even your own hex"
     if problem.sighted:
         blind = "after each turn you see your own hex"
-    slips = "no step slips"
-    if problem.slip:
-        slips = f"{format_percent(problem.slip)} of steps slip sideways"
+    slips = hexgrid.describe_slips(problem.slip) or "no step slips"
+    turn = "a turn that begins on its hex pays"
+    if others:
+        turn = "if a predator begins a turn on its hex, each predator gets"
     return Lesson(
         f"You are {problem.agents[view.seat]}{team}; {blind}, and only sense a prey on your hex or "
         "a neighbouring one",
-        (
-            "You want to reach the prey: "
-            + (
-                "if a predator begins a turn on its hex, each predator gets "
-                if others
-                else "a turn that begins on its hex pays "
-            )
-            + f"{CAPTURE_REWARD:g}"
-        ),
+        f"You want to reach the prey: {turn} {CAPTURE_REWARD:g}",
         f"Any other turn costs {-MOVE_REWARD:g}, and {slips}",
         example_start=f"with {' and '.join(f'{name} at {{}}' for name in names)}",
     )
@@ -419,10 +343,8 @@ def panel_rows(view: View[CollaborativePredatorPrey]) -> list[tuple[str, str]]:
 def describe_turn(view: View[CollaborativePredatorPrey]) -> str:
     """Describe the last action and observation, and the likeliest hexes."""
     stay = "stayed (caught), " if _has_certainly_caught(view) else ""
-    return (
-        f"chose {view.last_action_label.upper()}, {stay}sensed "
-        f"{format_last_observation(view)}. {_describe_belief(view, 1)}"
-    ).rstrip()
+    turn = f"chose {view.last_action_label.upper()}, {stay}sensed {format_last_observation(view)}."
+    return f"{turn} {_describe_belief(view, 1)}".rstrip()
 
 
 def _has_certainly_caught(view: View[CollaborativePredatorPrey]) -> bool:
@@ -447,10 +369,8 @@ def _describe_belief(view: View[CollaborativePredatorPrey], hex_count: int) -> s
         return ""
     sentences = []
     for name, probabilities in hex_beliefs._asdict().items():
-        hexes_text = ", ".join(
-            f"{hex_} ({format_percent(probability)})"
-            for hex_, probability in _list_likeliest_hexes(view, probabilities, hex_count)
-        )
+        likeliest = _list_likeliest_hexes(view, probabilities, hex_count)
+        hexes_text = ", ".join(f"{hex_} ({format_percent(p)})" for hex_, p in likeliest)
         owner = view.player_label if name == "you" else name
         subject = "your likeliest" if owner == "you" else f"likeliest {owner}"
         sentences.append(f"{subject} hex{'es' * (hex_count > 1)}: {hexes_text}.")

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from functools import cache
+from itertools import product
 from typing import NamedTuple
 
 import numpy as np
@@ -27,24 +28,8 @@ KEYS = {
     "a": "left", "s": "down", "d": "right", "w": "up",
 }  # fmt: skip
 DARK_COLOR, LIGHT_COLOR = 16, 231  # black and white in the ANSI palette
-TILE_COLORS = (
-    (DARK_COLOR, 255),
-    (DARK_COLOR, 230),
-    (DARK_COLOR, 216),
-    (DARK_COLOR, 209),
-    (DARK_COLOR, 203),
-    (LIGHT_COLOR, 160),
-    (DARK_COLOR, 228),
-    (DARK_COLOR, 221),
-    (DARK_COLOR, 214),
-    (DARK_COLOR, 154),
-    (DARK_COLOR, 51),
-    (LIGHT_COLOR, 63),
-    (LIGHT_COLOR, 93),
-    (LIGHT_COLOR, 127),
-    (LIGHT_COLOR, 53),
-    (LIGHT_COLOR, 22),
-)
+TILE_COLORS = (255, 230, 216, 209, 203, 160, 228, 221, 214, 154, 51, 63, 93, 127, 53, 22)
+DARK_TILE_COLORS = {160, 63, 93, 127, 53, 22}  # which need a light number
 MARGIN_COLUMNS = 7  # columns on each side of the board for the regret of a slide that way
 ARROWS = "←↓→↑"  # indexed by action
 ACTIONS_TOP_TO_BOTTOM = (3, 0, 2, 1)  # actions by the side they slide to, from top to bottom
@@ -61,9 +46,8 @@ class BoxLayout(NamedTuple):
 
     def get_cell_origin(self, row: float, column: float) -> tuple[int, int]:
         """Return the column and row where a cell begins; fractions lie between two cells."""
-        return round(1 + column * (self.width + 1)), round(
-            1 + row * (self.height + self.border_rows)
-        )
+        x, y = 1 + column * (self.width + 1), 1 + row * (self.height + self.border_rows)
+        return round(x), round(y)
 
     @property
     def border_position(self) -> tuple[int, int]:
@@ -102,7 +86,8 @@ def get_tile_style(exponent: int) -> str:
     """Return the style of a tile: the palette colours of its number and its background."""
     if not exponent:
         return "dim"
-    text_color, tile_color = TILE_COLORS[min(exponent, len(TILE_COLORS)) - 1]
+    tile_color = TILE_COLORS[min(exponent, len(TILE_COLORS)) - 1]
+    text_color = LIGHT_COLOR if tile_color in DARK_TILE_COLORS else DARK_COLOR
     return f"bold color({text_color}) on color({tile_color})"
 
 
@@ -128,20 +113,15 @@ class DisplayedBoard(NamedTuple):
     @property
     def tiles(self) -> list[DrawnTile]:
         """The tiles to draw: a number, dot or arrival probability per cell, then sliding tiles."""
-        return [
-            *(self._make_tile(row, column) for row in range(4) for column in range(4)),
-            *self.sliding_tiles,
-        ]
+        cells = product(range(4), repeat=2)
+        return [*(self._make_tile(*cell) for cell in cells), *self.sliding_tiles]
 
     def _make_tile(self, row: int, column: int) -> DrawnTile:
         """Return the tile to draw in a cell."""
         exponent = int(self.board[row, column])
-        probability = (
-            0.0
-            if self.arrival_probabilities is None
-            else float(self.arrival_probabilities[row, column])
-        )
-        text = format_percent(probability) or _format_tile(exponent)
+        text = _format_tile(exponent)
+        if self.arrival_probabilities is not None:
+            text = format_percent(self.arrival_probabilities[row, column]) or text
         return DrawnTile(row, column, exponent, text, (row, column) == self.new_tile)
 
 
@@ -151,10 +131,8 @@ def _choose_displayed_board(view: View[Game2048], options: DrawOptions) -> Displ
         return _forecast_board(view, options.forecast)
     if options.motion_progress < 1 and view.turns_played:
         before, action = view.observations[-2], int(view.actions[-1])
-        return DisplayedBoard(
-            np.zeros_like(before),
-            sliding_tiles=(*iter_sliding_tiles(before, action, options.motion_progress),),
-        )
+        tiles = (*iter_sliding_tiles(before, action, options.motion_progress),)
+        return DisplayedBoard(np.zeros_like(before), sliding_tiles=tiles)
     return DisplayedBoard(view.observation, _find_new_tile(view))
 
 
@@ -191,12 +169,8 @@ def _forecast_board(view: View[Game2048], forecast: Forecast) -> DisplayedBoard:
     action = int(forecast.action)
     (slid_board,), (reward,) = slide_and_score(view.observation[None], np.array([action]))
     arrivals = (forecast.outcomes != slid_board) * forecast.probabilities[:, None, None]
-    return DisplayedBoard(
-        slid_board,
-        None,
-        f" {view.problem.format_action(0, action)} pays {reward:g} ",
-        arrivals.sum(axis=0),
-    )
+    title = f" {view.problem.format_action(0, action)} pays {reward:g} "
+    return DisplayedBoard(slid_board, None, title, arrivals.sum(axis=0))
 
 
 def iter_boards(view: View[Game2048], options: DrawOptions) -> Iterator[Text]:
@@ -258,21 +232,18 @@ def _draw_margins(
         if title and action == UP:
             continue  # The title is at its place.
         arrow = ARROWS[action]
-        regret_text = format_regret(
-            options, action, MAX_NUMBER_COLUMNS if action in {UP, DOWN} else MARGIN_COLUMNS - 1
-        )
+        number_columns = MAX_NUMBER_COLUMNS if action in {UP, DOWN} else MARGIN_COLUMNS - 1
+        regret_text = format_regret(options, action, number_columns)
         regret_bar = format_regret_bar(options, action, MARGIN_COLUMNS - 2)
         style = "bold green" if regret_text == "best" else "green"
         if arrow in "↑↓":
             text = f" {arrow} {regret_text} {regret_bar}".rstrip() + " "
-            canvas.write_text(
-                left + (width - len(text)) // 2, 0 if arrow == "↑" else height, text, style
-            )
+            x, y = left + (width - len(text)) // 2, 0 if arrow == "↑" else height
+            canvas.write_text(x, y, text, style)
             continue
         for y, text in enumerate((arrow, regret_text, regret_bar), height // 2 - 1):
-            canvas.write_text(
-                left - 1 - len(text) if arrow == "←" else left + width + 2, y, text, style
-            )
+            x = left - 1 - len(text) if arrow == "←" else left + width + 2
+            canvas.write_text(x, y, text, style)
 
 
 def _draw_tile(canvas: Canvas, position: tuple[int, int], text: str, tile: DrawnTile) -> None:
@@ -297,11 +268,8 @@ def lesson(view: View[Game2048]) -> Lesson:
     return Lesson(
         "You slide all tiles of a 4x4 board at the same time, to one of its four sides",
         "You want merges: two equal tiles that meet become one tile, which pays its value",
-        (
-            "A slide is free and adds a tile; "
-            f"{format_percent(view.problem.p_two) or '0%'} of new tiles are 2, "
-            "the others 4; the game ends when no slide is possible"
-        ),
+        f"A slide is free and adds a tile; {format_percent(view.problem.p_two) or '0%'} of new "
+        "tiles are 2, the others 4; the game ends when no slide is possible",
         "left",
     )
 
@@ -316,11 +284,8 @@ def describe_turn(view: View[Game2048]) -> str:
     new_cell = _find_new_tile(view)
     if new_cell is None:
         return f"slid {view.last_action_label}."
-    number = _format_tile(int(view.observation[new_cell]))
-    return (
-        f"slid {view.last_action_label}. new {number} in "
-        f"row {new_cell[0] + 1}, column {new_cell[1] + 1}."
-    )
+    (row, column), number = new_cell, _format_tile(int(view.observation[new_cell]))
+    return f"slid {view.last_action_label}. new {number} in row {row + 1}, column {column + 1}."
 
 
 def describe_situation(view: View[Game2048]) -> str:

@@ -39,12 +39,12 @@ def iter_boards(view: View[HexWorld], options: DrawOptions) -> Iterator[Text]:
     exits = dict(problem.rewards)
     marks_directions = options.show_keys or options.regret is not None
     adjacent = hex_neighbours(position) if position and marks_directions else []
-    ghost = (
-        None
-        if options.ghost_state is None
-        else dict(enumerate(problem.hexes)).get(int(options.ghost_state))
-    )
+    ghost = None
+    if options.ghost_state is not None:
+        ghost = dict(enumerate(problem.hexes)).get(int(options.ghost_state))
     probabilities = _forecast_hex_probabilities(view, options)
+    can_step = position_now is not None and position_now not in exits
+    shows_regrets = can_step and options.regret is not None and not options.overlay
     marked_hexes = {position, ghost, *exits, *adjacent, *probabilities}
 
     def make_cell(hex_: Hex, size: HexSize) -> HexCell:
@@ -55,12 +55,10 @@ def iter_boards(view: View[HexWorld], options: DrawOptions) -> Iterator[Text]:
         glyph = "" if reward is None else "◆" if reward > 0 else "✗"
         style = "" if reward is None else POSITIVE_EXIT_STYLE if reward > 0 else NEGATIVE_EXIT_STYLE
         note = "" if reward is None else format_signed(reward)
-        dot = note or "."
-        mark = glyph
+        dot, mark = note or ".", glyph
         if options.overlay and reward is None:
-            mark, note, _, style, _ = hexgrid.make_overlay_cell(
-                options, problem.hexes.index(hex_), size
-            )
+            state = problem.hexes.index(hex_)
+            mark, note, _, style, _ = hexgrid.make_overlay_cell(options, state, size)
         if hex_ == position:
             stay_text = note
             if hex_ in probabilities and size.text_rows > 1:
@@ -69,19 +67,12 @@ def iter_boards(view: View[HexWorld], options: DrawOptions) -> Iterator[Text]:
         if hex_ in probabilities:
             probability_text = format_probability(probabilities[hex_], size.width - 1)
             return HexCell(probability_text, note, probability_text, style or "bold cyan")
-        if (
-            hex_ in adjacent
-            and position_now
-            and position not in exits
-            and options.regret is not None
-            and not options.overlay
-        ):
+        if hex_ in adjacent and shows_regrets:
             key_cell = hexgrid.make_direction_cell(options, adjacent.index(hex_), size)
-            return (
-                key_cell
-                if reward is None
-                else HexCell(f"{glyph} {key_cell.mark}"[:5], key_cell.second_line, dot, style)
-            )
+            if reward is not None:
+                mark = f"{glyph} {key_cell.mark}"[:5]
+                key_cell = HexCell(mark, key_cell.second_line, dot, style)
+            return key_cell
         if hex_ == ghost:
             return HexCell("&", note, "&", "dim")
         if (
@@ -101,9 +92,8 @@ def _forecast_hex_probabilities(view: View[HexWorld], options: DrawOptions) -> d
     """Return the probability that the forecast action leads to each hex; empty if no forecast."""
     hexes, probabilities = view.problem.hexes, dict[Hex, float]()
     if options.forecast:
-        for state, probability in zip(
-            options.forecast.outcomes, options.forecast.probabilities, strict=True
-        ):
+        _, chances, states, *_ = options.forecast
+        for state, probability in zip(states, chances, strict=True):
             if int(state) < len(hexes):
                 hex_ = hexes[int(state)]
                 probabilities[hex_] = probabilities.get(hex_, 0.0) + float(probability)
@@ -121,10 +111,8 @@ def _format_caption(view: View[HexWorld], options: DrawOptions) -> str:
     if position is None:
         return _describe_last_move(view)[1] if view.actions else "over"
     if position in exits and not view.end_reason:
-        return (
-            f"any action {'collects' if exits[position] > 0 else 'takes'} "
-            f"{format_signed(exits[position])}"
-        )
+        verb = "collects" if exits[position] > 0 else "takes"
+        return f"any action {verb} {format_signed(exits[position])}"
     if options.forecast:
         return f"{hexgrid.format_move_condition(options.forecast)}: chance of each hex"
     if options.regret is not None and not options.overlay:
@@ -171,9 +159,7 @@ def lesson(view: View[HexWorld]) -> Lesson:
     """Return the three sentences that introduce the problem: role, objective and costs."""
     problem = view.problem
     cost = f"costs {problem.bump_cost:g}" if problem.bump_cost else "is free too"
-    slips = "no step slips"
-    if problem.slip:
-        slips = f"{format_percent(problem.slip)} of steps slip sideways"
+    slips = hexgrid.describe_slips(problem.slip) or "no step slips"
     return Lesson(
         "You walk from hex to hex; you always see where you are",
         f"You want to {' and '.join(_format_exit_goals(problem.rewards))}: "

@@ -33,6 +33,7 @@ from dmplay.views.toolkit.canvas import Canvas
 
 from .rules import MachineReplacement
 
+panel_rows = crying_baby.panel_rows
 MAX_HISTORY_TURNS = 40  # turns in the belief history
 NEEDS_BELIEF = True  # no board hides the belief
 KEYS = {"m": "manufacture", "e": "examine", "i": "interrupt", "r": "replace"}
@@ -73,12 +74,11 @@ def iter_boards(view: View[MachineReplacement], options: DrawOptions) -> Iterato
         if size >= MIN_CHART_TRIANGLE_ROWS:
             yield _draw_large_board(view, options, size)
         yield _draw_large_board(view, options)
-    forecast_rows = format_forecast_rows(view, options, view.problem.state_names)
-    yield from iter_with_and_without_rows(
-        _iter_small_boards(view, options),
-        [*format_regret_rows(options, list_action_keys(KEYS, options)), *forecast_rows],
-        options,
-    )
+    rows = [
+        *format_regret_rows(options, list_action_keys(KEYS, options)),
+        *format_forecast_rows(view, options, view.problem.state_names),
+    ]
+    yield from iter_with_and_without_rows(_iter_small_boards(view, options), rows, options)
 
 
 def _iter_small_boards(view: View[MachineReplacement], options: DrawOptions) -> Iterator[Text]:
@@ -90,15 +90,14 @@ def _iter_small_boards(view: View[MachineReplacement], options: DrawOptions) -> 
             _draw_small_triangle(canvas, BELIEF_COLUMNS + 4, view.belief)
         _draw_belief_history(view, canvas, y, options)
         canvas.write_text(0, y + 2, "expected reward", "dim")
-        for number, (key, name, reward) in enumerate(_compute_expected_rewards(view, options)):
-            canvas.write_text(0, y + 3 + number, f"{key} {name:<11} {reward:+.3f}")
+        rewards = _compute_expected_rewards(view, options)
+        canvas.write_rows(y + 3, [f"{key} {name:<11} {pay:+.3f}" for key, name, pay in rewards])
         draw_true_state(canvas, y + 8, STATE_NAMES, options)
         yield canvas.to_text()
     canvas = Canvas()
     y = _draw_observation_and_belief(view, options, canvas, 1)
-    line = "  ".join(
-        f"{key} {reward:+.2f}" for key, _, reward in _compute_expected_rewards(view, options)
-    )
+    rewards = _compute_expected_rewards(view, options)
+    line = "  ".join(f"{key} {reward:+.2f}" for key, _, reward in rewards)
     canvas.write_text(0, y, "" if view.end_reason else line)
     draw_true_state(canvas, y + 1, STATE_NAMES, options)
     yield canvas.to_text()
@@ -128,9 +127,8 @@ def _draw_large_board(
     """
     canvas = Canvas()
     y = _draw_observation_and_belief(view, options, canvas, 2)
-    _draw_belief_history(
-        view, canvas, y, options._replace(width=min(options.width, BELIEF_COLUMNS))
-    )
+    narrow = options._replace(width=min(options.width, BELIEF_COLUMNS))
+    _draw_belief_history(view, canvas, y, narrow)
     canvas.write_text(0, y + 2, "expected reward", "dim")
     regret_heading = "value below best" if options.regret is not None else ""
     canvas.write_text(REGRET_COLUMN, y + 2, regret_heading, "dim")
@@ -138,12 +136,8 @@ def _draw_large_board(
     for row, action in enumerate(rank_actions(options, len(rewards_by_action)), y + 3):
         key, name, reward = rewards_by_action[action]
         canvas.write_text(0, row, f"{key} {name:<11} {reward:+.3f}")
-        canvas.write_text(
-            REGRET_COLUMN,
-            row,
-            format_regret_with_bar(options, action, REGRET_BAR_COLUMNS),
-            "yellow",
-        )
+        regret = format_regret_with_bar(options, action, REGRET_BAR_COLUMNS)
+        canvas.write_text(REGRET_COLUMN, row, regret, "yellow")
     draw_true_state(canvas, y + 7, STATE_NAMES, options)
     has_hints = view.rewards is None and not options.hints_forbidden  # not after the end
     default_legend = TRIANGLE_LEGEND if has_hints else TRIANGLE_LEGEND[:-1]
@@ -152,10 +146,8 @@ def _draw_large_board(
     region_legend = REGION_LEGEND + limit_note * (turns_left > MAX_PLANNED_TURNS)
     legend = default_legend if options.regret is None else region_legend
     notes = format_forecast_rows(view, options, view.problem.state_names) or legend
-    for row, line in enumerate(notes, y + 8):
-        canvas.write_text(0, row, line, "" if options.forecast else "dim")
+    top = canvas.write_rows(y + 8, notes, "" if options.forecast else "dim") + 1
     if size >= MIN_CHART_TRIANGLE_ROWS:
-        top = y + 9 + len(notes)
         _draw_belief_chart(view, canvas, top, min(size - top - 4, MAX_CHART_ROWS), options)
     _draw_tall_triangle(view, canvas, BELIEF_COLUMNS + 2, size, options)
     return canvas.to_text()
@@ -225,17 +217,13 @@ def _draw_policy_regions(
     points = [(row, offset) for row in range(2, size) for offset in range(2 - row, row, 2)]
     failed, skew = np.array(points).T / size
     beliefs = np.stack([1.0 - failed, (failed - skew) / 2, (failed + skew) / 2], axis=1)
-    remaining_turns = (
-        MAX_PLANNED_TURNS
-        if view.turn_limit is None
-        else min(view.turn_limit - view.turns_played, MAX_PLANNED_TURNS)
-    )
+    remaining_turns = MAX_PLANNED_TURNS
+    if view.turn_limit is not None:
+        remaining_turns = min(view.turn_limit - view.turns_played, MAX_PLANNED_TURNS)
     stage = solve_stages(view.problem, remaining_turns)[-1]
-    for (row, offset), action in zip(
-        points, mark_best_actions(compute_action_values(stage, beliefs)), strict=True
-    ):
-        best_action = int(np.argmax(action))
-        canvas.write_text(x + size + offset, row + 1, keys[best_action], REGION_STYLES[best_action])
+    best_actions = mark_best_actions(compute_action_values(stage, beliefs)).argmax(axis=1)
+    for (row, offset), action in zip(points, best_actions.tolist(), strict=True):
+        canvas.write_text(x + size + offset, row + 1, keys[action], REGION_STYLES[action])
 
 
 def _draw_observation_and_belief(
@@ -245,13 +233,8 @@ def _draw_observation_and_belief(
     product = _format_last_product(view)
     canvas.write_text(0, 0, "saw  ")
     canvas.write_text(5, 0, product, "bold yellow" if product == "defective" else "bold")
-    return draw_belief_bars(
-        canvas,
-        y,
-        STATE_NAMES,
-        view.belief,
-        options._replace(width=min(options.width, BELIEF_COLUMNS)),
-    )
+    narrow = options._replace(width=min(options.width, BELIEF_COLUMNS))
+    return draw_belief_bars(canvas, y, STATE_NAMES, view.belief, narrow)
 
 
 def _draw_small_triangle(canvas: Canvas, x: int, belief: Reals) -> None:
@@ -270,18 +253,15 @@ def _draw_small_triangle(canvas: Canvas, x: int, belief: Reals) -> None:
 
 def goal_lines(view: View[MachineReplacement]) -> list[str]:
     """Return the rewards of production and of the other actions, as clauses."""
-    labels = view.problem.actions[0].labels
-    intact_rewards, *failed_rewards = view.problem.tables.rewards[:, :, 0]
-    one_failed, two_failed = (f"{pays[0]:.3g}" for pays in failed_rewards)
-    other_clauses = [
-        f"{label} {_format_reward_bound(pays)}"
-        for label, pays in zip(labels, view.problem.tables.rewards[:, :, 0].T, strict=True)
-    ]
+    labels, rewards = view.problem.actions[0].labels, view.problem.tables.rewards[:, :, 0]
+    intact, one_failed, two_failed = (f"{pay:.3g}" for pay in rewards[:, 0])
+    pairs = zip(labels, rewards.T, strict=True)
+    clauses = [f"{label} {_format_reward_bound(pays)}" for label, pays in pairs]
     return [
-        f"keep earning: {labels[0]} pays {intact_rewards[0]:.3g}",
+        f"keep earning: {labels[0]} pays {intact}",
         f"{one_failed} with 1 failed part, {two_failed} with 2",
         "failures are hidden",
-        *other_clauses[:0:-1],
+        *clauses[:0:-1],
     ]
 
 
@@ -301,11 +281,9 @@ def lesson(view: View[MachineReplacement]) -> Lesson:
     return Lesson(
         "You run a machine of two parts; failures are hidden. Examine tests a product, interrupt "
         "repairs failed parts, replace puts in two new parts",
-        (
-            "You want it to produce as much as it can: "
-            f"{production[0]} pays {_format_rewards_by_failures(production[1])} "
-            "with 0, 1 or 2 failed parts when the turn begins"
-        ),
+        "You want it to produce as much as it can: "
+        f"{production[0]} pays {_format_rewards_by_failures(production[1])} "
+        "with 0, 1 or 2 failed parts when the turn begins",
         f"With 0, 1 or 2 failed parts, the other actions pay: {'; '.join(clauses)}",
         "examine",
         "with {} failed parts",
@@ -336,31 +314,16 @@ def _format_rewards_by_failures(rewards: Reals) -> str:
     return texts[0] if len(set(texts)) == 1 else ", ".join(texts)
 
 
-def panel_rows(view: View[MachineReplacement]) -> list[tuple[str, str]]:
-    """Return the panel rows: the last reward and the discount.
-
-    The reward is hidden until the game is over, because it reveals the state.
-    """
-    return crying_baby.panel_rows(view)
-
-
 def describe_turn(view: View[MachineReplacement]) -> str:
     """Return a description of the last turn: the action, the product and the belief."""
-    return (
-        f"chose {view.last_action_label}, saw {_format_last_product(view)}. "
-        f"{_describe_belief(view)}"
-    )
+    return f"chose {view.last_action_label}, {_describe_product_and_belief(view)}"
 
 
 def describe_situation(view: View[MachineReplacement]) -> str:
     """Return a description of the last product, the belief and the expected rewards."""
-    expected = ", ".join(
-        f"{name} {reward:.3f}" for _, name, reward in _compute_expected_rewards(view, DrawOptions())
-    )
-    return (
-        f"saw {_format_last_product(view)}. "
-        f"{_describe_belief(view)} expected reward now: {expected}."
-    )
+    rewards = _compute_expected_rewards(view, DrawOptions())
+    expected = ", ".join(f"{name} {reward:.3f}" for _, name, reward in rewards)
+    return f"{_describe_product_and_belief(view)} expected reward now: {expected}."
 
 
 def _format_last_product(view: View[MachineReplacement]) -> str:
@@ -378,6 +341,7 @@ def _is_examined(view: View[MachineReplacement], action: float) -> bool:
     return bool(np.ptp(view.problem.tables.observation_model[int(action)], axis=0).any())
 
 
-def _describe_belief(view: View[MachineReplacement]) -> str:
-    """Return the belief about the number of failed parts, the likeliest number first."""
-    return f"belief: {format_belief(STATE_NAMES, view.belief)}."
+def _describe_product_and_belief(view: View[MachineReplacement]) -> str:
+    """Return the last product and the belief about failed parts, the likeliest number first."""
+    belief = format_belief(STATE_NAMES, view.belief)
+    return f"saw {_format_last_product(view)}. belief: {belief}."

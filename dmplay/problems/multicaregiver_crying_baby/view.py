@@ -6,10 +6,13 @@ from rich.text import Text
 
 from dmplay.core.session import View
 from dmplay.problems.crying_baby import view as crying_baby
-from dmplay.problems.crying_baby.view import KEYS, describe_turn, goal_lines, lesson, panel_rows
 from dmplay.views.protocol import DrawOptions
 
 from .rules import MulticaregiverCryingBaby
+
+KEY_FAMILY, KEYS = "crying-baby", crying_baby.KEYS
+goal_lines, lesson, panel_rows = crying_baby.goal_lines, crying_baby.lesson, crying_baby.panel_rows
+describe_turn = crying_baby.describe_turn
 
 
 def get_partner_name(view: View[MulticaregiverCryingBaby]) -> str:
@@ -47,17 +50,3 @@ def describe_situation(view: View[MulticaregiverCryingBaby]) -> str:
     name = get_partner_name(view)
     belief = "" if view.beliefs is None else "; the belief assumes uniformly random actions"
     return f"{text} {name} is hidden{belief}."
-
-
-KEY_FAMILY = "crying-baby"
-
-__all__ = [
-    "KEYS",
-    "KEY_FAMILY",
-    "describe_situation",
-    "describe_turn",
-    "goal_lines",
-    "iter_boards",
-    "lesson",
-    "panel_rows",
-]

@@ -11,7 +11,6 @@ from dmplay.core.session import View
 from dmplay.views.protocol import DrawOptions, Lesson
 from dmplay.views.toolkit import hexgrid
 from dmplay.views.toolkit.action_hints_and_outcomes import format_probability
-from dmplay.views.toolkit.canvas import format_percent
 from dmplay.views.toolkit.hexgrid import HexCell, HexSize
 
 from .rules import DEVOURED_REWARD, MOVE_REWARD, PredatorPrey
@@ -55,9 +54,8 @@ def _choose_agent_style(view: View[PredatorPrey], seat: int, options: DrawOption
 def _flag_feeding_agents(view: View[PredatorPrey], turn: int = -1) -> list[bool]:
     """Return a list of flags, one per agent: true if a predator and a prey share its hex."""
     problem, positions = view.problem, _list_positions(view, turn)
-    shared_hexes = {positions[i] for i in problem.predator_seats} & {
-        positions[i] for i in problem.prey_seats
-    }
+    prey_hexes = {positions[seat] for seat in problem.prey_seats}
+    shared_hexes = prey_hexes & {positions[seat] for seat in problem.predator_seats}
     return [position in shared_hexes for position in positions]
 
 
@@ -69,11 +67,9 @@ def iter_boards(view: View[PredatorPrey], options: DrawOptions) -> Iterator[Text
     problem, positions = view.problem, _list_positions(view)
     position = positions[view.seat]
     adjacent = hex_neighbours(position)
-    can_show_keys = (
-        (options.show_keys or options.regret is not None)
-        and not options.overlay
-        and not _flag_feeding_agents(view)[view.seat]
-    )
+    can_show_keys = options.show_keys or options.regret is not None
+    if options.overlay or _flag_feeding_agents(view)[view.seat]:
+        can_show_keys = False
 
     def find_state_at(hex_: Hex) -> int:
         """Return the index of the state with you on this hex and all others where they are."""
@@ -91,13 +87,11 @@ def iter_boards(view: View[PredatorPrey], options: DrawOptions) -> Iterator[Text
         seats_on_hex = [seat for seat, agent_hex in enumerate(positions) if agent_hex == hex_]
         marks = [get_displayed_glyph(view, seat, options) for seat in seats_on_hex]
         if len(marks) > 1:
-            joined_marks, columns = "".join(sorted(marks)), size.width - 1
-            note = (
-                joined_marks if len(joined_marks) <= columns else joined_marks[: columns - 1] + "…"
-            )
-            return HexCell(
-                "*", note, "*", "bold reverse" if view.seat in seats_on_hex else "bold yellow"
-            )
+            note, columns = "".join(sorted(marks)), size.width - 1
+            if len(note) > columns:
+                note = note[: columns - 1] + "…"
+            style = "bold reverse" if view.seat in seats_on_hex else "bold yellow"
+            return HexCell("*", note, "*", style)
         arrival_cell = _make_arrival_cell(view, probabilities.get(hex_, {}), size)
         if marks:
             is_own = options.allow_large and view.seat in seats_on_hex
@@ -108,12 +102,8 @@ def iter_boards(view: View[PredatorPrey], options: DrawOptions) -> Iterator[Text
             if options.regret is not None and key_cell.mark:
                 mark_text += f" {key_cell.mark.strip()}" if size.text_rows > 1 else key_cell.mark
             second_line = arrival_cell.mark or key_cell.second_line or key_cell.mark or own_label
-            return HexCell(
-                mark_text,
-                "" if options.overlay else second_line,
-                marks[0],
-                _choose_agent_style(view, seats_on_hex[0], options),
-            )
+            style = _choose_agent_style(view, seats_on_hex[0], options)
+            return HexCell(mark_text, "" if options.overlay else second_line, marks[0], style)
         if arrival_cell.second_line:
             return arrival_cell
         if options.overlay:
@@ -132,9 +122,8 @@ def _forecast_hex_probabilities(
     """
     probabilities: dict[Hex, dict[int, float]] = {}
     if options.forecast:
-        for state, probability in zip(
-            options.forecast.outcomes, options.forecast.probabilities, strict=True
-        ):
+        _, chances, states, *_ = options.forecast
+        for state, probability in zip(states, chances, strict=True):
             for seat, hex_index in enumerate(state):
                 by_seat = probabilities.setdefault(view.problem.hexes[int(hex_index)], {})
                 by_seat[seat] = by_seat.get(seat, 0.0) + float(probability)
@@ -149,9 +138,7 @@ def _make_arrival_cell(
     Of the other agents, only the likeliest is shown.
     """
     columns = size.width - 1
-    others_by_seat = {
-        seat: probability for seat, probability in probabilities.items() if seat != view.seat
-    }
+    others_by_seat = {seat: p for seat, p in probabilities.items() if seat != view.seat}
     own_probability, other_text = probabilities.get(view.seat, 0.0), ""
     if others_by_seat:
         seat = max(others_by_seat, key=lambda other: others_by_seat[other])
@@ -167,30 +154,20 @@ def _format_caption(view: View[PredatorPrey], options: DrawOptions) -> str:
     """Return the caption of the map: the forecast, feeding, wall regrets or the agents' names."""
     if options.forecast:
         return f"{hexgrid.format_move_condition(options.forecast)}: chance of each hex"
-    if (
-        _flag_feeding_agents(view)[view.seat]
-        and not view.end_reason
-        and (options.allow_large or options.regret is not None)
-    ):
+    is_caption_visible = options.allow_large or options.regret is not None
+    if _flag_feeding_agents(view)[view.seat] and not view.end_reason and is_caption_visible:
         is_predator = view.seat in view.problem.predator_seats
         return "any action eats the prey" if is_predator else "caught: any key moves you away"
     if options.regret is not None and not options.overlay:
-        return hexgrid.format_wall_regrets(
-            view.problem.hexes, _list_positions(view)[view.seat], options
-        )
-    text = f"{get_agent_glyph(view.problem, view.seat)} is {_name_own_agent(view)}"
-    other_seats = [seat for seat in range(len(view.problem.agents)) if seat != view.seat]
-    if len(other_seats) == 1:
-        text += (
-            f", {get_agent_glyph(view.problem, other_seats[0])} "
-            f"is the {view.problem.agents[other_seats[0]]}"
-        )
+        position = _list_positions(view)[view.seat]
+        return hexgrid.format_wall_regrets(view.problem.hexes, position, options)
+    problem, player = view.problem, view.player_label
+    player = player if player == "you" else f"the {player}"
+    text = f"{get_agent_glyph(problem, view.seat)} is {player}"
+    if len(problem.agents) == 2:
+        other = 1 - view.seat
+        text += f", {get_agent_glyph(problem, other)} is the {problem.agents[other]}"
     return text if options.allow_large else ""
-
-
-def _name_own_agent(view: View[PredatorPrey]) -> str:
-    """Return `you`, or the name of the agent that is watched."""
-    return view.player_label if view.player_label == "you" else f"the {view.player_label}"
 
 
 def _get_last_action(view: View[PredatorPrey], seat: int) -> int:
@@ -202,36 +179,25 @@ def _get_last_action(view: View[PredatorPrey], seat: int) -> int:
 def _describe_last_move(view: View[PredatorPrey], seat: int) -> tuple[str, str]:
     """Return the result of an agent's last move, in short for the panel and as a clause."""
     if _flag_feeding_agents(view, -2)[seat]:
-        is_predator = seat in view.problem.predator_seats
-        if is_predator:
+        if seat in view.problem.predator_seats:
             return "ate prey", "ate the prey, stayed"
         return "caught", "was caught, reappeared"
-    result = hexgrid.classify_move(
-        view.problem.hexes,
-        _list_positions(view, -2)[seat],
-        _list_positions(view)[seat],
-        _get_last_action(view, seat),
-    )
+    before, after = _list_positions(view, -2)[seat], _list_positions(view)[seat]
+    action = _get_last_action(view, seat)
+    result = hexgrid.classify_move(view.problem.hexes, before, after, action)
     return result.short_text, result.description
 
 
-def _describe_action_and_move(
-    view: View[PredatorPrey], seat: int, *, with_hex: bool = False
-) -> str:
-    """Return an agent's last action and its result, such as `chose NE, moved NE to (1,2)`.
-
-    The hex is left out by default.
-    """
+def _describe_action_and_move(view: View[PredatorPrey], seat: int) -> str:
+    """Return an agent's last action and its result, such as `chose NE, moved NE to (1,2)`."""
     move_text = _describe_last_move(view, seat)[1]
-    if with_hex:
-        move_text = hexgrid.append_hex(move_text, _list_positions(view)[seat])
+    move_text = hexgrid.append_hex(move_text, _list_positions(view)[seat])
     return f"chose {DIRECTIONS[_get_last_action(view, seat)].upper()}, {move_text}"
 
 
 def goal_lines(view: View[PredatorPrey]) -> list[str]:
     """Return the goal and the rewards of a predator or a prey, as clauses."""
-    problem = view.problem
-    slips = [f"{format_percent(problem.slip)} of steps slip sideways"] if problem.slip else []
+    problem, slips = view.problem, [*filter(None, [hexgrid.describe_slips(view.problem.slip)])]
     if view.seat in problem.predator_seats:
         unit = "" if problem.prey == 1 else " per prey"
         sharing_clause = ", shared by the predators there" if problem.predators > 1 else ""
@@ -253,9 +219,7 @@ def goal_lines(view: View[PredatorPrey]) -> list[str]:
 def lesson(view: View[PredatorPrey]) -> Lesson:
     """Return the three sentences that introduce the problem: role, objective and costs."""
     problem = view.problem
-    slips = "no step slips"
-    if problem.slip:
-        slips = f"{format_percent(problem.slip)} of steps slip sideways"
+    slips = hexgrid.describe_slips(problem.slip) or "no step slips"
     start = f"with {' and '.join(f'{name} at {{}}' for name in problem.agents)}"
     role = (
         f"You are {problem.agents[view.seat]}; all agents see each other, move one hex at the same "
@@ -276,20 +240,13 @@ def lesson(view: View[PredatorPrey]) -> Lesson:
             f"you stay there, and the prey loses {-DEVOURED_REWARD:g} and reappears on a random hex"
         )
         costs = f"Any other turn costs {-MOVE_REWARD:g}, and {slips}"
-        return Lesson(role, objective, costs, example_start=start, chances=chances, map_mark=mark)
-    objective = "You want to avoid the hexes of predators"
-    costs = (
-        "A turn that begins on the hex of a predator costs you "
-        f"{-DEVOURED_REWARD:g}, and you reappear on a random hex; a step is free"
-    )
-    return Lesson(
-        role,
-        objective,
-        f"{costs}, and {slips}",
-        example_start=start,
-        chances=chances,
-        map_mark=mark,
-    )
+    else:
+        objective = "You want to avoid the hexes of predators"
+        costs = (
+            f"A turn that begins on the hex of a predator costs you {-DEVOURED_REWARD:g}, and you "
+            f"reappear on a random hex; a step is free, and {slips}"
+        )
+    return Lesson(role, objective, costs, example_start=start, chances=chances, map_mark=mark)
 
 
 def panel_rows(view: View[PredatorPrey]) -> list[tuple[str, str]]:
@@ -297,11 +254,8 @@ def panel_rows(view: View[PredatorPrey]) -> list[tuple[str, str]]:
     problem, positions = view.problem, _list_positions(view)
     move_text = _describe_last_move(view, view.seat)[0] if view.turns_played else "-"
     reward = f"{view.rewards[-1]:g}" if view.rewards else "-"
-    rows = [
-        ("last", view.last_action_label.upper() or "-"),
-        ("moved", move_text),
-        ("reward", reward),
-    ]
+    last = view.last_action_label.upper() or "-"
+    rows = [("last", last), ("moved", move_text), ("reward", reward)]
     for seat, agent in enumerate(problem.agents):
         name = view.player_label if seat == view.seat else agent
         rows.append((f"{get_agent_glyph(problem, seat)} {name}", format_hex(positions[seat])))
@@ -311,11 +265,8 @@ def panel_rows(view: View[PredatorPrey]) -> list[tuple[str, str]]:
         ("discount", f"{problem.discount:.2f} (gamma)"),
     ]
     for hex_ in dict.fromkeys(positions):  # last, because these rows come and go
-        marks = sorted(
-            get_agent_glyph(problem, seat)
-            for seat, position in enumerate(positions)
-            if position == hex_
-        )
+        seats = [seat for seat, position in enumerate(positions) if position == hex_]
+        marks = sorted(get_agent_glyph(problem, seat) for seat in seats)
         if len(marks) > 1:
             rows.append((f"* {format_hex(hex_)}", " ".join(marks)))
     return rows
@@ -333,28 +284,23 @@ def _list_discounted_scores(view: View[PredatorPrey]) -> list[tuple[str, str]]:
     any_actions = np.zeros_like(states)  # the rewards do not depend on the actions
     rewards = problem.resolve_events(states, any_actions, tuple(any_actions.T)).rewards
     weights = problem.discount ** np.arange(view.turns_played)
-    sums = np.sum(weights[:, None] * rewards, axis=0)
-    return [
-        (f"score {get_agent_glyph(problem, seat)}", f"{sums[seat]:.4g}")
-        for seat in range(len(sums))
-    ]
+    sums = enumerate(np.sum(weights[:, None] * rewards, axis=0))
+    return [(f"score {get_agent_glyph(problem, seat)}", f"{total:.4g}") for seat, total in sums]
 
 
 def describe_turn(view: View[PredatorPrey]) -> str:
     """Return a description of your last move and position, then of the other agents."""
     agents, positions = view.problem.agents, _list_positions(view)
     other_seats = [seat for seat in range(len(agents)) if seat != view.seat]
-    sentences = [f"{_describe_action_and_move(view, view.seat, with_hex=True)}."]
+    sentences = [f"{_describe_action_and_move(view, view.seat)}."]
     fed_before = _flag_feeding_agents(view, -2)
     for seat in other_seats:
         # With several other agents, only the actions of those that fed or were caught are
         # described.
-        action_text = (
-            f" {_describe_action_and_move(view, seat, with_hex=True)}"
-            if len(other_seats) == 1 or fed_before[seat]
-            else f" at {format_hex(positions[seat])}"
-        )
-        sentences.append(f"{agents[seat]}{action_text}.")
+        text = f"at {format_hex(positions[seat])}"
+        if len(other_seats) == 1 or fed_before[seat]:
+            text = _describe_action_and_move(view, seat)
+        sentences.append(f"{agents[seat]} {text}.")
     return " ".join(sentences)
 
 
@@ -363,10 +309,9 @@ def describe_situation(view: View[PredatorPrey]) -> str:
     problem, positions = view.problem, _list_positions(view)
     position = positions[view.seat]
     is_watched = view.player_label != "you"
-    watched_sentence = f"{view.player_label} at {format_hex(position)}." if is_watched else ""
-    sentences = [
-        watched_sentence or f"at {format_hex(position)}, you are {problem.agents[view.seat]}."
-    ]
+    sentences = [f"at {format_hex(position)}, you are {problem.agents[view.seat]}."]
+    if is_watched:
+        sentences = [f"{view.player_label} at {format_hex(position)}."]
     if _flag_feeding_agents(view)[view.seat] and not is_watched:
         is_predator = view.seat in problem.predator_seats
         sentences.append(
@@ -383,10 +328,8 @@ def describe_situation(view: View[PredatorPrey]) -> str:
     sentences += hexgrid.describe_neighbours(problem.hexes, position, describe_hex)
     for seat, agent in enumerate(problem.agents):
         if seat != view.seat:
-            distance = (
-                "here"
-                if positions[seat] == position
-                else hexgrid.format_distance(problem.hexes, position, positions[seat])
-            )
-            sentences.append(f"{agent} at {format_hex(positions[seat])}: {distance}.")
+            distance, hex_ = "here", positions[seat]
+            if hex_ != position:
+                distance = hexgrid.format_distance(problem.hexes, position, hex_)
+            sentences.append(f"{agent} at {format_hex(hex_)}: {distance}.")
     return " ".join(sentences)

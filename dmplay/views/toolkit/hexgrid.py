@@ -25,7 +25,7 @@ from dmplay.views.toolkit.action_hints_and_outcomes import (
     format_regret_bar,
     sort_regrets,
 )
-from dmplay.views.toolkit.canvas import Canvas, format_to_width
+from dmplay.views.toolkit.canvas import Canvas, format_percent, format_to_width
 from dmplay.views.toolkit.canvas import measure_text as measured
 
 ARROWS = ("→", "↗", "↖", "←", "↙", "↘")
@@ -323,6 +323,11 @@ def format_wall_regrets(hexes: Sequence[Hex], position: Hex, options: DrawOption
 def format_move_condition(forecast: Forecast) -> str:
     """Return the forecast move as a condition, such as `if you go NE`."""
     return format_condition(forecast, f"go {DIRECTIONS[int(forecast.action)].upper()}")
+
+
+def describe_slips(slip: float) -> str:
+    """Return a clause on the part of steps that slip; '' without slips."""
+    return f"{format_percent(slip)} of steps slip sideways" if slip else ""
 
 
 def describe_step_chances(slip: float) -> tuple[str, ...]:
