@@ -69,15 +69,12 @@ class LinearQuadraticPolicy(HorizonPolicy, ReactivePolicy):
         """Return estimated values of the turns it looks ahead, or of all turns of the game."""
         turns = question.turn_limit
         horizon = Horizon.AT_MOST if (turns or 0) > LOOKAHEAD_TURNS else Horizon.GAME
-        return (
-            super()
-            .values_basis(question)
-            ._replace(
-                accuracy=Accuracy.ESTIMATED,
-                horizon=horizon if turns == self.horizon else Horizon.AHEAD,
-                horizon_turns=LOOKAHEAD_TURNS,
-                ignores_discount=self.problem.discount < 1.0 and turns != 1,
-            )
+        basis = super().values_basis(question)
+        return basis._replace(
+            accuracy=Accuracy.ESTIMATED,
+            horizon=horizon if turns == self.horizon else Horizon.AHEAD,
+            horizon_turns=LOOKAHEAD_TURNS,
+            ignores_discount=self.problem.discount < 1.0 and turns != 1,
         )
 
     def values_with_turns_left(self, info_state: Array, turns_left: int | None) -> Reals:

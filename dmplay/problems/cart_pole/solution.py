@@ -10,16 +10,11 @@ from .rules import CartPole
 def solve_cart_pole(problem: CartPole) -> Solution:
     """Return the gain of the linear quadratic regulator of the pole."""
     lqr = LinearQuadraticPolicy(problem, 0).regulator
-    rows: list[Row] = [
-        {"of": name, "weight": float(weight)}
-        for name, weight in zip(("x", "v", "theta", "omega"), lqr.gain, strict=True)
-    ]
+    pairs = zip(("x", "v", "theta", "omega"), lqr.gain.tolist(), strict=True)
+    rows: list[Row] = [{"of": name, "weight": weight} for name, weight in pairs]
     summary = (
-        "residual "
-        f"{lqr.riccati_residual:.1g} after "
-        f"{format_count(lqr.sweep_count, 'sweep')}; "
-        f"spectral radius {lqr.spectral_radius:.4g}; "
-        "pushes right if the weighted sum is below 0"
+        f"residual {lqr.riccati_residual:.1g} after {format_count(lqr.sweep_count, 'sweep')}; "
+        f"spectral radius {lqr.spectral_radius:.4g}; pushes right if the weighted sum is below 0"
     )
     return Solution("Riccati equation of the cart and pole linearized at rest", summary, rows)
 

@@ -59,14 +59,11 @@ class Sweep(SeatPolicy):
         The direction is that of the action really taken. It is reversed if a prey is or just was
         near, and after `stroke` turns.
         """
-        turn_count, is_near = memory[1] + 1, self._is_prey_near(percept.observation)
+        # the first of the senses is that of a prey which is near
+        labels_per_sense = self.problem.observation_counts[self.seat] // len(SENSE_LABELS)
+        turn_count, is_near = memory[1] + 1, percept.observation < labels_per_sense
         reverses = is_near | memory[2] | (turn_count >= self.stroke)
         return ((percept.action + 3 * reverses) % 6, np.where(reverses, 0, turn_count), is_near)
-
-    def _is_prey_near(self, observation: Array) -> Bools:
-        """Return whether a prey was sensed, which is the first half of the observation labels."""
-        observation_count = self.problem.observation_counts[self.seat]
-        return np.asarray(observation < observation_count // len(SENSE_LABELS))
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
         """Return the direction."""
@@ -103,10 +100,8 @@ class ChaseBelief(_FactoredBeliefPolicy):
         own_and_prey = joint.sum(axis=partners)  # [B, H, H]
         prey = select_greedy_actions(own_and_prey.sum(axis=1))
         own_belief = own_and_prey[np.arange(len(prey)), :, prey]
-        distances = (
-            own_belief[:, :, None] * hunt_problem.move_distances[:, :, prey].transpose(2, 0, 1)
-        ).sum(axis=1)
-        return select_greedy_actions(-distances)
+        distances = hunt_problem.move_distances[:, :, prey].transpose(2, 0, 1)
+        return select_greedy_actions(-(own_belief[:, :, None] * distances).sum(axis=1))
 
 
 @dataclass(frozen=True)
@@ -130,14 +125,11 @@ class Qmdp(HorizonPolicy, _FactoredBeliefPolicy, GreedyBeliefPolicy):
     def values_basis(self, question: AdviceQuestion) -> ValuesBasis:
         """Return upper bounds, at a belief as if partners moved at random."""
         are_random = {*question.actual_opponents} == {"random"}
-        return (
-            super()
-            .values_basis(question)
-            ._replace(
-                accuracy=Accuracy.UPPER_BOUND,
-                assumed_players="" if are_random else "belief as if partners moved at random",
-                method="qmdp, as if partners see all positions now, and you see them next turn",
-            )
+        basis = super().values_basis(question)
+        return basis._replace(
+            accuracy=Accuracy.UPPER_BOUND,
+            assumed_players="" if are_random else "belief as if partners moved at random",
+            method="qmdp, as if partners see all positions now, and you see them next turn",
         )
 
     def can_plan_turns(self, turns: int) -> bool:
@@ -179,14 +171,13 @@ class Qmdp(HorizonPolicy, _FactoredBeliefPolicy, GreedyBeliefPolicy):
 
         The first axis has 1 to `horizon` turns left, or one entry without an end.
         """
-        shape = self.problem.action_counts
+        hunt = self.problem
         if self.horizon:
-            q = sparse_mdp.compute_finite_horizon_q(
-                build_fully_observed_mdp(self.problem), self.problem.discount, self.horizon
-            )
+            model = build_fully_observed_mdp(hunt)
+            q = sparse_mdp.compute_finite_horizon_q(model, hunt.discount, self.horizon)
         else:
-            q = solve_fully_observed(self.problem)[None]
-        return np.asarray(q.reshape(*q.shape[:2], *shape))
+            q = solve_fully_observed(hunt)[None]
+        return np.asarray(q.reshape(*q.shape[:2], *hunt.action_counts))
 
     def values_with_turns_left(self, info_state: Reals, turns_left: int | None) -> Reals:
         """Return the mean of Q over beliefs `[B, S]`, an upper bound for teams that do not see all.
@@ -252,15 +243,10 @@ class QmdpWithPartner(Qmdp, PartnerBeliefPolicy):
         """Return the likeliest hexes in the belief, which is not the board's; '' with random."""
         if self.to == "random":
             return ""
-        hunt = self.problem
-        b = (
-            self.split_nodes(memory[0][:1])
-            .sum(axis=1)
-            .reshape((len(hunt.hexes),) * hunt.walker_count)
-        )
-        names = [*hunt.agents, "prey"]
-        parts = []
-        for walker, name in enumerate(names):
+        hunt, parts = self.problem, []
+        b = self.split_nodes(memory[0][:1]).sum(axis=1)
+        b = b.reshape((len(hunt.hexes),) * hunt.walker_count)
+        for walker, name in enumerate([*hunt.agents, "prey"]):
             chances = b.sum(axis=tuple(i for i in range(b.ndim) if i != walker))
             hex_ = format_hex(hunt.hexes[chances.argmax()])
             parts.append(f"{name} {hex_} {chances.max():.3f}")
@@ -286,9 +272,8 @@ class QmdpWithPartner(Qmdp, PartnerBeliefPolicy):
         weights = self.weigh_partner_actions(memory)
         turns = self.turns_left(memory) if self.horizon else np.ones(len(weights), int)
         q = self._joint_q_by_turns if self.seat == 0 else self._joint_q_by_turns.swapaxes(2, 3)
-        return np.array(
-            [np.einsum("ps,sap->a", *pair) for pair in zip(weights, q[turns - 1], strict=True)]
-        )
+        pairs = zip(weights, q[turns - 1], strict=True)
+        return np.array([np.einsum("ps,sap->a", *pair) for pair in pairs])
 
 
 @dataclass(frozen=True)
@@ -309,12 +294,10 @@ class SenseRulePolicy(ReactivePolicy):
         """The cumulative rule by observation; the last row, of no prey, is for the first turn."""
         unsighted = replace(self.problem, sighted=False)  # The rule depends only on what is sensed.
         labels_per_sense = self.problem.observation_counts[self.seat] // len(SENSE_LABELS)
-        senses = np.append(
-            np.repeat(np.arange(len(SENSE_LABELS)), labels_per_sense), SENSE_LABELS.index("nothing")
-        )
-        return Categorical.from_probabilities(
-            np.asarray(_find_reactive_rules(unsighted)[self.seat])[senses]
-        ).cumulative
+        senses = np.repeat(np.arange(len(SENSE_LABELS)), labels_per_sense)
+        senses = np.append(senses, SENSE_LABELS.index("nothing"))
+        rules = _find_reactive_rules(unsighted)[self.seat]
+        return Categorical.from_probabilities(rules[senses]).cumulative
 
     def choice_probabilities(self, memory: Memory) -> Reals:
         """Return the rule's probabilities `[B, A]`."""
@@ -370,12 +353,10 @@ def _improve_plans(
 ) -> tuple[AgentPlan, ...]:
     """Return the improved joint plan of a hunt, the same for both seats."""
     team = PredatorPreyDecPomdp.from_predator_prey(problem)
-    budget = Budget(
-        "joint plan of the hunt", "try fewer nodes or turns", PLAN_WORK_PER_JOINT_NODE * nodes**2
-    )
-    return joint_plan_improvement.improve_plans(
-        team, joint_plan_improvement.sample_random_plans(team, turns, nodes, PLAN_SEED), budget
-    )
+    work = PLAN_WORK_PER_JOINT_NODE * nodes**2
+    budget = Budget("joint plan of the hunt", "try fewer nodes or turns", work)
+    plans = joint_plan_improvement.sample_random_plans(team, turns, nodes, PLAN_SEED)
+    return joint_plan_improvement.improve_plans(team, plans, budget)
 
 
 @lru_cache(maxsize=1)  # 30 MB on the standard map
@@ -420,12 +401,11 @@ def list_agents(problem: CollaborativePredatorPrey, seat: int) -> Roster:
     }  # fmt: skip
     if not problem.sighted:
         agents["joint-plan"] = HuntJointPlan
-    simulation_agent = "joint-plan" if problem.predators == 2 and not problem.sighted else None
     return Roster(
         agents,
         hint_provider=_choose_hint_provider(problem),
         default_partner="sweep",
-        simulation_agent=simulation_agent,
+        simulation_agent="joint-plan" if problem.predators == 2 and not problem.sighted else None,
         # The general agent `optimal` refuses small hunts whose joint plan is not proven optimal.
         adds_general_agents=problem.predators == 1,
     )

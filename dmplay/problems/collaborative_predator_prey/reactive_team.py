@@ -53,16 +53,13 @@ def optimize_reactive_team(problem: CollaborativePredatorPrey) -> ReactiveTeam:
                 values = arrays.backup_values(values, *walks)
                 visits = arrays.propagate_visits(visits, *walks)
             gradient = arrays.compute_policy_gradient(seat, values, visits, walks[1 - seat])
-            policies[seat] *= np.exp(
-                GRADIENT_STEP * (gradient - gradient.max(axis=1, keepdims=True))
-            )
+            advantages = gradient - gradient.max(axis=1, keepdims=True)
+            policies[seat] *= np.exp(GRADIENT_STEP * advantages)
             policies[seat] /= policies[seat].sum(axis=1, keepdims=True)
         if values.mean() > best_value:  # approximately the value of the policies before this round
             best_value, candidates[1:] = values.mean(), [policies.copy()]
-    return max(
-        (_evaluate_rounded_team(arrays, candidate) for candidate in [*candidates, policies]),
-        key=lambda result: result.mean_value,
-    )
+    teams = [_evaluate_rounded_team(arrays, candidate) for candidate in [*candidates, policies]]
+    return max(teams, key=lambda team: team.mean_value)
 
 
 def _evaluate_rounded_team(arrays: "_PredatorPreyArrays", policies: Reals) -> ReactiveTeam:
@@ -83,11 +80,9 @@ def check_supported(problem: CollaborativePredatorPrey) -> None:
 
 def compute_state_rewards(problem: CollaborativePredatorPrey) -> Reals:
     """Return the reward `[i, j, p]` of each state."""
-    hex_count = len(problem.hexes)
-    is_captured = problem.is_prey_captured(problem.enumerate_states()).reshape(
-        hex_count, hex_count, hex_count
-    )
-    return np.where(is_captured, CAPTURE_REWARD, MOVE_REWARD)
+    is_captured = problem.is_prey_captured(problem.enumerate_states())
+    rewards = np.where(is_captured, CAPTURE_REWARD, MOVE_REWARD)
+    return rewards.reshape((len(problem.hexes),) * 3)
 
 
 def _make_initial_policies() -> Reals:
@@ -180,9 +175,8 @@ class _PredatorPreyArrays:
         """Return the mean value over all start states of a team with these policies."""
         values: Reals = np.zeros(self.rewards.shape)
         walks = [self.compute_walks(policy) for policy in policies]
-        sweeps = int(
-            np.ceil(np.log(TRUNCATION_TOLERANCE) / np.log(max(self.discount, TRUNCATION_TOLERANCE)))
-        )
+        log_discount = np.log(max(self.discount, TRUNCATION_TOLERANCE))
+        sweeps = int(np.ceil(np.log(TRUNCATION_TOLERANCE) / log_discount))
         self.budget.check_work(sweeps * (ARRAY_CALL_WORK + self.operations_per_sweep))
         for _ in range(sweeps):
             self.budget.spend_work(ARRAY_CALL_WORK + self.operations_per_sweep)

@@ -45,10 +45,8 @@ def compare_hunting_teams(problem: CollaborativePredatorPrey) -> Solution | None
 
 def _iter_simulated_values(problem: CollaborativePredatorPrey) -> Iterator[TeamValue]:
     """Yield the mean returns of teams of one agent in simulated games."""
-    turns = min(
-        MAX_SIMULATED_TURNS,
-        ceil(log(MIN_TURN_WEIGHT) / log(max(problem.discount, MIN_TURN_WEIGHT))),
-    )
+    turns = ceil(log(MIN_TURN_WEIGHT) / log(max(problem.discount, MIN_TURN_WEIGHT)))
+    turns = min(MAX_SIMULATED_TURNS, turns)
     for index, name in enumerate(SIMULATED_AGENTS):
         policies = [load_agent(problem, seat, name) for seat in range(len(problem.agents))]
         share = 0.5 / len(SIMULATED_AGENTS)
@@ -85,11 +83,8 @@ def _iter_pair_values(problem: CollaborativePredatorPrey) -> Iterator[TeamValue]
     with scale_progress_part(2, 3):
         plans = HuntJointPlan(problem, 0, nodes=PLAN_NODES).plans
     plan_value = evaluate_plans(hunting_team, plans, budget)
-    yield TeamValue(
-        f"joint-plan:nodes={PLAN_NODES}",
-        plan_value,
-        f"exact, with {format_count(len(plans[0]), 'turn')}",
-    )
+    method = f"exact, with {format_count(len(plans[0]), 'turn')}"
+    yield TeamValue(f"joint-plan:nodes={PLAN_NODES}", plan_value, method)
 
 
 SOLUTION = compare_hunting_teams

@@ -55,14 +55,9 @@ class Optimal(GreedyPolicy, ReactivePolicy):
     def values_basis(self, question: AdviceQuestion) -> ValuesBasis:
         """Return estimated values; a turn limit may come before the aircraft meet."""
         longest, turns = collision_avoidance_grid.TIMES_TO_COLLISION[-1], question.turn_limit
-        return (
-            super()
-            .values_basis(question)
-            ._replace(
-                accuracy=Accuracy.ESTIMATED,
-                ignores_turn_limit=turns is not None and turns <= longest,
-            )
-        )
+        ends_before = turns is not None and turns <= longest
+        basis = super().values_basis(question)
+        return basis._replace(accuracy=Accuracy.ESTIMATED, ignores_turn_limit=ends_before)
 
 
 AGENTS = Roster(

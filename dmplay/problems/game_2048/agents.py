@@ -68,14 +68,11 @@ class Expectimax(GreedyPolicy, ReactivePolicy):
 
     def values_basis(self, question: AdviceQuestion) -> ValuesBasis:
         """Return ratings that ignore the turn limit and the discount."""
-        return (
-            super()
-            .values_basis(question)
-            ._replace(
-                accuracy=Accuracy.RATING,
-                ignores_turn_limit=question.turn_limit is not None,
-                ignores_discount=self.problem.discount < 1.0,
-            )
+        basis = super().values_basis(question)
+        return basis._replace(
+            accuracy=Accuracy.RATING,
+            ignores_turn_limit=question.turn_limit is not None,
+            ignores_discount=self.problem.discount < 1.0,
         )
 
     def action_values(self, memory: Memory) -> Reals:

@@ -43,20 +43,12 @@ class Optimal(GreedyPolicy, ReactivePolicy):
 
     def values_basis(self, question: AdviceQuestion) -> ValuesBasis:
         """Return estimated values without a turn limit."""
-        return (
-            super()
-            .values_basis(question)
-            ._replace(
-                accuracy=Accuracy.ESTIMATED, ignores_turn_limit=question.turn_limit is not None
-            )
-        )
+        basis, has_limit = super().values_basis(question), question.turn_limit is not None
+        return basis._replace(accuracy=Accuracy.ESTIMATED, ignores_turn_limit=has_limit)
 
     def action_values(self, memory: Memory) -> Reals:
         """Return Q of each action, roughly the negative number of turns to the goal."""
-        solution = solve_on_grid(self.problem, VALUE_GRID)
-        return grid_value_iteration.compute_action_values(
-            self.problem, VALUE_GRID, solution.values, memory[0]
-        )
+        return compute_action_values(self.problem, memory[0])
 
 
 @memoize
@@ -65,6 +57,12 @@ def solve_on_grid(
 ) -> grid_value_iteration.GridValues:
     """Return the values of the car at the points of a grid, by value iteration."""
     return grid_value_iteration.run_grid_value_iteration(problem, grid)
+
+
+def compute_action_values(problem: Problem, s: Array) -> Reals:
+    """Return Q `[B, A]` of each action in states, interpolated on the grid."""
+    values = solve_on_grid(problem, VALUE_GRID).values
+    return grid_value_iteration.compute_action_values(problem, VALUE_GRID, values, s)
 
 
 @dataclass(frozen=True)

@@ -6,10 +6,9 @@ from dmplay.game.plot_kinds import Figure
 from dmplay.plots.plot_data import GridPanel, Label, Plot, Polyline, Shape, ShapesPanel
 from dmplay.plots.plotted_problem import VALUE_LABEL, PlottedProblem
 from dmplay.plots.state_values import EQUAL_LABEL, index_best_actions
-from dmplay.solvers.mdp import grid_value_iteration
 from dmplay.views.toolkit.plots import Axis
 
-from .agents import VALUE_GRID, solve_on_grid
+from .agents import VALUE_GRID, compute_action_values, solve_on_grid
 from .rules import LEFT_WALL, RIGHT_WALL, TOP_SPEED, MountainCar
 from .view import VALLEY_FLOOR_X, compute_hill_height
 
@@ -63,9 +62,7 @@ def _plot_policy(subject: PlottedProblem) -> Plot:
     """Return a heat map of the best actions by position and speed."""
     subject.refuse_turns("policy", TURNS_REASON)
     problem, states = subject.problem, VALUE_GRID.list_states()
-    values = solve_on_grid(problem, VALUE_GRID).values
-    q = grid_value_iteration.compute_action_values(problem, VALUE_GRID, values, states)
-    best = index_best_actions(q)
+    best = index_best_actions(compute_action_values(problem, states))
     best[problem.terminal(states)] = np.nan
     categories = (*problem.actions[0].labels, EQUAL_LABEL)
     panel = GridPanel("", POSITIONS, SPEEDS, best.reshape(GRID_SHAPE), categories=categories)

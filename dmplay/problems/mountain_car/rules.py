@@ -81,9 +81,8 @@ class MountainCar(RealStateProblem):
         push = THRUST * (to_column(a[:, 0]) - 1)
         unclamped_speed = v + (push - GRAVITY * compute_cosine_of_triple(x))
         next_speed = clip(unclamped_speed, -TOP_SPEED, TOP_SPEED)
-        next_position = clip(
-            x + (next_speed if self.speed_first else unclamped_speed), LEFT_WALL, RIGHT_WALL
-        )
+        step = next_speed if self.speed_first else unclamped_speed
+        next_position = clip(x + step, LEFT_WALL, RIGHT_WALL)
         if self.wall_stops:
             next_speed = select((next_position == LEFT_WALL) & (next_speed < 0), 0.0, next_speed)
         at_goal = self._is_at_goal(x, v)

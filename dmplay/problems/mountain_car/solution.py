@@ -8,7 +8,6 @@ from dmplay.core.problem import Problem
 from dmplay.core.text import format_count
 from dmplay.core.work_budget import ARRAY_CALL_WORK, Budget
 from dmplay.evaluation.solutions.solution import Row, Solution, format_action_names
-from dmplay.solvers.mdp import grid_value_iteration
 
 from . import agents
 
@@ -18,11 +17,9 @@ MAX_DRIVE_TURNS = 1000
 
 def solve_mountain_car(problem: Problem) -> Solution:
     """Return the values of some starts by value iteration, and the turns that its policy takes."""
-    sweep_result = agents.solve_on_grid(problem, agents.VALUE_GRID)
+    grid_values = agents.solve_on_grid(problem, agents.VALUE_GRID)
     starts = np.array([[x, 0.0] for x in START_POSITIONS])
-    q = grid_value_iteration.compute_action_values(
-        problem, agents.VALUE_GRID, sweep_result.values, starts
-    )
+    q = agents.compute_action_values(problem, starts)
     rows: list[Row] = [
         {
             "start": problem.format_state(s),
@@ -30,35 +27,27 @@ def solve_mountain_car(problem: Problem) -> Solution:
             "best": format_action_names(problem, mark_best_actions(row)),
             "turns driven": turns,
         }
-        for s, row, turns in zip(
-            starts, q, _count_driven_turns(problem, sweep_result.values, starts), strict=True
-        )
+        for s, row, turns in zip(starts, q, _count_driven_turns(problem, starts), strict=True)
     ]
+    positions, speeds = agents.VALUE_GRID.point_counts
+    sweeps = format_count(grid_values.sweep_count, "sweep")
     summary = (
-        f"{agents.VALUE_GRID.point_counts[0]} "
-        f"x {agents.VALUE_GRID.point_counts[1]} "
-        "points; last change "
-        f"{sweep_result.last_change:.1g} after "
-        f"{format_count(sweep_result.sweep_count, 'sweep')}"
+        f"{positions} x {speeds} points; last change {grid_values.last_change:.1g} after {sweeps}"
     )
     return Solution("value iteration on an interpolated grid", summary, rows)
 
 
-def _count_driven_turns(problem: Problem, values: Reals, s: Reals) -> list[int | None]:
+def _count_driven_turns(problem: Problem, s: Reals) -> list[int | None]:
     """Return the turns that the best actions take from each state, None if too many."""
     turns = np.zeros(len(s), np.int64)
     budget = Budget("simulating the drive", "use the agent search")
     while (unfinished := ~problem.terminal(s)).any() and turns.max() < MAX_DRIVE_TURNS:
         budget.spend_work(10 * ARRAY_CALL_WORK, int(turns.max()) / MAX_DRIVE_TURNS)
-        a = select_greedy_actions(
-            grid_value_iteration.compute_action_values(problem, agents.VALUE_GRID, values, s)
-        )
+        a = select_greedy_actions(agents.compute_action_values(problem, s))
         s = problem.step(s, a[:, None], np.zeros((len(s), 0))).state
         turns += unfinished
-    return [
-        None if is_unfinished else count
-        for count, is_unfinished in zip(turns.tolist(), unfinished, strict=True)
-    ]
+    pairs = zip(turns.tolist(), unfinished, strict=True)
+    return [None if is_unfinished else count for count, is_unfinished in pairs]
 
 
 SOLUTION = solve_mountain_car

@@ -37,15 +37,12 @@ class SharedObservationPlan(SeatPolicy):
 
     def values_basis(self, question: AdviceQuestion) -> ValuesBasis:
         """Return estimated values of the turns it plans ahead, of which fewer may be left."""
-        return (
-            super()
-            .values_basis(question)
-            ._replace(
-                accuracy=Accuracy.ESTIMATED,
-                horizon=Horizon.AHEAD,
-                horizon_turns=self.horizon,
-                method="joint plan that both agents follow, for the sum of their rewards",
-            )
+        basis = super().values_basis(question)
+        return basis._replace(
+            accuracy=Accuracy.ESTIMATED,
+            horizon=Horizon.AHEAD,
+            horizon_turns=self.horizon,
+            method="joint plan that both agents follow, for the sum of their rewards",
         )
 
     def __post_init__(self) -> None:
@@ -66,9 +63,8 @@ class SharedObservationPlan(SeatPolicy):
         for a, b in self._joint_actions:
             first = stage.plans_by_agent[0].first_actions == a
             second = stage.plans_by_agent[1].first_actions == b
-            pair_values = (
-                stage.pair_values[:, first][:, :, second].reshape(len(stage.pair_values), -1).T
-            )
+            pair_values = stage.pair_values[:, first][:, :, second]
+            pair_values = pair_values.reshape(len(pair_values), -1).T
             vectors.append(pair_values[compute_upper_envelope(pair_values).needed_vectors])
         return vectors
 
@@ -80,19 +76,18 @@ class SharedObservationPlan(SeatPolicy):
         own_observations = tables.observation_model.reshape(
             *tables.observation_model.shape[:2], -1, observation_count
         ).sum(axis=3 - self.seat)
-        joint = tables._replace(observation=own_observations).joint_probabilities.transpose(
-            1, 2, 0, 3
-        )
-        shaped: Reals = joint.reshape(*self.problem.action_counts, *joint.shape[1:])
-        expected = shaped if self.seat == 0 else shaped.swapaxes(0, 1)
+        joint = tables._replace(observation=own_observations).joint_probabilities
+        joint = joint.transpose(1, 2, 0, 3)
+        expected = joint.reshape(*self.problem.action_counts, *joint.shape[1:])
+        if self.seat == 1:
+            expected = expected.swapaxes(0, 1)
         fallback = np.broadcast_to(expected.mean(axis=1, keepdims=True), expected.shape)
         return PartnerBeliefFilter.from_arrays(expected, fallback)
 
     def initial_memory(self, observation: Array) -> Memory:
         """Return the initial belief, and the joint action that both agents take first."""
-        return self._make_memory(
-            np.tile(belief.initial_belief(self.problem), (len(observation), 1))
-        )
+        b = belief.initial_belief(self.problem)
+        return self._make_memory(np.tile(b, (len(observation), 1)))
 
     def update_memory(self, memory: Memory, percept: Percept) -> Memory:
         """Return the belief after a turn, by Bayes' rule, and the next joint action.
@@ -112,9 +107,8 @@ class SharedObservationPlan(SeatPolicy):
     def _joint_action_values(self, b: Reals) -> Reals:
         """Return Q `[B, joint actions]` of beliefs `[B, S]`."""
         b = np.asfortranarray(b)  # converted to state by state once, for all vectors
-        return np.stack(
-            [exact_pomdp.compute_belief_values(vectors, b) for vectors in self._alpha_vectors]
-        ).T
+        sets = self._alpha_vectors
+        return np.stack([exact_pomdp.compute_belief_values(vectors, b) for vectors in sets]).T
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
         """Return the seat's own part of the best joint action."""
@@ -154,12 +148,10 @@ class PartnerBeliefFilter(NamedTuple):
 
     def _update_rows(self, beliefs: Reals, turn_index: int) -> Reals:
         """Return the beliefs after the turn with this index."""
-        posterior, likelihood = belief.apply_bayes_rule(
-            self.expected[turn_index].propagate(beliefs)
-        )
+        expected, fallback = self.expected[turn_index], self.fallback[turn_index]
+        posterior, likelihood = belief.apply_bayes_rule(expected.propagate(beliefs))
         ruled_out = np.flatnonzero(likelihood == 0.0)
         if len(ruled_out):
-            posterior[ruled_out] = belief.apply_bayes_rule(
-                self.fallback[turn_index].propagate(beliefs[ruled_out])
-            ).belief
+            next_states = fallback.propagate(beliefs[ruled_out])
+            posterior[ruled_out] = belief.apply_bayes_rule(next_states).belief
         return posterior

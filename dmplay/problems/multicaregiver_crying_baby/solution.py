@@ -3,10 +3,8 @@
 import numpy as np
 
 from dmplay.core import belief
-from dmplay.core.arrays import Reals
 from dmplay.core.best_actions import select_greedy_actions
-from dmplay.core.problem import Problem
-from dmplay.core.tabular import Tables, tabulate
+from dmplay.core.tabular import tabulate
 from dmplay.core.work_budget import scale_progress_part
 from dmplay.evaluation.solutions.solution import Row, Solution
 from dmplay.solvers.decpomdp import joint_plan_dynamic_programming
@@ -32,39 +30,26 @@ def solve_team(problem: MulticaregiverCryingBaby) -> Solution:
     rows: list[Row] = []
     for turns, (stage, planner) in enumerate(zip(stages, planner_stages, strict=True), 1):
         pair_values = np.einsum("s,sij->ij", b, stage.pair_values)
-        pair = np.unravel_index(
-            int(select_greedy_actions(pair_values.reshape(-1))), pair_values.shape
-        )
+        best = int(select_greedy_actions(pair_values.reshape(-1)))
+        pair = np.unravel_index(best, pair_values.shape)
+        mdp_value = mdp_values.compute_finite_horizon_values(team, problem.discount, turns)
         row: Row = {
             "turns": turns,
             "plans": " x ".join(str(len(plans.first_actions)) for plans in stage.plans_by_agent),
             "value": float(pair_values.max()),
             "one planner": float((planner.alpha_vectors @ b).max()),
-            "one who sees": float(
-                b @ mdp_values.compute_finite_horizon_values(team, problem.discount, turns)
-            ),
+            "one who sees": float(b @ mdp_value),
         }
         for seat, agent in enumerate(problem.agents):
             action = stage.plans_by_agent[seat].first_actions[pair[seat]]
             row[f"{agent} first"] = problem.format_action(seat, float(action))
         rows.append(row)
-    summary = (
-        f"value {rows[-1]['value']:.6g} with {MAX_PLAN_TURNS} "
-        f"turns{_format_infinite_horizon_bound(problem, team, b)}"
-    )
-    return Solution(
-        "joint plans by dynamic programming, for the sum of both rewards", summary, rows
-    )
-
-
-def _format_infinite_horizon_bound(problem: Problem, team: Tables, b: Reals) -> str:
-    """Return text on one planner's value for an infinite horizon; '' without a discount."""
-    if problem.discount >= 1.0:
-        return ""
-    vectors = exact_pomdp.solve_infinite_horizon(team, problem.discount).alpha_vectors
-    return (
-        f"; infinite horizon: at most {(vectors @ b).max():.6g}, the value of one planner for both"
-    )
+    summary = f"value {rows[-1]['value']:.6g} with {MAX_PLAN_TURNS} turns"
+    if problem.discount < 1.0:
+        bound = (exact_pomdp.solve_infinite_horizon(team, problem.discount).alpha_vectors @ b).max()
+        summary += f"; infinite horizon: at most {bound:.6g}, the value of one planner for both"
+    method = "joint plans by dynamic programming, for the sum of both rewards"
+    return Solution(method, summary, rows)
 
 
 SOLUTION = solve_team

@@ -130,31 +130,26 @@ class BestResponse(HorizonPolicy, StationaryPolicy):
         It plans the turns left. The opponents stay natural if they play different policies, natural
         ones, or one it cannot model.
         """
-        policy, opponents = super().adapt_to_game(question), question.opponents
-        seats = range(len(self.problem.agents))
-        natural_names = {
-            _natural_policy_name(self.problem, seat) for seat in seats if seat != self.seat
-        }
-        opponent_names = {*opponents}
-        if (
-            len(opponent_names) != 1
-            or opponent_names == natural_names
-            or opponents[0] not in OPPONENT_MODELS
-        ):
-            return policy
-        return replace(policy, to=opponents[0])
+        policy, names = super().adapt_to_game(question), {*question.opponents}
+        natural_names = {_natural_policy_name(self.problem, seat) for seat in self._other_seats}
+        if len(names) == 1 and names != natural_names and names <= {*OPPONENT_MODELS}:
+            return replace(policy, to=question.opponents[0])
+        return policy
+
+    @property
+    def _other_seats(self) -> list[int]:
+        """The seats of the other agents."""
+        return [seat for seat in range(len(self.problem.agents)) if seat != self.seat]
 
     def values_basis(self, question: AdviceQuestion) -> ValuesBasis:
         """Return exact values against the assumed play of the others."""
         basis = super().values_basis(question)._replace(accuracy=Accuracy.EXACT)
-        others = [seat for seat in range(len(self.problem.agents)) if seat != self.seat]
-        assumed = {
-            _natural_policy_name(self.problem, seat) if self.to == "natural" else self.to
-            for seat in others
-        }
+        assumed = {self.to}
+        if self.to == "natural":
+            assumed = {_natural_policy_name(self.problem, seat) for seat in self._other_seats}
         if {*question.actual_opponents} == assumed:
             return basis
-        verb = "other agents play" if len(others) > 1 else "other agent plays"
+        verb = "other agents play" if len(self._other_seats) > 1 else "other agent plays"
         assumption = f"if the {verb} {' or '.join(sorted(assumed))}"
         return basis._replace(assumed_players=assumption)
 
@@ -200,10 +195,8 @@ class HuntEquilibrium(ReactivePolicy):
         super().__post_init__()
         hunt = self.problem
         if hunt.walker_count != 2 or hunt.state_count > markov_game_policy_iteration.MAX_STATES:
-            description = f"{hunt.walker_count} agents on {len(hunt.hexes)} hexes"
-            raise BadPolicy(
-                f"equilibrium: got {description}, expected 2 agents on at most 22 hexes"
-            )
+            actual = f"{hunt.walker_count} agents on {len(hunt.hexes)} hexes"
+            raise BadPolicy(f"equilibrium: got {actual}, expected 2 agents on at most 22 hexes")
         if hunt.discount >= 1.0:
             raise BadPolicy("an infinite horizon needs a discount below 1")
 
@@ -214,17 +207,13 @@ class HuntEquilibrium(ReactivePolicy):
 
     def values_basis(self, question: AdviceQuestion) -> ValuesBasis:
         """Return exact values without a turn limit."""
-        return (
-            super()
-            .values_basis(question)
-            ._replace(accuracy=Accuracy.EXACT, ignores_turn_limit=question.turn_limit is not None)
-        )
+        basis, has_limit = super().values_basis(question), question.turn_limit is not None
+        return basis._replace(accuracy=Accuracy.EXACT, ignores_turn_limit=has_limit)
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
         """Return moves drawn from the equilibrium's mixed strategy in each state."""
-        return Categorical(
-            self._cumulative_probabilities.take(self.problem.state_indices(memory[0]), axis=0)
-        ).sample_events(u)
+        states = self.problem.state_indices(memory[0])
+        return Categorical(self._cumulative_probabilities.take(states, axis=0)).sample_events(u)
 
     def choice_probabilities(self, memory: Memory) -> Reals:
         """Return the mixed strategy of each row `[B, A]`."""

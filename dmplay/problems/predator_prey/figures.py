@@ -15,16 +15,12 @@ def _draw_hunt_start(subject: PlottedProblem) -> Plot:
     problem = subject.problem
     assert isinstance(problem, PredatorPrey)
     p, states = initial_state_distribution(problem)
-    hunters = [problem.hexes[int(s)] for s in states[int(np.argmax(p))]]
-    hunter, prey = hunters[0], hunters[1]
-    cells = [
-        PlottedHex(hex_, text="predator", kind="hunter")
-        if hex_ == hunter
-        else PlottedHex(hex_, text="prey", kind="prey")
-        if hex_ == prey
-        else PlottedHex(hex_)
-        for hex_ in problem.hexes
-    ]
+    hunter, prey, *_ = (problem.hexes[int(s)] for s in states[int(np.argmax(p))])
+    marked = {
+        prey: PlottedHex(prey, text="prey", kind="prey"),
+        hunter: PlottedHex(hunter, text="predator", kind="hunter"),
+    }
+    cells = [marked.get(hex_, PlottedHex(hex_)) for hex_ in problem.hexes]
     return Plot(f"{subject.title}: initial state", [HexPanel("", cells)])
 
 

@@ -44,9 +44,8 @@ class PredatorPrey(HexHunt):
         """The names `predator` and `prey`, numbered unless there is one of each."""
         if self.predators == self.prey == 1:
             return ("predator", "prey")
-        return make_numbered_names("predator", self.predators) + make_numbered_names(
-            "prey", self.prey
-        )
+        predators = make_numbered_names("predator", self.predators)
+        return predators + make_numbered_names("prey", self.prey)
 
     @property
     def reward_bounds(self) -> tuple[float, float]:

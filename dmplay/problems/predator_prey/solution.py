@@ -9,21 +9,13 @@ from .rules import PredatorPrey
 
 
 def solve_hunt(problem: PredatorPrey) -> Solution:
-    """Return the equilibrium of a small, discounted hunt of one predator and one prey.
+    """Return the equilibrium of a small, discounted hunt of one predator and one prey, by states.
 
     Hunts of more agents are simulated.
     """
-    if (
-        problem.walker_count == 2
-        and problem.discount < 1.0
-        and problem.state_count <= markov_game_policy_iteration.MAX_STATES
-    ):
-        return _solve_one_on_one(problem)
-    return solve_by_simulation(problem)
-
-
-def _solve_one_on_one(problem: PredatorPrey) -> Solution:
-    """Return the equilibrium of one predator and one prey, state by state."""
+    is_small = problem.state_count <= markov_game_policy_iteration.MAX_STATES
+    if not (is_small and problem.walker_count == 2 and problem.discount < 1.0):
+        return solve_by_simulation(problem)
     result = markov_game_policy_iteration.find_equilibrium(problem)
     rows: list[Row] = []
     for index, s in enumerate(problem.enumerate_states()):
