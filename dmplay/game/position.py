@@ -8,34 +8,32 @@ and the random numbers of the game are out of reach.
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import cached_property
-from itertools import product
-from typing import NamedTuple, Self, TypeVar
+from typing import Self, TypeVar
 
 import numpy as np
 
 from dmplay.agents.base import AdviceQuestion, SeatPolicy, models_opponents
 from dmplay.core.action_values import UNKNOWN_BASIS, Accuracy, ActionValues, Horizon
 from dmplay.core.arrays import Array, Bools, Reals, readonly_copy
-from dmplay.core.belief import apply_bayes_rule
 from dmplay.core.chance import FiniteChance
 from dmplay.core.policy import Memory, Percept, call_policy
-from dmplay.core.problem import (
-    Problem,
-    build_percept,
-    checked_state_indices,
-    enumerate_possible_outcomes,
-    find_seat,
-    mark_inactive_agents,
-    validate_outcome,
-)
+from dmplay.core.problem import Problem, find_seat, mark_inactive_agents
 from dmplay.core.seat_history import BeliefHistory, SeatHistory
 from dmplay.core.session import Session, View, call_memory_method, validate_policy_actions
 from dmplay.core.spaces import Labels
 from dmplay.core.typed_text import parse_belief, parse_history, parse_state
 from dmplay.core.uniforms import SeededUniforms
-from dmplay.core.work_budget import Budget, limit_total_work
+from dmplay.core.work_budget import limit_total_work
 from dmplay.errors import BadParameter, BadPolicy, BudgetExceeded
 from dmplay.game.action_breakdown import ActionBreakdown, Payoff, PossibleOutcome
+from dmplay.game.turn_events import (
+    TurnEvents,
+    enumerate_observations,
+    find_unique_states,
+    list_next_states,
+    list_observations,
+    sample_next_states,
+)
 from dmplay.registry.agents import HintAgent, find_hint_provider, load_hint_agent
 from dmplay.registry.problems import load_problem
 from dmplay.solvers.search.simulated_opponents import make_start_state
@@ -44,24 +42,7 @@ from dmplay.views.protocol import Forecast
 T = TypeVar("T")
 ADVICE_WORK_LIMIT = 1.5e9  # operations of one question, about one second
 SEARCH_AGENT = "search"  # this agent limits its own work
-SAMPLE_COUNT = 200  # samples of outcomes that cannot be listed
-QUASI_RANDOM_STEPS = np.sqrt(
-    np.array([2.0, 3.0, 5.0, 7.0, 11.0, 13.0, 17.0, 19.0])
-)  # irrational steps of quasi-random uniforms
 MAX_VALUED_OUTCOMES = 2000  # maximum number of outcomes whose values are computed
-
-
-class _Events(NamedTuple):
-    """The K possible events of a turn, as far as the seat perceives them."""
-
-    probabilities: Reals  # [K]
-    rewards: Reals  # [K], the seat's expected reward
-    percept: Percept  # of K rows
-    states: Array  # [K, ...], a possible next state of each, which decides the legal actions
-    is_over: Bools  # [K], whether the problem has certainly ended
-    beliefs: Reals | None = None  # [K, S], if states are hidden
-    joint_actions: Array | None = None  # [K, n], if all agents see the state
-    is_modelled: bool = False  # whether a model predicts the others; else they act at random
 
 
 class Position:
@@ -104,10 +85,10 @@ class Position:
         Without `agent`, it is the one that gives the hints of the game in question.
         """
         agent = agent or find_hint_provider(session.problem, question)
-        return cls.follow(session, question, agent)
+        return cls.with_agent(session, question, agent)
 
     @classmethod
-    def follow(
+    def with_agent(
         cls,
         session: Session,
         question: AdviceQuestion,
@@ -451,7 +432,7 @@ class Position:
         )
 
     def _value_events(
-        self, policy: SeatPolicy, memory: Memory, events: _Events, action: int, value: float
+        self, policy: SeatPolicy, memory: Memory, events: TurnEvents, action: int, value: float
     ) -> ActionBreakdown:
         """Return the parts of the value of an action that has these possible events."""
         problem, probabilities = self.problem, events.probabilities
@@ -477,7 +458,7 @@ class Position:
             action,
             value,
             discount,
-            self._merge_events(events, values_after),
+            events.merge(problem, self.seat, values_after),
             replies,
             next_replies,
             discount * max(seen_value - blind_value, 0.0) if events.beliefs is not None else 0.0,
@@ -499,7 +480,8 @@ class Position:
         if not self._lists_events:
             raise BadParameter("expected outcomes that can be listed, not real numbers")
         events = self._list_events(int(self.validate_action(action)))
-        return self._merge_events(events, np.full(len(events.probabilities), np.nan))
+        values_after = np.full(len(events.probabilities), np.nan)
+        return events.merge(self.problem, self.seat, values_after)
 
     def expected_rewards(self) -> Reals:
         """Return the expected reward `[A]` of this turn for each action, -inf if it is illegal."""
@@ -511,7 +493,9 @@ class Position:
 
     def list_payoffs(self, action: int | str) -> list[Payoff]:
         """Return the expected reward of an action for each way in which the others may act."""
-        events = self._list_next_states(self.validate_action(action))
+        events = list_next_states(
+            self.problem, self.seat, self.state, self.predict_actions, self.validate_action(action)
+        )
         assert events.joint_actions is not None
         joint_actions, indices = np.unique(events.joint_actions, axis=0, return_inverse=True)
         indices = indices.reshape(-1)
@@ -534,11 +518,13 @@ class Position:
         else:
             try:
                 if not self._lists_events:
-                    return self._sample_states(action)
-                events = self._list_next_states(action)
+                    return sample_next_states(self.problem, self.seat, self.state, action)
+                events = list_next_states(
+                    self.problem, self.seat, self.state, self.predict_actions, action
+                )
             except BudgetExceeded:  # too many outcomes to list
-                return self._sample_states(action)
-            outcomes, indices = _find_unique_states(self.problem, events.states)
+                return sample_next_states(self.problem, self.seat, self.state, action)
+            outcomes, indices = find_unique_states(self.problem, events.states)
             probabilities, beliefs = np.bincount(indices, events.probabilities).astype(float), None
         order = np.argsort(-probabilities, kind="stable")
         result = Forecast(
@@ -564,63 +550,11 @@ class Position:
         chances = problem.chance(self.state[None], np.zeros((1, len(problem.agents)), int))
         return all(isinstance(chance, FiniteChance) for chance in chances)
 
-    def _list_events(self, action: int) -> _Events:
+    def _list_events(self, action: int) -> TurnEvents:
         """Return the possible events of a turn with this action."""
         if self.problem.partially_observable:
             return self._list_observations(action)
-        return self._list_next_states(action)
-
-    def _list_next_states(self, action: float) -> _Events:
-        """Return the possible next states and the others' actions; all agents see the state.
-
-        Raise BudgetExceeded if they do not fit in memory.
-        """
-        problem = self.problem
-        joint_actions, weights, is_modelled = self._list_joint_actions(action)
-        states = np.repeat(self.state[None], len(joint_actions), axis=0)
-        row, p, outcome = enumerate_possible_outcomes(problem, states, joint_actions)
-        probabilities = p * weights[row]
-        possible = probabilities > 0.0
-        row, outcome = row[possible], type(outcome)(*(array[possible] for array in outcome))
-        return _Events(
-            probabilities[possible],
-            outcome.rewards[:, self.seat],
-            build_percept(problem, self.seat, joint_actions[row], outcome),
-            outcome.state,
-            problem.terminal(outcome.state),
-            joint_actions=joint_actions[row],
-            is_modelled=is_modelled,
-        )
-
-    def _list_joint_actions(self, action: float) -> tuple[Array, Reals, bool]:
-        """Return the joint actions `[J, n]` with an action of the seat, and their probabilities.
-
-        The third item tells whether a model predicts the other agents; else they act at random.
-        """
-        problem = self.problem
-        legal = problem.legal_actions_mask(self.state[None])
-        options_by_seat: list[Sequence[float]] = []
-        probabilities_by_seat: list[Sequence[float]] = []
-        is_modelled = False
-        for other, action_set in enumerate(problem.actions):
-            if other == self.seat:
-                options_by_seat.append([action])
-                probabilities_by_seat.append([1.0])
-                continue
-            weights = (
-                np.ones(len(action_set.labels)) if legal is None else legal[0, other].astype(float)
-            )
-            predicted = self.predict_actions(other)
-            if predicted is not None and (predicted * weights).any():
-                weights, is_modelled = predicted * weights, True
-            possible = np.flatnonzero(weights)
-            options_by_seat.append(possible.tolist())
-            probabilities_by_seat.append((weights[possible] / weights.sum()).tolist())
-        count = float(np.prod([float(len(options)) for options in options_by_seat]))
-        budget = Budget("the forecast of an action", "play the action instead")
-        budget.check_memory(8.0 * len(options_by_seat) * count)
-        probabilities = np.array([np.prod(row) for row in product(*probabilities_by_seat)])
-        return np.array([*product(*options_by_seat)]), probabilities, is_modelled
+        return list_next_states(self.problem, self.seat, self.state, self.predict_actions, action)
 
     def predict_actions(self, seat: int) -> Reals | None:
         """Return the probability `[A']` of each action of another seat in the agent's model.
@@ -632,7 +566,7 @@ class Position:
         predicted = self.ask(lambda policy, memory: policy.predict_actions(memory, seat))
         return None if predicted is None else predicted[0]
 
-    def _count_replies(self, events: _Events) -> Reals | None:
+    def _count_replies(self, events: TurnEvents) -> Reals | None:
         """Return the probability `[A']` of each action of the only other agent; None if many."""
         if len(self.problem.agents) != 2 or events.joint_actions is None or not self.active_others:
             return None
@@ -640,7 +574,7 @@ class Position:
         reply_count = self.problem.action_counts[1 - self.seat]
         return np.bincount(replies, events.probabilities, reply_count).astype(float)
 
-    def _list_observations(self, action: int) -> _Events:
+    def _list_observations(self, action: int) -> TurnEvents:
         """Return the possible observations after an action, in the order of their labels.
 
         The belief and the other agents' actions are those of the agent; without a model, the others
@@ -662,89 +596,11 @@ class Position:
                 belief = None if self.view.beliefs is None else self.view.belief
             if belief is None:
                 raise BadParameter("too many states to compute the possible observations")
-            probabilities, beliefs, rewards = _enumerate_observations(
+            probabilities, beliefs, rewards = enumerate_observations(
                 problem, self.seat, action, belief
             )
-        observations = np.flatnonzero(probabilities > 0.0)
-        beliefs, rewards = beliefs[observations], rewards[observations]
-        states = problem.enumerate_states()
-        is_state_over = problem.terminal(states)
-        return _Events(
-            probabilities[observations],
-            rewards,
-            Percept(
-                np.full(len(observations), action),
-                observations,
-                None,
-                rewards if problem.rewards_observable else None,
-            ),
-            states[beliefs.argmax(axis=1)],
-            np.asarray(~(beliefs[:, ~is_state_over] > 0.0).any(axis=1)),
-            beliefs,
-            is_modelled=predicted is not None,
-        )
-
-    def _sample_states(self, action: float) -> Forecast:
-        """Return equally likely sampled next states; the other agents' actions are sampled."""
-        problem, count = self.problem, self.problem.uniform_counts.step
-        steps = np.resize(QUASI_RANDOM_STEPS, count + len(problem.agents))
-        u = np.outer(np.arange(1, SAMPLE_COUNT + 1), steps) % 1.0
-        legal = problem.legal_actions_mask(self.state[None])
-        joint = np.full((SAMPLE_COUNT, len(problem.agents)), action)
-        for other, action_set in enumerate(problem.actions):
-            if other != self.seat:
-                masks = None if legal is None else np.tile(legal[0, other], (SAMPLE_COUNT, 1))
-                joint[:, other] = action_set.sample_actions(u[:, count + other], masks)
-        if all(action_set.labels for action_set in problem.actions):
-            joint = joint.astype(int)
-        states = np.repeat(self.state[None], SAMPLE_COUNT, axis=0)
-        outcome = problem.step(states, joint, u[:, :count])
-        validate_outcome(problem, outcome)
-        probabilities = np.full(SAMPLE_COUNT, 1.0 / SAMPLE_COUNT)
-        return Forecast(action, probabilities, outcome.state, is_sampled=True)
-
-    def _describe_events(self, events: _Events) -> list[str]:
-        """Return the part of each event that the seat perceives as text."""
-        problem = self.problem
-        if problem.partially_observable:
-            space = problem.observations[self.seat]
-            return [space.format_observation(np.asarray(o)) for o in events.percept.observation]
-        if problem.state_count != 1:
-            return [problem.describe_state(state) for state in events.states]
-        assert events.joint_actions is not None
-        return [
-            " and ".join(
-                problem.format_action(seat, action)
-                for seat, action in enumerate(joint_action)
-                if seat != self.seat
-            )
-            for joint_action in events.joint_actions
-        ]
-
-    def _merge_events(self, events: _Events, values_after: Reals) -> tuple[PossibleOutcome, ...]:
-        """Return the different outcomes, likeliest first, with means of equal ones.
-
-        They differ in their texts or, in a problem with states, in their rewards.
-        """
-        has_states, texts = self.problem.state_count != 1, self._describe_events(events)
-        facts = zip(texts, events.rewards.tolist(), events.is_over.tolist(), strict=True)
-        keys = [f"{text}\n{r:.9g}\n{over}" if has_states else text for text, r, over in facts]
-        _, first_rows, indices = np.unique(keys, return_index=True, return_inverse=True)
-        weights, beliefs = events.probabilities, events.beliefs
-        probabilities = np.bincount(indices, weights)
-        rewards = np.bincount(indices, weights * events.rewards) / probabilities
-        values = np.bincount(indices, weights * values_after) / probabilities
-        return tuple(
-            PossibleOutcome(
-                texts[first_rows[index]],
-                float(probabilities[index]),
-                float(rewards[index]),
-                float(values[index]),
-                None if beliefs is None else beliefs[first_rows[index]],
-                bool(events.is_over[first_rows[index]]),
-            )
-            for index in np.argsort(-probabilities, kind="stable")
-        )
+        events = list_observations(problem, self.seat, action, probabilities, beliefs, rewards)
+        return events._replace(is_modelled=predicted is not None)
 
 
 def _make_view(
@@ -790,7 +646,7 @@ def find_exact_agent(session: Session, question: AdviceQuestion) -> HintAgent | 
 
 
 def _compute_blind_value(
-    policy: SeatPolicy, memory: Memory, legal: Bools | None, events: _Events
+    policy: SeatPolicy, memory: Memory, legal: Bools | None, events: TurnEvents
 ) -> float:
     """Return the value of playing on if one action follows whatever is observed.
 
@@ -801,42 +657,3 @@ def _compute_blind_value(
     q = q if legal is None else np.where(legal, q, -np.inf)
     q = np.where(events.is_over[:, None], 0.0, q)
     return float((events.probabilities[:, None] * q).sum(axis=0).max())
-
-
-def _enumerate_observations(
-    problem: Problem, seat: int, action: int, belief: Reals
-) -> tuple[Reals, Reals, Reals]:
-    """Return the probability, the belief after and the expected reward of each observation.
-
-    The shapes are `[O]`, `[O, S]` and `[O]`. The other agents act uniformly at random.
-    """
-    support = np.flatnonzero(belief)
-    options = [range(count) for count in problem.action_counts]
-    options[seat] = range(action, action + 1)
-    joint_actions = np.stack(np.meshgrid(*options, indexing="ij"), axis=-1)
-    joint_actions = joint_actions.reshape(-1, len(options))
-    states = problem.enumerate_states()[support]
-    row, p, outcome = enumerate_possible_outcomes(
-        problem,
-        np.repeat(states, len(joint_actions), axis=0),
-        np.tile(joint_actions, (len(states), 1)),
-    )
-    weights = p * belief[support][row // len(joint_actions)] / len(joint_actions)
-    observation_count, state_count = problem.observation_counts[seat], len(belief)
-    observed = outcome.observations[:, seat]
-    cells = observed * state_count + checked_state_indices(problem, outcome.state)
-    joint = np.bincount(cells, weights, observation_count * state_count).astype(float)
-    posterior = apply_bayes_rule(joint.reshape(observation_count, state_count))
-    rewards = np.bincount(observed, weights * outcome.rewards[:, seat], observation_count)
-    likelihood = posterior.likelihood
-    return likelihood, posterior.belief, rewards / np.where(likelihood > 0.0, likelihood, 1.0)
-
-
-def _find_unique_states(problem: Problem, states: Array) -> tuple[Array, Array]:
-    """Return the different states, and the index of each of the states `[K]` among them."""
-    if states.dtype != object:
-        unique_states, indices = np.unique(states, axis=0, return_inverse=True)
-        return unique_states, indices.reshape(-1)
-    names = [problem.format_state(state) for state in states]  # objects may have no order
-    _, first, indices = np.unique(names, return_index=True, return_inverse=True)
-    return states[first], indices.reshape(-1)

@@ -138,7 +138,7 @@ class Predictor:
         """
         problem = self._session.problem
         question = AdviceQuestion.about(self._session, self._seat)
-        forecast = Position.follow(self._session, question, None).forecast(action)
+        forecast = Position.with_agent(self._session, question, None).forecast(action)
         assert forecast.beliefs is not None
         row = (turn - 1) % len(forecast.outcomes)
         belief = self._session.view(self._seat).belief

@@ -151,7 +151,7 @@ def iter_positions(
         actions: list[float | None] = [None] * len(game.problem.agents)
         if not session.is_inactive(seat):
             memory = follower.current_memory()
-            position = Position.follow(session, game.question, hint_agent, memory)
+            position = Position.with_agent(session, game.question, hint_agent, memory)
             yield position
             actions[seat] = _choose_next_action(game, position, rules[seed % len(rules)])
         session.advance(actions)

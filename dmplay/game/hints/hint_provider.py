@@ -266,7 +266,7 @@ class HintProvider:
                 self._seated = SeatedPolicy(self.session, self.seat, agent.policy)
             with suppress(BadPolicy, BudgetExceeded), limit_total_work(ADVICE_WORK_LIMIT):
                 memory = self._seated.current_memory()
-        self._position = Position.follow(self.session, self.question, agent, memory)
+        self._position = Position.with_agent(self.session, self.question, agent, memory)
         self._turn_of_position = last_turn
         return self._position
 

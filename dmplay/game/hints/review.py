@@ -137,7 +137,7 @@ def review_actions(
                 if values is None and can_sample:
                     memory = hint_policy.current_memory()
                     question = hint_agent.question
-                    values = Position.follow(replayed, question, hint_agent, memory).values()
+                    values = Position.with_agent(replayed, question, hint_agent, memory).values()
             is_of_players = number > hint_agent.question.earlier_turns
             if values is not None and is_of_players and not replayed.is_inactive(seat):
                 reviewed = _review_action(replayed, seat, number, int(turn.actions[seat]), values)

@@ -18,7 +18,8 @@ from dmplay.errors import BadParameter, IllegalAction
 from dmplay.game.game_series import GameController
 from dmplay.game.hints.forecast_text import format_forecast
 from dmplay.game.launch_requests import GameRequest
-from dmplay.game.position import SAMPLE_COUNT, Position
+from dmplay.game.position import Position
+from dmplay.game.turn_events import SAMPLE_COUNT
 from dmplay.terminal.capabilities import Terminal
 from dmplay.ui.screen.key_handlers import handle_key
 from dmplay.ui.screen.modes import Mode
@@ -87,7 +88,7 @@ def create_screen(name: str, *seats: str) -> PlayScreen:
 
 def open_position(session: Session, seat: int) -> Position:
     """Return the position of a seat, without a model of the other agents."""
-    return Position.follow(session, AdviceQuestion.about(session, seat), None)
+    return Position.with_agent(session, AdviceQuestion.about(session, seat), None)
 
 
 @pytest.mark.parametrize("name", CASE_NAMES)
