@@ -76,8 +76,6 @@ ARGUMENT_BOUNDS: Mapping[str, tuple[float, float]] = {
 }  # fmt: skip
 UNBOUNDED = (-math.inf, math.inf)
 MAX_ARGUMENT_TEXTS = 100  # of a list, such as the turns of a history
-
-
 # The arguments of each quantity of a `Position`, which say what the position is.
 POSITION_PARAMETERS = {
     name: parameter
@@ -108,11 +106,9 @@ class Quantity(NamedTuple):
         first, *parameters = inspect.signature(self.compute, eval_str=True).parameters.values()
         if first.annotation is not Position:
             return self.compute(position, **arguments)
-        own_names = {parameter.name for parameter in parameters}
-        own_arguments = {name: arguments[name] for name in arguments if name in own_names}
-        description: dict[str, Any] = {
-            name: arguments[name] for name in arguments if name not in own_names
-        }
+        own_names = [parameter.name for parameter in parameters]
+        own_arguments = {name: arguments[name] for name in own_names if name in arguments}
+        description: Any = {name: arguments[name] for name in {*arguments}.difference(own_names)}
         return self.compute(position.ask(**description), **own_arguments)
 
     def find_bounds(self, name: str) -> tuple[float, float]:

@@ -38,31 +38,23 @@ def compute_backup(position: Position, later: str) -> Truth:
     """Return the value of the best action of a position, with the values that it follows from."""
     values = list_action_values(position)
     best = max(values, key=lambda label: values[label])
-    breakdown = None if position.problem.partially_observable else position.break_down(best)
-    outcomes = breakdown.outcomes if breakdown else ()
-    discount, shares = format_number(position.problem.discount), dict[str, float]()
-    for outcome in outcomes:
-        old = f"{discount} x {format_number(outcome.value_after)}"
-        term = f"({format_number(outcome.reward)} + {old})"
-        shares[term] = shares.get(term, 0.0) + outcome.probability
-    calculation = " + ".join(f"{format_number(share)} x {term}" for term, share in shares.items())
-    comparison = (
-        f"the best action, {best}, is worth {calculation} = {format_number(values[best])}"
-        if 1 <= len(shares) <= MAX_TERMS
-        else ""
+    breakdown = position.break_down(best)
+    if breakdown is None or len(breakdown.outcomes) > MAX_TERMS:
+        return Truth(values[best])
+    discount, states = format_number(breakdown.discount), merge_by_text(breakdown.outcomes)
+    calculation = " + ".join(
+        f"{format_number(outcome.probability)} x ({format_number(outcome.reward)} + "
+        f"{discount} x {format_number(outcome.value_after)})"
+        for outcome in breakdown.outcomes
     )
-
-    def explain(_: str) -> str:
-        """Return the values of the next states of the best action, without their names."""
-        states = merge_by_text(outcomes)
-        if not 1 <= len(states) <= MAX_TERMS:
-            return ""
-        listed = " and ".join(format_number(state.value_after) for state in states)
-        count = format_count(len(states), "next state")
-        values = f"with V = {listed} {later}"
-        return f"the best action has {count}, {values}; each of these steps also has a reward"
-
-    return Truth(values[best], explain, comparison=comparison)
+    listed = " and ".join(format_number(state.value_after) for state in states)
+    count = format_count(len(states), "next state")  # which are not named
+    reason = (
+        f"the best action has {count}, with V = {listed} {later}; "
+        "each of these steps also has a reward"
+    )
+    comparison = f"the best action, {best}, is worth {calculation} = {format_number(values[best])}"
+    return Truth(values[best], lambda _: reason, comparison=comparison)
 
 
 def action_value(position: Position, action: str) -> Truth:
@@ -176,19 +168,18 @@ def missed_outcome_probability(
     return Truth(value, lambda _: reason, comparison=f"{once}^{tries} = {format_number(value)}")
 
 
-def worst_outcome(position: PositionInGame, action: str, state: str = "") -> Truth:
+def worst_outcome(position: Position, action: str) -> Truth:
     """Return the possible next states with the smallest value after an action."""
-    probabilities = list_outcomes(position, action, state)
-    costs = {
-        name: -max(list_action_values(position.ask(state=name)).values()) for name in probabilities
-    }
+    list_action_values(position)  # which checks that they are those of this game
+    states = {state.text: state for state in merge_by_text(position.outcomes(action))}
+    costs = {name: -state.value_after for name, state in states.items()}
 
     def explain(answer: str) -> str:
         """Return the probability and the value of the named state."""
-        if answer not in probabilities:
+        if answer not in states:
             return f"the probability that {action} leads to {answer} is 0"
-        probability, value = format_number(probabilities[answer]), format_number(-costs[answer])
-        return f"{answer} has probability {probability} and is worth {value}"
+        probability, value = format_number(states[answer].probability), -costs[answer]
+        return f"{answer} has probability {probability} and is worth {format_number(value)}"
 
     worst = list_best_labels(costs, position.problem.reward_scale)
     return Truth(worst, explain, list_state_names(position.problem))

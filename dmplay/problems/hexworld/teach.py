@@ -4,17 +4,19 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from dmplay.core.arrays import Array
 from dmplay.core.hexgrid import Hex, hex_distance, hex_neighbours, path_lengths
 from dmplay.core.tabular import tabulate
+from dmplay.core.typed_text import parse_state
 from dmplay.errors import BadParameter
 from dmplay.game.position import Position
-from dmplay.game.rules_of_thumb import RuleOfThumb, find_single_best
+from dmplay.game.rules_of_thumb import RuleOfThumb, find_single_best, merge_by_text
 from dmplay.problems._shared.hex_steps import EXPECT_LIKELIEST_WITHOUT_BUMPS, find_single_step
 from dmplay.registry.problems import with_parameters
 from dmplay.solvers.mdp.mdp_values import compute_optimal_q
 from dmplay.tutor.positions import PositionInGame
 from dmplay.tutor.quantity import Quantity
-from dmplay.tutor.state_quantities import find_state_index, list_action_values, list_outcomes
+from dmplay.tutor.state_quantities import find_state_index, list_action_values
 from dmplay.tutor.truth import Truth, format_number
 
 from .rules import HexWorld
@@ -54,11 +56,12 @@ def exit_probability(position: PositionInGame, exit_state: str, discount: float)
     It begins in the state of the position.
     """
     problem = with_parameters(position.problem, {"discount": discount})
+    assert isinstance(problem, HexWorld)
     tables = tabulate(problem)
     actions = compute_optimal_q(tables, discount).argmax(axis=1)
     transition = tables.transition[np.arange(len(actions)), actions]
     # An exit absorbs here, so that repeated squaring gives the probability of each exit.
-    exits = [find_state_index(position, text) for text in _exit_texts(position)]
+    exits = [problem.hexes.index(hex_) for hex_, _ in problem.rewards]
     transition[exits] = np.eye(len(transition))[exits]
     for _ in range(20):
         transition = transition @ transition
@@ -68,12 +71,14 @@ def exit_probability(position: PositionInGame, exit_state: str, discount: float)
 
     def explain(_: str) -> str:
         """Return the value of the best step towards each exit that pays, slips included."""
-        state = _parse_hex_state(position, "")
+        start_hex = _find_hex(problem, position.session.state)
         q = compute_optimal_q(tables, discount)[start]
         parts = []
-        for hex_, reward in _hexworld(position).rewards:
+        for hex_, reward in problem.rewards:
             if reward > 0.0:
-                action = max(_list_straight_actions(state, [hex_]), key=lambda action: q[action])
+                action = max(
+                    _list_straight_actions(start_hex, [hex_]), key=lambda action: q[action]
+                )
                 label, value = problem.format_action(0, action), format_number(float(q[action]))
                 parts.append(f"{label}, towards {reward:+g}, is worth {value}")
         sentence = f"with slips, {' and '.join(parts)}"
@@ -85,36 +90,28 @@ def exit_probability(position: PositionInGame, exit_state: str, discount: float)
     return Truth(probability, explain)
 
 
-def straight_way_loss(position: PositionInGame, state: str, exit_state: str = "") -> Truth:
-    """Return the regret of a step straight to an exit, or to the nearest one with a reward."""
-    q = list_action_values(position.ask(state=state))
-    action = _straight_way_action(position, state, exit_state)
+def straight_way_loss(position: Position, exit_state: str = "") -> Truth:
+    """Return the regret of a step straight to an exit, or to the nearest one with a reward.
+
+    Of several such steps it is the best one. The way ignores holes.
+    """
+    problem, values = position.problem, list_action_values(position)
+    assert isinstance(problem, HexWorld)
+    goals = [hex_ for hex_, reward in problem.rewards if reward > 0]
+    if exit_state:
+        goals = [_find_hex(problem, parse_state(problem, exit_state))]
+    actions = _list_straight_actions(_find_hex(problem, position.state), goals)
+    label = max((position.labels[action] for action in actions), key=lambda label: values[label])
 
     def explain(_: str) -> str:
         """Return the outcomes of the straight step."""
-        outcomes = list_outcomes(position, action, state)
         listed = ", ".join(
-            f"to {name} with probability {format_number(p)}" for name, p in outcomes.items()
+            f"to {outcome.text} with probability {format_number(outcome.probability)}"
+            for outcome in merge_by_text(position.outcomes(label))
         )
-        return f"straight on is {action}; it leads {listed}"
+        return f"straight on is {label}; it leads {listed}"
 
-    return Truth(max(q.values()) - q[action], explain)
-
-
-def _straight_way_action(position: PositionInGame, state: str, exit_state: str = "") -> str:
-    """Return the action towards an exit, of several the best.
-
-    Without `exit_state`, it goes to the nearest exit with a positive reward. The way ignores holes.
-    """
-    problem, start = _hexworld(position), _parse_hex_state(position, state)
-    goals = [hex_ for hex_, reward in problem.rewards if reward > 0]
-    if exit_state:
-        goals = [_parse_hex_state(position, exit_state)]
-    q = list_action_values(position.ask(state=state))
-    candidates = [
-        problem.format_action(0, action) for action in _list_straight_actions(start, goals)
-    ]
-    return max(candidates, key=lambda label: q[label])
+    return Truth(max(values.values()) - values[label], explain)
 
 
 def _list_straight_actions(start: Hex, goals: Sequence[Hex]) -> list[int]:
@@ -125,24 +122,11 @@ def _list_straight_actions(start: Hex, goals: Sequence[Hex]) -> list[int]:
     return [action for action, distance in enumerate(distances) if distance == min(distances)]
 
 
-def _hexworld(position: PositionInGame) -> HexWorld:
-    """Return the problem, which must be a hex world."""
-    assert isinstance(position.problem, HexWorld)
-    return position.problem
-
-
-def _exit_texts(position: PositionInGame) -> list[str]:
-    """Return the exits of a hex world as text."""
-    return [f"({q},{r})" for (q, r), _ in _hexworld(position).rewards]
-
-
-def _parse_hex_state(position: PositionInGame, state: str) -> Hex:
+def _find_hex(problem: HexWorld, state: Array) -> Hex:
     """Return the hex of a state of hex world."""
-    problem = _hexworld(position)
-    index = find_state_index(position, state)
-    if index >= len(problem.hexes):
-        raise BadParameter(f"state: got {state!r}, expected a hex such as (5,2)")
-    return problem.hexes[index]
+    if int(state) >= len(problem.hexes):
+        raise BadParameter("state: got the end of the game, expected a hex such as (5,2)")
+    return problem.hexes[int(state)]
 
 
 RULES_OF_THUMB = [
