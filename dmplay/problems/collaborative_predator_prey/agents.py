@@ -13,7 +13,7 @@ from dmplay.agents.dec_pomdp import JointPlan
 from dmplay.agents.horizon import HorizonPolicy
 from dmplay.core import belief
 from dmplay.core.action_values import Accuracy, ValuesBasis
-from dmplay.core.arrays import Array, Bools, Ints, Reals
+from dmplay.core.arrays import Array, Bools, Reals
 from dmplay.core.best_actions import select_greedy_actions
 from dmplay.core.chance import Categorical, weighted_sum
 from dmplay.core.hexgrid import DIRECTIONS, format_hex
@@ -206,11 +206,6 @@ class QmdpWithPartner(Qmdp, PartnerBeliefPolicy):
         basis = super().values_basis(question)._replace(method=method)
         return basis._replace(assumed_players=self.describe_partner(question.actual_opponents))
 
-    @cached_property
-    def _observations_by_state(self) -> Ints:
-        """The observation of each seat in each state `[S, n]`."""
-        return np.asarray(self.problem.observe(self.problem.enumerate_states()))
-
     def weigh_partner_actions(self, memory: Memory) -> Reals:
         """Return the probability `[B, A, S]` of each action of the partner with each state."""
         chances, nodes = self.machine.probabilities, self.split_nodes(memory[0])
@@ -219,7 +214,7 @@ class QmdpWithPartner(Qmdp, PartnerBeliefPolicy):
     def predict_nodes(self, nodes: Reals, action: int) -> Reals:
         """Return the probabilities `[N, S]` after an action, before anything is observed."""
         after = np.zeros_like(nodes)
-        partner_observations = self._observations_by_state[:, 1 - self.seat]
+        partner_observations = self.problem.observation_table[:, 1 - self.seat]
         is_possible = nodes.any(axis=1)
         for partner_action, chances in enumerate(self.machine.probabilities.T):
             rows = np.flatnonzero((chances > 0.0) & is_possible)
@@ -235,7 +230,7 @@ class QmdpWithPartner(Qmdp, PartnerBeliefPolicy):
 
     def _joint_belief_update(self, beliefs: Reals, action: int, observation: int) -> Reals:
         """Return the probabilities of this observation and each next node and state."""
-        is_seen = self._observations_by_state[:, self.seat] == observation
+        is_seen = self.problem.observation_table[:, self.seat] == observation
         after = [self.predict_nodes(nodes, action) for nodes in self.split_nodes(beliefs)]
         return np.asarray((np.array(after) * is_seen).reshape(beliefs.shape))
 
@@ -256,7 +251,7 @@ class QmdpWithPartner(Qmdp, PartnerBeliefPolicy):
         """Return the probability `[O]` of each observation, and the belief `[O, S]` after it."""
         after = self.predict_nodes(self.split_nodes(memory[0])[0], action).sum(axis=0)
         observations = np.arange(self.problem.observation_counts[self.seat])[:, None]
-        is_seen = self._observations_by_state[:, self.seat] == observations
+        is_seen = self.problem.observation_table[:, self.seat] == observations
         posterior = belief.apply_bayes_rule(after * is_seen)
         return posterior.likelihood, posterior.belief
 
@@ -390,7 +385,7 @@ def _choose_hint_provider(hunt: CollaborativePredatorPrey) -> str:
     """
     if not can_plan(hunt):
         return "chase-belief"
-    never_varies = hunt.predators > 1 and np.ptp(hunt.observe(hunt.enumerate_states())) == 0
+    never_varies = hunt.predators > 1 and np.ptp(hunt.observation_table) == 0
     return "sweep" if never_varies else "qmdp"
 
 

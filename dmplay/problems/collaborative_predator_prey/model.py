@@ -30,9 +30,7 @@ class PredatorPreyDecPomdp(DecPomdp):
         """
         check_supported(problem)
         first_count, second_count = problem.observation_counts
-        observation_indices = problem.observe(problem.enumerate_states()) @ np.array(
-            [second_count, 1]
-        )
+        observation_indices = problem.observation_table @ np.array([second_count, 1])
         observation_table = np.eye(first_count * second_count)[observation_indices]
         joint_action_count = len(problem.walk_probabilities) ** 2
         return cls(
@@ -54,18 +52,14 @@ class PredatorPreyDecPomdp(DecPomdp):
     @cached_property
     def _capture_mask(self) -> Bools:
         """The mask `[i, j, p]` of states in which the prey is captured."""
-        hex_count = len(self.problem.hexes)
-        return self.problem.is_prey_captured(self.problem.enumerate_states()).reshape(
-            hex_count, hex_count, hex_count
-        )
+        is_captured = self.problem.is_prey_captured(self.problem.enumerate_states())
+        return is_captured.reshape((len(self.problem.hexes),) * 3)
 
     @cached_property
     def _prey_transitions(self) -> Reals:
         """The probabilities `[i * j, p, p']` of moves of a free prey."""
-        hex_count = len(self.problem.hexes)
-        free_moves = np.where(
-            self._capture_mask.reshape(-1, 1), 0.0, self.problem.prey_move_probabilities
-        )
+        hex_count, moves = len(self.problem.hexes), self.problem.prey_move_probabilities
+        free_moves = np.where(self._capture_mask.reshape(-1, 1), 0.0, moves)
         return free_moves.reshape(hex_count * hex_count, hex_count, hex_count)
 
     @cached_property
@@ -91,31 +85,21 @@ class PredatorPreyDecPomdp(DecPomdp):
         self, joint: Reals, first_directions: Ints, second_directions: Ints
     ) -> Reals:
         """Return the next-state probabilities `[A1, A2, N, S']` for pairs of directions."""
-        hex_count = len(self.problem.hexes)
-        row_count = len(joint)
+        hex_count, row_count = len(self.problem.hexes), len(joint)
+        cube = (row_count, hex_count, hex_count, hex_count)
         walks = self.problem.walk_probabilities.swapaxes(1, 2)
-        prey_moved = np.matmul(
-            joint.reshape(row_count, hex_count**2, hex_count).swapaxes(0, 1), self._prey_transitions
-        )
+        by_predators = joint.reshape(row_count, hex_count**2, hex_count).swapaxes(0, 1)
+        prey_moved = np.matmul(by_predators, self._prey_transitions)
         prey_moved = prey_moved.swapaxes(0, 1).reshape(row_count, hex_count, hex_count**2)
-        all_moved = np.matmul(walks[first_directions, None], prey_moved).reshape(
-            len(first_directions), 1, row_count, hex_count, hex_count, hex_count
-        )
+        all_moved = np.matmul(walks[first_directions, None], prey_moved)
+        all_moved = all_moved.reshape(len(first_directions), 1, *cube)
         all_moved = np.matmul(walks[second_directions, None, None], all_moved)
-        captured = np.where(
-            self._capture_mask, joint.reshape(row_count, hex_count, hex_count, hex_count), 0.0
-        )
-        first_fed = np.matmul(
-            self._feeding_transitions[first_directions, None].swapaxes(-1, -2),
-            captured.transpose(0, 3, 1, 2),
-        )
-        both_fed = np.matmul(
-            first_fed[:, None], self._feeding_transitions[second_directions, None]
-        ).sum(axis=3)
-        result = all_moved + both_fed[..., None] / hex_count
-        return np.asarray(
-            result.reshape(len(first_directions), len(second_directions), row_count, hex_count**3)
-        )
+        captured = np.where(self._capture_mask, joint.reshape(cube), 0.0).transpose(0, 3, 1, 2)
+        first_feeding = self._feeding_transitions[first_directions, None].swapaxes(-1, -2)
+        first_fed = np.matmul(first_feeding, captured)[:, None]
+        both_fed = np.matmul(first_fed, self._feeding_transitions[second_directions, None])
+        result = all_moved + both_fed.sum(axis=3)[..., None] / hex_count
+        return np.asarray(result.reshape(*result.shape[:2], row_count, hex_count**3))
 
     def backup_values(self, values: Reals, action: int) -> Reals:
         """Return the expected values `[N, S]` of next states, as in DecPomdp."""
@@ -123,18 +107,15 @@ class PredatorPreyDecPomdp(DecPomdp):
         first, second = self.problem.walk_probabilities[self.joint_actions[action]]
         # [S', N], with the value functions side by side
         next_values = np.ascontiguousarray(values.T)
-        expected = np.matmul(first, next_values.reshape(hex_count, -1)).reshape(
-            hex_count, hex_count, -1
-        )
-        expected = np.matmul(second, expected).reshape(hex_count**2, hex_count, row_count)
-        result = np.matmul(self._prey_transitions, expected).reshape(
-            hex_count, hex_count, hex_count, row_count
-        )
-        respawned = next_values.reshape(hex_count, hex_count, hex_count, row_count).mean(axis=2)
+        cube = (hex_count, hex_count, hex_count, row_count)
+        expected = np.matmul(first, next_values.reshape(hex_count, -1))
+        expected = np.matmul(second, expected.reshape(hex_count, hex_count, -1))
+        expected = expected.reshape(hex_count**2, hex_count, row_count)
+        result = np.matmul(self._prey_transitions, expected).reshape(cube)
+        respawned = next_values.reshape(cube).mean(axis=2)
         hexes = np.arange(hex_count)
         result[hexes, :, hexes] = np.matmul(second, respawned)
-        result[:, hexes, hexes] = np.matmul(first, respawned.reshape(hex_count, -1)).reshape(
-            respawned.shape
-        )
+        first_moved = np.matmul(first, respawned.reshape(hex_count, -1))
+        result[:, hexes, hexes] = first_moved.reshape(respawned.shape)
         result[hexes, hexes, hexes] = respawned[hexes, hexes]
         return np.asarray(result.reshape(-1, row_count).T)

@@ -103,16 +103,13 @@ class _PredatorPreyArrays:
         hex_count = len(problem.hexes)
         self.budget = Budget("reactive team", "try a smaller map or discount", 2e10)
         self.operations_per_sweep = 20.0 * hex_count**4  # operations
-        states = problem.enumerate_states()
         self.discount = problem.discount
         self.walk_transitions = problem.walk_probabilities  # [6, i, i']
-        self.prey_transitions = problem.prey_move_probabilities.reshape(
-            hex_count, hex_count, hex_count, hex_count
-        )  # [i, j, p, p']
-        observations = problem.observe(states)[:, 0].reshape(hex_count, hex_count, hex_count)[:, 0]
-        self.observations: Ints = observations // (
-            problem.observation_counts[0] // len(SENSE_LABELS)
-        )  # [i, p]
+        # [i, j, p, p']
+        self.prey_transitions = problem.prey_move_probabilities.reshape((hex_count,) * 4)
+        observations = problem.observation_table[:, 0].reshape((hex_count,) * 3)[:, 0]
+        labels_per_sense = problem.observation_counts[0] // len(SENSE_LABELS)
+        self.observations: Ints = observations // labels_per_sense  # [i, p]
         self.feeding_mask = np.eye(hex_count, dtype=bool)
         self.rewards = compute_state_rewards(problem)
 
@@ -129,10 +126,8 @@ class _PredatorPreyArrays:
         next_values = _average_over_walks(
             second_walks, _average_over_walks(first_walks, values[None]).swapaxes(1, 2)
         ).swapaxes(1, 2)
-        return np.asarray(
-            self.rewards
-            + self.discount * np.einsum("pijz,ijpz->ijp", next_values, self.prey_transitions)
-        )
+        expected = np.einsum("pijz,ijpz->ijp", next_values, self.prey_transitions)
+        return np.asarray(self.rewards + self.discount * expected)
 
     def propagate_visits(self, visits: Reals, first_walks: Reals, second_walks: Reals) -> Reals:
         """Return the discounted visits `[i, j, p]` of each state, one sweep further.

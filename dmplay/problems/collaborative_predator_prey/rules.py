@@ -11,7 +11,6 @@ hex, except in the variant `sighted`, which is dmplay's own.
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import repeat
 
 import numpy as np
 
@@ -50,9 +49,8 @@ class CollaborativePredatorPrey(HexHunt):
     @property
     def agents(self) -> tuple[str, ...]:
         """The names `predator1`, `predator2` ..., or `predator` if there is one."""
-        return (
-            make_numbered_names("predator", self.predators) if self.predators > 1 else ("predator",)
-        )
+        names = make_numbered_names("predator", self.predators)
+        return names if self.predators > 1 else ("predator",)
 
     @property
     def walker_count(self) -> int:
@@ -105,19 +103,8 @@ class CollaborativePredatorPrey(HexHunt):
         is_far = (neighbour_bits == 0) & ~np.eye(len(self.hexes), dtype=bool)
         if not self.sighted:
             return np.asarray(is_far, np.int64).reshape(-1)
-        return np.asarray(is_far * len(self.hexes) + np.arange(len(self.hexes))[:, None]).reshape(
-            -1
-        )
-
-    @cached_property
-    def _max_prey_hexes(self) -> int:
-        """The maximum number of hexes among which the next hex of the prey is drawn."""
-        return max(len(self.hexes), 6)
-
-    @cached_property
-    def _slip_chances(self) -> tuple[Chance, ...]:
-        """The distribution of each predator's slip."""
-        return (self.slip_chance,) * self.predators
+        hexes = np.arange(len(self.hexes))[:, None]
+        return np.asarray(is_far * len(hexes) + hexes).reshape(-1)
 
     def is_prey_captured(self, s: Array) -> Bools:
         """Return whether any predator is on the prey's hex `[B]`."""
@@ -138,7 +125,8 @@ class CollaborativePredatorPrey(HexHunt):
         hex_count = np.where(
             free_bits < PREY_FREE_BIT, len(self.hexes), _DIRECTION_COUNT.take(free_bits)
         )
-        return (*self._slip_chances, DiscreteUniform(hex_count, self._max_prey_hexes))
+        prey_chance = DiscreteUniform(hex_count, max(len(self.hexes), 6))
+        return (*(self.slip_chance,) * self.predators, prey_chance)
 
     def resolve_events(self, s: Array, a: Array, events: Sequence[Array]) -> Outcome:
         """Return the outcome: predators move as in hex world unless they feed, then all observe."""
@@ -147,24 +135,16 @@ class CollaborativePredatorPrey(HexHunt):
         *predators, prey = hexes
         *slips, event = events
         is_caught = free_bits < PREY_FREE_BIT
-        next_hexes = [
-            *map(self._move_predator, repeat(prey), predators, np.ascontiguousarray(a.T), slips)
+        moves = zip(predators, np.ascontiguousarray(a.T), slips, strict=True)
+        next_hexes = [  # a predator that feeds stays
+            np.where(hex_ == prey, prey, self.move_walker(hex_, *move)) for hex_, *move in moves
         ]
         direction = _KTH_DIRECTION.take(free_bits * 6 + np.where(is_caught, 0, event))
-        next_hexes.append(
-            np.where(is_caught, event, self._neighbour_table.take(prey * 7 + direction))
-        )
+        free_move_end = self._neighbour_table.take(prey * 7 + direction)
+        next_hexes.append(np.where(is_caught, event, free_move_end))
         reward = np.where(is_caught, CAPTURE_REWARD, MOVE_REWARD)
-        next_states = np.stack(next_hexes, axis=1)
-        return Outcome(
-            next_states,
-            np.stack([reward] * self.predators, axis=1),
-            self._observe_columns(next_states.T),
-        )
-
-    def _move_predator(self, prey: Array, hex_: Array, direction: Array, slip: Array) -> Array:
-        """Return the hexes on which a predator ends: as in hex world unless it feeds."""
-        return np.where(hex_ == prey, prey, self.move_walker(hex_, direction, slip))
+        next_states, rewards = np.stack(next_hexes, axis=1), np.stack([reward] * self.predators, 1)
+        return Outcome(next_states, rewards, self._observe_columns(next_states.T))
 
     def observe(self, s: Array) -> Ints:
         """Return the observation of each predator in these states, `[B, n]`."""
@@ -177,7 +157,7 @@ class CollaborativePredatorPrey(HexHunt):
         return np.stack(observations, axis=1)
 
     @cached_property
-    def _observation_table(self) -> Ints:
+    def observation_table(self) -> Ints:
         """The observation of each predator in every state, `[S, n]`."""
         return self.observe(self.enumerate_states())
 
@@ -192,23 +172,19 @@ class CollaborativePredatorPrey(HexHunt):
     @cached_property
     def walk_probabilities(self) -> Reals:
         """The probability `[6, H, H]` of getting from one hex to another by a direction."""
-        hex_count = len(self.hexes)
-        destinations = move_destinations(self.hexes)
-        probabilities = np.zeros((6, hex_count, hex_count))
+        hexes, destinations = np.arange(len(self.hexes)), move_destinations(self.hexes)
+        probabilities = np.zeros((6, len(hexes), len(hexes)))
         for slip, p in enumerate(self.slip_chance.probabilities()[0]):
             for direction in range(6):
-                probabilities[
-                    direction, np.arange(hex_count), destinations[:, direction, slip]
-                ] += p
+                probabilities[direction, hexes, destinations[:, direction, slip]] += p
         return probabilities
 
     @cached_property
     def prey_move_probabilities(self) -> Reals:
         """The probability `[S, H]` of each next hex of the prey in every state."""
         hex_count = len(self.hexes)
-        Budget("a table of the prey's moves", "try a smaller map").check_memory(
-            16.0 * self.state_count * hex_count
-        )
+        budget = Budget("a table of the prey's moves", "try a smaller map")
+        budget.check_memory(16.0 * self.state_count * hex_count)
         s = self.enumerate_states()
         zeros = np.zeros((len(s), self.predators), np.int64)
         prey_chance = self.chance(s, zeros)[-1]
@@ -216,11 +192,9 @@ class CollaborativePredatorPrey(HexHunt):
         prey_moves = np.zeros((len(s), hex_count))
         for event, p in enumerate(prey_chance.probabilities().T):
             rows = np.flatnonzero(p)
-            row_zeros = zeros[rows]
-            next_hexes = self.resolve_events(
-                s[rows], row_zeros, (*row_zeros.T, np.full(len(rows), event))
-            ).state[:, -1]
-            prey_moves[rows, next_hexes] += p[rows]
+            events = *zeros[rows].T, np.full(len(rows), event)
+            next_states = self.resolve_events(s[rows], zeros[rows], events).state
+            prey_moves[rows, next_states[:, -1]] += p[rows]
         return prey_moves
 
     def joint_belief_update(
@@ -233,24 +207,21 @@ class CollaborativePredatorPrey(HexHunt):
         the same bits in any batch, as its products are computed separately.
         """
         hex_count = len(self.hexes)
-        action_indices = [-1 if a is None else a for a in actions]
         walks, feeding_walks = (
-            [matrices[a] for a in action_indices] for matrices in self._walk_matrices
+            [matrices[-1 if a is None else a] for a in actions] for matrices in self._walk_matrices
         )
         joint = belief.reshape(-1, self.state_count // hex_count, hex_count)
         uncaught = np.where(self._captured_mask, 0.0, joint)
         caught = np.where(self._captured_mask, joint, 0.0)
-        moved = np.matmul(
-            uncaught[:, :, None], self.prey_move_probabilities.reshape(-1, hex_count, hex_count)
-        )
+        prey_moves = self.prey_move_probabilities.reshape(-1, hex_count, hex_count)
+        moved = np.matmul(uncaught[:, :, None], prey_moves)
         updated: Reals = _apply_walks(moved, walks).reshape(len(joint), -1, hex_count)
-        updated += (
-            _apply_walks(caught.swapaxes(1, 2), feeding_walks).sum(axis=1)[:, :, None] / hex_count
-        )
+        fed = _apply_walks(caught.swapaxes(1, 2), feeding_walks).sum(axis=1)
+        updated += fed[:, :, None] / hex_count
         updated = updated.reshape(belief.shape)
         for seat, observation in enumerate(observations):
             if observation is not None:
-                updated = updated * (self._observation_table[:, seat] == observation)
+                updated = updated * (self.observation_table[:, seat] == observation)
         return updated
 
     @cached_property
@@ -261,9 +232,8 @@ class CollaborativePredatorPrey(HexHunt):
         the hex of the prey, on which a predator feeds and stays.
         """
         hex_count = len(self.hexes)
-        walks = np.vstack(
-            [self.walk_probabilities, self.walk_probabilities.mean(axis=0)[None]]
-        ).swapaxes(1, 2)[:, None]
+        walks = self.walk_probabilities
+        walks = np.vstack([walks, walks.mean(axis=0)[None]]).swapaxes(1, 2)[:, None]
         at_prey = np.eye(hex_count, dtype=bool)[:, None]  # moves from the hex of the prey
         return walks, np.where(at_prey, np.eye(hex_count), walks)
 

@@ -36,16 +36,11 @@ def list_agents(problem: Problem, seat: int) -> Roster:
     """
     is_discounted = problem.discount < 1.0
     return Roster(
-        {
-            "feed-when-crying": FeedWhenCrying,
-            "fib": FastInformedBound,
-            "optimal": PomdpOptimalPolicy,
-            "plan": RecedingHorizonPolicy,
-            "qmdp": Qmdp,
-        },
+        {"feed-when-crying": FeedWhenCrying, "fib": FastInformedBound,
+         "optimal": PomdpOptimalPolicy, "plan": RecedingHorizonPolicy, "qmdp": Qmdp},
         hint_provider="optimal" if is_discounted else "plan",
         finite_horizon_hint_provider="optimal",
-    )
+    )  # fmt: skip
 
 
 AGENTS = list_agents

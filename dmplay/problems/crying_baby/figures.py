@@ -13,19 +13,13 @@ def _draw_baby_values(subject: PlottedProblem) -> Plot:
 
     The book draws the ten-turn function, but describes it as the one for the infinite horizon.
     """
-    panels = []
+    problem, panels = subject.problem, []
     for turns in [subject.turns] if subject.turns else [VALUE_FUNCTION_TURNS, None]:
-        stage = belief_values.solve_stage(subject.problem, turns)
-        vectors = {"": belief_values.name_first_actions(subject.problem, stage)}
-        panels.append(
-            belief_values.build_vector_panel(subject.problem, vectors, describe_horizon(turns))
-        )
-    return Plot(
-        f"{subject.title}: alpha vectors",
-        panels,
-        notes=[belief_values.VECTOR_NOTE],
-        actions=subject.problem.actions[0].labels,
-    )
+        stage = belief_values.solve_stage(problem, turns)
+        vectors = {"": belief_values.name_first_actions(problem, stage)}
+        panels.append(belief_values.build_vector_panel(problem, vectors, describe_horizon(turns)))
+    title, notes = f"{subject.title}: alpha vectors", [belief_values.VECTOR_NOTE]
+    return Plot(title, panels, notes=notes, actions=problem.actions[0].labels)
 
 
 FIGURES = {"F.10": Figure("value function of the crying baby", _draw_baby_values, has_turns=True)}

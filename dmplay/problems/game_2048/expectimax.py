@@ -9,15 +9,26 @@ a learned n-tuple network.
 import math
 import time
 from dataclasses import dataclass, field
+from functools import cache
+from itertools import product
 
 import numpy as np
+from numpy.typing import NDArray
 
-from dmplay.core.arrays import Ints, Reals
+from dmplay.core.arrays import Bools, Ints, Reals
 from dmplay.core.work_budget import ARRAY_CALL_WORK, Budget
 
-from .board_batch import count_tiles, mark_empty_cells, place_tiles, slide_boards
 from .ntuple_network import evaluate_boards
-from .packed_boards import BoardArray, Cells, pack_boards
+from .packed_boards import (
+    CELL_LOW_BITS,
+    LINE_COUNT,
+    SCORE_SHIFT,
+    BoardArray,
+    Cells,
+    get_line_tables,
+    pack_boards,
+    transpose_boards,
+)
 from .rules import slide_and_score
 
 # probability of all tiles of a path together, below which it is not followed
@@ -32,6 +43,9 @@ BOARDS_PER_SEARCH = 32  # which bounds the memory
 BOARDS_PER_EVALUATION = 4096  # few enough for the processor's cache
 # exponents of tiles in `downgrade_tiles`
 MIN_LARGE_EXPONENT, MAX_SMALL_EXPONENT, MAX_EXPONENT = 14, 5, 50
+CELL_SHIFTS = np.arange(0, 64, 4, dtype=np.uint64)  # the bit offset of each cell
+
+SlideTable = NDArray[np.uint16]
 
 
 class _OutOfTime(Exception):
@@ -141,14 +155,14 @@ class _ExpectimaxSearch:
             boards, path_probabilities, root
         )
         values = leaf_values[first_indices]
-        cell_probability = 1.0 / (16.0 - count_tiles(unique_boards))
+        cell_probability = 1.0 / (16.0 - _count_tiles(unique_boards))
         path_probabilities = path_probabilities * cell_probability
         expanded = np.flatnonzero(
             path_probabilities * max(self.p_two, 1 - self.p_two) >= self.min_path_probability
         )
         if len(expanded):
             self.budget.spend_work(ARRAY_CALL_WORK + 1000 * len(expanded))
-            parent, cell = np.nonzero(mark_empty_cells(unique_boards[expanded]))
+            parent, cell = np.nonzero(_mark_empty_cells(unique_boards[expanded]))
             sources = expanded[parent]
             means = self._average_over_tiles(
                 unique_boards[sources], cell, path_probabilities[sources], root[sources], depth
@@ -164,7 +178,7 @@ class _ExpectimaxSearch:
         A tile that makes the path too unlikely is not searched; it counts as the other one.
         """
         chance = np.array([[self.p_two], [1 - self.p_two]])  # of a 2 and of a 4
-        tiled = np.stack([place_tiles(boards, cell, tile) for tile in (1, 2)])
+        tiled = np.stack([_place_tiles(boards, cell, tile) for tile in (1, 2)])
         is_searched = chance * path_probabilities >= self.min_path_probability
         values = np.empty(tiled.shape)
         sources = np.nonzero(is_searched)[1]
@@ -180,7 +194,7 @@ class _ExpectimaxSearch:
         self, boards: BoardArray, path_probabilities: Reals, root: Ints, depth: int
     ) -> Reals:
         """Return the expected points `[N]` of the best slide of each board, 0 if nothing moves."""
-        after, scores, moved = slide_boards(boards)
+        after, scores, moved = _slide_boards(boards)
         leaf_values = np.full(moved.shape, -np.inf)
         leaf_values[moved] = self._evaluate_leaves(after[moved])
         best = (scores + leaf_values).max(axis=0)
@@ -188,12 +202,9 @@ class _ExpectimaxSearch:
             is_followed = moved & (scores + leaf_values >= best - MAX_POINT_DEFICIT)
             sources = np.nonzero(is_followed)[1]
             values = np.full(moved.shape, -np.inf)
+            paths = path_probabilities[sources], root[sources]
             values[is_followed] = self._evaluate_chance_nodes(
-                after[is_followed],
-                leaf_values[is_followed],
-                path_probabilities[sources],
-                root[sources],
-                depth - 1,
+                after[is_followed], leaf_values[is_followed], *paths, depth - 1
             )
             best = (scores + values).max(axis=0)
         return np.where(moved.any(axis=0), best, 0.0)
@@ -229,3 +240,47 @@ def _merge_duplicate_boards(
     inverse[order] = np.cumsum(is_new) - 1
     max_probabilities = np.maximum.reduceat(path_probabilities[order], first_sorted)
     return boards[first_sorted], order[first_sorted], max_probabilities, root[first_sorted], inverse
+
+
+def _mark_empty_cells(boards: BoardArray) -> Bools:
+    """Return the mask `[N, 16]` of empty cells."""
+    return np.asarray(boards[:, None] >> CELL_SHIFTS & np.uint64(15) == 0)
+
+
+def _place_tiles(boards: BoardArray, cell: Ints, tile: int) -> BoardArray:
+    """Return the boards with a tile, given by its exponent, placed in an empty cell of each."""
+    return np.asarray(boards | np.uint64(tile) << CELL_SHIFTS[cell])
+
+
+def _slide_boards(boards: BoardArray) -> tuple[BoardArray, Reals, Bools]:
+    """Return boards, scores and changed masks `[4, N]` after sliding left, right, up and down.
+
+    The boards of the last two slides are transposed: a board and its transpose have the same value,
+    so columns are slid as the rows of the transposed board, which is not transposed back.
+    """
+    orientations = np.stack([boards, transpose_boards(boards)])
+    rows = orientations.view(np.uint16).reshape(2, -1, 4)
+    score_table, *slide_tables = _get_slide_tables()
+    pairs = product(rows, slide_tables)
+    after = np.stack([table.take(lines).view(np.uint64)[:, 0] for lines, table in pairs])
+    scores = score_table.take(rows[..., 0]) + score_table.take(rows[..., 1])
+    scores += score_table.take(rows[..., 2]) + score_table.take(rows[..., 3])
+    return after, np.repeat(scores, 2, axis=0), after != np.repeat(orientations, 2, axis=0)
+
+
+def _count_tiles(boards: BoardArray) -> BoardArray:
+    """Return the number of tiles of each board, modulo 16.
+
+    The lowest bits of the cells with tiles are summed in the topmost four bits.
+    """
+    halves = boards | boards >> 2
+    return np.asarray(((halves | halves >> 1) & CELL_LOW_BITS) * CELL_LOW_BITS >> 60)
+
+
+@cache
+def _get_slide_tables() -> tuple[Reals, SlideTable, SlideTable]:
+    """Return the tables of each line's score and of its slides to the first and the last cell."""
+    slide_results = get_line_tables().slide_results
+    first = slide_results[:LINE_COUNT].astype(np.uint16)
+    last = slide_results[LINE_COUNT:].astype(np.uint16)
+    return (slide_results[:LINE_COUNT] >> SCORE_SHIFT).astype(float), first, last

@@ -31,11 +31,9 @@ NO_CELLS = np.zeros((0, 4, 4), np.uint8)
 class LineTables(NamedTuple):
     """Tables of the result of sliding every line, indexed by the packed line."""
 
-    slide_results: (
-        # [2 * LINE_COUNT] the line after the slide, with its score from bit SCORE_SHIFT on: first
-        # all slides to the first cell, then all slides to the last
-        BoardArray
-    )
+    # [2 * LINE_COUNT] the line after the slide, with its score from bit SCORE_SHIFT on: first all
+    # slides to the first cell, then all slides to the last
+    slide_results: BoardArray
     empty_counts: NDArray[np.uint8]  # [LINE_COUNT] empty cells after a slide
     # [LINE_COUNT] 1 if sliding to the first cell changes the line, plus 4 if to the last
     move_flags: NDArray[np.uint8]
@@ -54,9 +52,8 @@ class SlideResult(NamedTuple):
         """Return the cells `[B, 4, 4]` after the slides, with new tiles placed in empty cells."""
         cells = unpack_boards(self.after | new_tiles)
         if len(self.large_boards):
-            cells[self.large_boards] = (
-                self.large_cells + unpack_boards(new_tiles)[self.large_boards]
-            )
+            new_cells = unpack_boards(new_tiles)[self.large_boards]
+            cells[self.large_boards] = self.large_cells + new_cells
         return cells
 
 
@@ -118,29 +115,27 @@ def count_empty_after_slide(cells: Cells, a: Ints) -> Array:
     """Return the number of empty cells after slides in directions `a`, or 1 if there are none."""
     if len(cells) == 1:
         return _slide_in_all_directions(cells.tobytes()).empty_counts[a]
-    counts, large_boards = _count_empty_batch(cells, a)
+    boards, large_boards = _pack_batch(cells)
+    rows = _split_rows(_orient_boards(boards, a.astype(np.uint64)))
+    first, second, third, fourth = get_line_tables().empty_counts.take(rows).T
+    counts: Array = first + second + third + fourth
     if len(large_boards):
         large_cells, _ = slide_cells(cells[large_boards], a[large_boards])
         counts[large_boards] = (large_cells == 0).sum(axis=(1, 2))
     return np.maximum(counts, 1).astype(np.int64)
 
 
-def _count_empty_batch(cells: Cells, a: Ints) -> tuple[Array, Ints]:
-    """Return the numbers of empty cells of boards after slides, and the indices of large boards.
-
-    The numbers are right only for boards without large tiles.
-    """
-    boards, large_boards = _pack_batch(cells)
-    rows = _split_rows(_orient_boards(boards, a.astype(np.uint64)))
-    first, second, third, fourth = get_line_tables().empty_counts.take(rows).T
-    return first + second + third + fourth, large_boards
-
-
 def slide_boards(cells: Cells, a: Ints) -> SlideResult:
     """Return the boards and scores after slides in directions `a`."""
     if len(cells) == 1:
         return _slide_in_all_directions(cells.tobytes()).results[int(a[0])]
-    result, large_boards = _slide_batch(cells, a)
+    boards, large_boards = _pack_batch(cells)
+    directions = a.astype(np.uint64)
+    rows = _split_rows(_orient_boards(boards, directions)) + TABLE_OFFSETS.take(a)[:, None]
+    slide_results = get_line_tables().slide_results.take(rows)
+    first, second, third, fourth = slide_results.T
+    after = _orient_boards(slide_results.astype(np.uint16).view(np.uint64)[:, 0], directions)
+    result = SlideResult(boards, after, first + second + third + fourth >> SCORE_SHIFT)
     if not len(large_boards):
         return result
     large_cells, large_scores = slide_cells(cells[large_boards], a[large_boards])
@@ -166,16 +161,10 @@ def _slide_in_all_directions(cells: bytes) -> _SlidesOfBoard:
     directions = np.arange(4)
     boards = np.frombuffer(cells, np.uint8).reshape(1, 4, 4).repeat(4, axis=0)
     before, after, scores, large_boards, large_cells = slide_boards(boards, directions)
-    is_large = len(large_boards) > 0
+    # `large_cells` has the cells of all four slides, or none
     results = tuple(
-        SlideResult(
-            before[:1],
-            after[a : a + 1],
-            scores[a : a + 1],
-            large_boards[:1],
-            large_cells[a : a + 1] if is_large else NO_CELLS,
-        )
-        for a in range(4)
+        SlideResult(before[:1], after[i], scores[i], large_boards[:1], large_cells[i])
+        for i in (slice(a, a + 1) for a in range(4))
     )
     new_cells = unpack_boards(after).tobytes()
     counts = [max(new_cells[start : start + 16].count(0), 1) for start in range(0, 64, 16)]
@@ -184,25 +173,13 @@ def _slide_in_all_directions(cells: bytes) -> _SlidesOfBoard:
     return _SlidesOfBoard(results, np.array(counts), np.array([legal_bits]))
 
 
-def _slide_batch(cells: Cells, a: Ints) -> tuple[SlideResult, Ints]:
-    """Return the slides of a batch of boards, and the indices of boards with large tiles.
-
-    The result is right only for boards without large tiles.
-    """
-    boards, large_boards = _pack_batch(cells)
-    directions = a.astype(np.uint64)
-    rows = _split_rows(_orient_boards(boards, directions)) + TABLE_OFFSETS.take(a)[:, None]
-    slide_results = get_line_tables().slide_results.take(rows)
-    first, second, third, fourth = slide_results.T
-    after = _orient_boards(slide_results.astype(np.uint16).view(np.uint64)[:, 0], directions)
-    return SlideResult(boards, after, first + second + third + fourth >> SCORE_SHIFT), large_boards
-
-
 def compute_legal_slide_bits(cells: Cells) -> Array:
     """Return the slides that change each board, one bit per direction."""
     if len(cells) == 1:
         return _slide_in_all_directions(cells.tobytes()).legal_bits
-    slide_bits, large_boards = _compute_legal_slides_batch(cells)
+    boards, large_boards = _pack_batch(cells)
+    across, along = (_combine_move_flags(b) for b in (boards, transpose_boards(boards)))
+    slide_bits: Array = (across | (along & 1) << UP | along >> 2 << DOWN).astype(np.int64)
     if len(large_boards):
         large_cells = cells[large_boards]
         after = np.stack(
@@ -227,29 +204,10 @@ def mark_stuck_boards(cells: Cells) -> Bools:
     return stuck_mask
 
 
-def _compute_legal_slides_batch(cells: Cells) -> tuple[Array, Ints]:
-    """Return the slides that change each board, as bits, and the indices of large boards.
-
-    The bits are right only for boards without large tiles.
-    """
-    boards, large_boards = _pack_batch(cells)
+def _combine_move_flags(boards: BoardArray) -> BoardArray:
+    """Return the move flags of the rows of each board together."""
     first, second, third, fourth = get_line_tables().move_flags.take(_split_rows(boards)).T
-    across = first | second | third | fourth
-    first, second, third, fourth = (
-        get_line_tables().move_flags.take(_split_rows(transpose_boards(boards))).T
-    )
-    return _combine_directions(across, first | second | third | fourth).astype(
-        np.int64
-    ), large_boards
-
-
-def _combine_directions(across: BoardArray, along: BoardArray) -> BoardArray:
-    """Return the slides that change a board, one bit per direction.
-
-    The arguments are the move flags of its rows (`across`) and of its columns (`along`).
-    """
-    slide_bits: BoardArray = across | (along & 1) << UP | along >> 2 << DOWN
-    return slide_bits
+    return np.asarray(first | second | third | fourth)
 
 
 def slide_cells(cells: Cells, a: Ints) -> tuple[Cells, Reals]:

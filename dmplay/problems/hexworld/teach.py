@@ -1,6 +1,7 @@
 """Rules of thumb and quantities of hex world."""
 
 from collections.abc import Callable, Sequence
+from functools import partial
 
 import numpy as np
 
@@ -22,16 +23,6 @@ from dmplay.tutor.truth import Truth, format_number
 from .rules import HexWorld
 
 MIN_LISTED_PROBABILITY = 0.001  # of never leaving hex world
-
-
-def _walk_to_nearest_exit(position: Position) -> int | None:
-    """Choose the step on the shortest way to the nearest exit with a positive reward."""
-    return _walk_to_exit(position, lambda distance, reward: distance)
-
-
-def _walk_to_richest_exit(position: Position) -> int | None:
-    """Choose the step on the shortest way to the exit with the greatest reward."""
-    return _walk_to_exit(position, lambda distance, reward: -reward)
 
 
 def _walk_to_exit(position: Position, rank_exit: Callable[[float, float], float]) -> int | None:
@@ -130,8 +121,14 @@ def _find_hex(problem: HexWorld, state: Array) -> Hex:
 
 
 RULES_OF_THUMB = [
-    RuleOfThumb("walk straight to the nearest good exit", _walk_to_nearest_exit),
-    RuleOfThumb("walk straight to the richest exit", _walk_to_richest_exit),
+    RuleOfThumb(
+        "walk straight to the nearest good exit",
+        partial(_walk_to_exit, rank_exit=lambda distance, reward: distance),
+    ),
+    RuleOfThumb(
+        "walk straight to the richest exit",
+        partial(_walk_to_exit, rank_exit=lambda distance, reward: -reward),
+    ),
     EXPECT_LIKELIEST_WITHOUT_BUMPS,
 ]
 PUZZLE_DAY = 0

@@ -1,6 +1,7 @@
 """Figures F.11 and F.12 and table F.2 of the book: policies and the model."""
 
-from dmplay.core.arrays import Reals
+import numpy as np
+
 from dmplay.core.spaces import Labels
 from dmplay.core.tabular import tabulate
 from dmplay.game.plot_kinds import Figure
@@ -41,35 +42,16 @@ def _draw_machine_tables(subject: PlottedProblem) -> Plot:
     states = [problem.format_state(s) for s in problem.enumerate_states()]
     observations = problem.observations[0]
     assert isinstance(observations, Labels)
-    columns = [
-        *(f"T to {state}" for state in states),
-        *(f"O {label}" for label in observations),
-        "R",
-    ]
-    panels = [
-        TablePanel(
-            problem.format_action(0, a),
-            "state",
-            "",
-            states,
-            columns,
-            [
-                _format_numbers(
-                    tables.transition[s, a], tables.observation_model[a, s], tables.rewards[s, a]
-                )
-                for s in range(len(states))
-            ],
-        )
-        for a in range(tables.transition.shape[1])
-    ]
+    columns = [*(f"T to {state}" for state in states), *(f"O {label}" for label in observations)]
+    panels = []
+    for a in range(tables.transition.shape[1]):
+        model = [tables.transition[:, a], tables.observation_model[a], tables.rewards[:, a]]
+        cells = [[f"{number:.4g}" for number in row] for row in np.hstack(model)]
+        name = problem.format_action(0, a)
+        panels.append(TablePanel(name, "state", "", states, [*columns, "R"], cells))
     notes = ["T: probability of the next state; R: expected reward in the state of the row"]
     notes += ["O: probability of the observation if the row is the next state"]
     return Plot(f"{subject.title}: the model", panels, notes=notes)
-
-
-def _format_numbers(*parts: Reals) -> list[str]:
-    """Return all numbers of some rows as texts."""
-    return [f"{number:.4g}" for part in parts for number in part]
 
 
 FIGURES = {

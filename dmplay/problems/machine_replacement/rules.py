@@ -31,16 +31,7 @@ class MachineReplacement(Tabular):
     horizon = 20
     initial_belief = np.array([1.0, 0.0, 0.0])
     tables = Tables(
-        np.array(
-            [WEAR_PROBABILITIES, WEAR_PROBABILITIES, REPAIR_PROBABILITIES, REPAIR_PROBABILITIES]
-        ).transpose(1, 0, 2),
+        np.array([WEAR_PROBABILITIES] * 2 + [REPAIR_PROBABILITIES] * 2).transpose(1, 0, 2),
         np.array(REWARDS).T[:, :, None],
-        np.array(
-            [
-                UNEXAMINED_OBSERVATION,
-                EXAMINED_OBSERVATION,
-                UNEXAMINED_OBSERVATION,
-                UNEXAMINED_OBSERVATION,
-            ]
-        ),
+        np.array([UNEXAMINED_OBSERVATION, EXAMINED_OBSERVATION, *[UNEXAMINED_OBSERVATION] * 2]),
     )

@@ -1,5 +1,7 @@
 """Rules of thumb of hunts that every agent sees, and the games of their puzzles."""
 
+from functools import partial
+
 from dmplay.core.hexgrid import path_lengths
 from dmplay.game.position import Position
 from dmplay.game.rules_of_thumb import RuleOfThumb
@@ -7,16 +9,6 @@ from dmplay.problems._shared.hex_steps import EXPECT_LIKELIEST_WITHOUT_BUMPS, fi
 from dmplay.tutor.puzzle_mining import GameSetup
 
 from .rules import PredatorPrey
-
-
-def _step_towards_prey(position: Position) -> int | None:
-    """Choose the step after which the nearest prey is closer."""
-    return _step_by_distance(position, is_predator=True)
-
-
-def _step_away_from_predator(position: Position) -> int | None:
-    """Choose the step after which the nearest predator is farther away."""
-    return _step_by_distance(position, is_predator=False)
 
 
 def _step_by_distance(position: Position, *, is_predator: bool) -> int | None:
@@ -31,8 +23,8 @@ def _step_by_distance(position: Position, *, is_predator: bool) -> int | None:
 
 
 RULES_OF_THUMB = [
-    RuleOfThumb("step towards the prey", _step_towards_prey),
-    RuleOfThumb("step away from the predator", _step_away_from_predator),
+    RuleOfThumb("step towards the prey", partial(_step_by_distance, is_predator=True)),
+    RuleOfThumb("step away from the predator", partial(_step_by_distance, is_predator=False)),
     EXPECT_LIKELIEST_WITHOUT_BUMPS,
 ]
 PUZZLE_GAMES = [GameSetup({"prey": "flee"}, 12), GameSetup({"predator": "chase"}, 12)]

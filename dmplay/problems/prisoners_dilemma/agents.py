@@ -20,16 +20,8 @@ class Plan(RepeatedGamePlan):
 
 
 AGENTS = Roster(
-    {
-        **REPEATED_GAME_RULES,
-        "nash": Nash,
-        "best-response": FictitiousPlay,
-        "softmax": HierarchicalSoftmax,
-        "gradient-ascent": GradientAscent,
-        "axelrod": AxelrodStrategy,
-        "plan-rounds": Plan,
-    },
-    hint_provider="plan-rounds",
-    default_partner="tit-for-tat",
-    batch_agent="best-response",
-)
+    {**REPEATED_GAME_RULES, "nash": Nash, "best-response": FictitiousPlay,
+     "softmax": HierarchicalSoftmax, "gradient-ascent": GradientAscent,
+     "axelrod": AxelrodStrategy, "plan-rounds": Plan},
+    hint_provider="plan-rounds", default_partner="tit-for-tat", batch_agent="best-response",
+)  # fmt: skip

@@ -18,7 +18,8 @@ def linear_policy_value(
 ) -> Truth:
     """Return the expected return of the policy a = theta1 s from a number."""
     value = _evaluate(position, theta1, state, turns_left)
-    return Truth(value, lambda _: _describe_factor(theta1))
+    factor = f"without noise, each turn multiplies the number by {format_number(1.0 + theta1)}"
+    return Truth(value, lambda _: factor)
 
 
 def linear_policy_loss(
@@ -36,11 +37,6 @@ def linear_policy_loss(
         return f"without noise, {turns} cost {cost} by this rule; the first one alone costs {first}"
 
     return Truth(best - value, explain)
-
-
-def _describe_factor(theta1: float) -> str:
-    """Return a clause on the number after a push of theta1 times the number."""
-    return f"without noise, each turn multiplies the number by {format_number(1.0 + theta1)}"
 
 
 def noise_cost(position: PositionInGame, turns_left: int) -> Truth:
