@@ -71,7 +71,7 @@ _PUBLIC_MODULES = {
     "View": "core.session",
     "play": "game.manual_game",
     "review": "game.playback",
-    "verify": "game.transcript_files",
+    "verify": "game.transcript_verification",
     # many games, and solutions
     "check": "validation.conformance",
     "compare": "evaluation.comparison",

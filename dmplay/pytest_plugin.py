@@ -69,16 +69,18 @@ class TranscriptItem(pytest.Item):
 
     def runtest(self) -> None:
         """Verify the transcript; raise TranscriptMismatch with the report if it fails."""
-        from dmplay.game import transcript_files
+        from dmplay.game import transcript_verification
 
         trusted = bool(self.config.getini("dmplay_trust"))
         path = Path(os.path.relpath(self.path))
         if self.config.getoption("--dmplay-update"):
-            diff = transcript_files.rewrite_file(path, trusted=trusted, keeps_line_ends=True)
+            diff = transcript_verification.rewrite_file(path, trusted=trusted, keeps_line_ends=True)
             if diff:
                 self.add_report_section("call", REWRITTEN, escape_unprintable(diff))
         compares_frames = bool(self.config.getini("dmplay_frames"))
-        report = transcript_files.verify(path, trusted=trusted, compares_frames=compares_frames)
+        report = transcript_verification.verify(
+            path, trusted=trusted, compares_frames=compares_frames
+        )
         self.add_report_section("call", "compared", escape_unprintable(report.summary))
         if not report.is_ok:
             accept = f"\nto accept the change: pytest {quote(str(path))} --dmplay-update"

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from dmplay.game.transcript_files import verify
+from dmplay.game.transcript_verification import verify
 from tests.support.games import assert_verified, record_game, replace_in_file
 from tests.support.programs import (
     SmallDisk,

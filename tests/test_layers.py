@@ -150,7 +150,7 @@ def test_every_module_has_a_layer() -> None:
         ("--version", {"typer", "numpy", "rich", "prompt_toolkit"}),
         ("--help; play --help", {"numpy", "rich", "prompt_toolkit"}),
         ("guide; guide play --raw", {"numpy", "rich", "prompt_toolkit"}),
-        ("learn; learn --json; config path", {"numpy", "rich", "dmplay.tutor.lesson_reader"}),
+        ("learn; learn --json; config path", {"numpy", "rich", "dmplay.tutor.lesson_file_reader"}),
         ("list; list pomdp --json",
          {"rich", "dmplay.agents", "dmplay.views", "dmplay.transcript.format", "dmplay.solvers"}),
         ("solve --help",
@@ -240,7 +240,7 @@ def test_first_frames_load_neither_prompt_toolkit_nor_agents() -> None:
         "from dmplay.terminal.capabilities import Terminal\n"
         "from dmplay.ui.screen.frame_state import FrameState, Viewport\n"
         "from dmplay.ui.gallery.gallery import Gallery\n"
-        "from dmplay.ui.gallery.problem_list import list_problem_entries\n"
+        "from dmplay.ui.gallery.problem_entries import list_problem_entries\n"
         "from dmplay.ui.screen import full_screen\n"
         "way = Terminal(True, '', True, True, False)\n"
         "Gallery(list_problem_entries(), way, '20261122').compose_rows(Viewport(80, 24))\n"

@@ -41,16 +41,22 @@ def verify(
       dmplay verify transcripts
       dmplay verify transcripts --update
     """
-    from dmplay.game import transcript_files
+    from dmplay.game import transcript_verification
     from dmplay.game.command_line_results import Printout
 
-    files = list(transcript_files.iter_transcript_files(paths))
-    diffs, errors = transcript_files.rewrite_files(files, trusted=trust) if update else ([], [])
+    files = list(transcript_verification.iter_transcript_files(paths))
+    diffs, errors = (
+        transcript_verification.rewrite_files(files, trusted=trust) if update else ([], [])
+    )
     reports = [
-        transcript_files.verify(file, trusted=trust, compares_frames=frames) for file in files
+        transcript_verification.verify(file, trusted=trust, compares_frames=frames)
+        for file in files
     ]
     accepted = [report.is_ok or (allow_unfinished and report.is_unfinished) for report in reports]
-    rows = [*diffs, *transcript_files.format_reports(reports, accepted, json=json, quiet=quiet)]
+    rows = [
+        *diffs,
+        *transcript_verification.format_reports(reports, accepted, json=json, quiet=quiet),
+    ]
     code = 0 if all(accepted) else MISMATCH_EXIT_CODE
     return Printout("\n".join(rows), stderr_text="\n".join(errors), exit_code=code)
 

@@ -8,7 +8,7 @@ on another.
 import numpy as np
 
 from dmplay.core.arrays import Array
-from dmplay.core.columns import select
+from dmplay.core.batch_columns import select
 
 # Half of pi in two parts, the first of 33 bits: small multiples of it are exact.
 HALF_PI, HALF_PI_LOW = 1.57079632673412561417, 6.07710050650619224932e-11

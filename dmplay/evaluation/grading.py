@@ -19,7 +19,7 @@ from dmplay.game.game import REPEATED_UNIFORMS_PREFIX
 from dmplay.game.hints.ghost_agent import GHOST_NOTE_PREFIX
 from dmplay.game.hints.review import ReviewedAction, review_actions, total_regret
 from dmplay.game.seats import HUMAN, list_human_seats, list_scripts
-from dmplay.game.transcript_files import load_transcript_problem, verify
+from dmplay.game.transcript_verification import load_transcript_problem, verify
 from dmplay.registry import agents
 from dmplay.transcript.concealment import RESUMABLE_END_REASONS, is_concealed
 from dmplay.transcript.format import NATURAL_END_REASONS

@@ -43,7 +43,7 @@ from dmplay.game.seats import (
     name_in_transcript,
     name_without_actions,
 )
-from dmplay.game.transcript_files import describe_problem_change, load_transcript_problem
+from dmplay.game.transcript_verification import describe_problem_change, load_transcript_problem
 from dmplay.registry import agents, problem_name_kinds, problems
 from dmplay.transcript.concealment import (
     GameKey,

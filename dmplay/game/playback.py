@@ -16,7 +16,7 @@ from dmplay.game.key_preferences import DEFAULT_KEY_PREFERENCES
 from dmplay.game.launch_requests import format_settings
 from dmplay.game.saves import load_transcript
 from dmplay.game.seats import list_human_seats, list_scripts
-from dmplay.game.transcript_files import describe_problem_change, load_transcript_problem
+from dmplay.game.transcript_verification import describe_problem_change, load_transcript_problem
 from dmplay.transcript.concealment import disclose_transcript
 from dmplay.transcript.replay import start_session
 from dmplay.transcript.turn_batch_replay import BatchReplayer

@@ -190,7 +190,7 @@ def _is_verified(path: Path, record: ProblemRecord) -> bool:
     Only the code of the record's installed problem is imported, which ran during the game. The file
     may name another by now.
     """
-    from dmplay.game.transcript_files import (
+    from dmplay.game.transcript_verification import (
         verify,  # imported here because it is needed only now
     )
 

@@ -10,7 +10,7 @@ from dmplay.evaluation.assignment import read_assignment
 from dmplay.evaluation.grading import GRADING_LIMITS, Grade, GradingReport
 from dmplay.evaluation.grading import grade_files as grades
 from dmplay.evaluation.solutions.solution import Row
-from dmplay.game import transcript_files
+from dmplay.game import transcript_verification
 from dmplay.game.command_line_results import Printout
 from dmplay.output.progress import ProgressBar
 from dmplay.output.tables import format_csv, format_name, format_table
@@ -52,7 +52,7 @@ def report_grades(
     files, failures = list[Path](), list[Grade]()
     for path in paths:
         try:
-            files += transcript_files.iter_transcript_files([path])
+            files += transcript_verification.iter_transcript_files([path])
         except (BadParameter, OSError) as error:
             if len(paths) == 1:
                 raise

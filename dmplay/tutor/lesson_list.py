@@ -59,7 +59,7 @@ def list_builtin_outlines() -> list[LessonOutline]:
 
 def load_builtin_lessons() -> list[TutorLesson]:
     """Return the built-in lessons, by number."""
-    from dmplay.tutor.lesson_reader import read_lesson  # imports the solvers
+    from dmplay.tutor.lesson_file_reader import read_lesson  # imports the solvers
 
     return [
         read_lesson(path, _number_of(path, 0), is_builtin=True) for path in list_builtin_paths()
@@ -73,7 +73,7 @@ def load_lessons(source: str, *, trusted: bool = False) -> LessonSet:
     is the number of the lesson. Code outside dmplay runs only if it is trusted. Raise an error if
     there is no valid lesson.
     """
-    from dmplay.tutor.lesson_reader import read_lesson  # imports the solvers
+    from dmplay.tutor.lesson_file_reader import read_lesson  # imports the solvers
 
     if not source:
         return LessonSet(load_builtin_lessons(), {})

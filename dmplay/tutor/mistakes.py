@@ -13,7 +13,7 @@ from dmplay.game.position import find_exact_agent
 from dmplay.game.saves import list_saves
 from dmplay.game.seat_snapshot import SeatSnapshot
 from dmplay.game.seats import list_human_seats
-from dmplay.game.transcript_files import verify
+from dmplay.game.transcript_verification import verify
 from dmplay.registry.agents import HintAgent
 from dmplay.tutor.action_question import ActionQuestion, describe_history
 from dmplay.tutor.exercise import Exercise

@@ -18,11 +18,11 @@ from dmplay.terminal.capabilities import current_terminal, read_line
 from dmplay.terminal.signals import exit_on_signals
 from dmplay.transcript.recorder import Recorder
 from dmplay.ui.gallery.gallery import LESSON_COMMAND, SHELL_COMMAND, Gallery, todays_seed
-from dmplay.ui.gallery.problem_list import list_problem_entries
+from dmplay.ui.gallery.problem_entries import list_problem_entries
 from dmplay.ui.screen.full_screen import run_full_screen, show_game
 from dmplay.ui.screen.play_screen import PlayScreen
+from dmplay.ui.shell.command_shell import Shell, run_prompt_loop, run_script
 from dmplay.ui.shell.plain_mode import JsonReporter, Reporter, SentenceReporter, play_by_lines
-from dmplay.ui.shell.shell import Shell, run_prompt_loop, run_script
 
 INVALID_LINE_EXIT_CODE = 2  # as for an invalid command line
 SHELL_BANNER = f"""\

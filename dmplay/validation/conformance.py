@@ -32,7 +32,7 @@ from dmplay.simulation.random_play import (
 )
 from dmplay.solvers.pomdp.legal_action_leak import check_legal_action_leak
 from dmplay.validation import invariants
-from dmplay.validation.export_trials import iter_trials
+from dmplay.validation.module_export_trials import iter_trials
 from dmplay.validation.policy_checks import find_agent_violation
 from dmplay.views.protocol import DrawOptions, Lesson, ViewModule, fit_board, load_view_module
 

@@ -10,7 +10,7 @@ from dmplay.evaluation.assignment import read_assignment
 from dmplay.game.command_line_results import PlayCommand
 from dmplay.game.game_setup import start_new_game
 from dmplay.game.launch_requests import GameRequest, ResumeRequest
-from dmplay.game.transcript_files import verify
+from dmplay.game.transcript_verification import verify
 from dmplay.transcript.reader import read_transcript as transcript
 
 ASSIGNMENT_TEXT = """dmplay: 1

@@ -14,7 +14,7 @@ import dmplay
 from dmplay.cli.parsed_command_runner import interpret_command
 from dmplay.evaluation.assignment import read_assignment
 from dmplay.evaluation.grading import GRADING_LIMITS, Grade, GradingReport, grade_files
-from dmplay.game import transcript_files
+from dmplay.game import transcript_verification
 from dmplay.game.game_series import GameController
 from dmplay.game.game_setup import start_game, start_new_game
 from dmplay.game.launch_requests import BranchRequest, GameRequest
@@ -47,7 +47,7 @@ def edit_transcript(path: Path, before: str, after: str, *, update_checksum: boo
     assert before in content
     path.write_text(content.replace(before, after))
     if update_checksum:
-        transcript_files.rewrite_file(path)
+        transcript_verification.rewrite_file(path)
 
 
 @pytest.fixture(scope="module")
@@ -88,7 +88,8 @@ def report(folder: Path) -> GradingReport:
     """The grades of these games, checked against an assignment."""
     (folder / "walks").write_text(ASSIGNMENT_TEXT)
     return grade_files(
-        [*transcript_files.iter_transcript_files([folder])], read_assignment(folder / "walks")
+        [*transcript_verification.iter_transcript_files([folder])],
+        read_assignment(folder / "walks"),
     )
 
 

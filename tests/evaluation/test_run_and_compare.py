@@ -21,7 +21,7 @@ from dmplay.evaluation.many_games import run
 from dmplay.evaluation.return_bounds import compute_return_bounds
 from dmplay.evaluation.statistics import describe_doubt, estimate_mean
 from dmplay.game.command_line_results import Printout
-from dmplay.game.transcript_files import verify
+from dmplay.game.transcript_verification import verify
 from dmplay.guide.topics import read_topic
 from dmplay.output import evaluation_request
 from dmplay.output.evaluation_report import _run_headline, draw_histogram

@@ -27,7 +27,7 @@ from dmplay.game.watching import WatchedSteps
 from dmplay.registry.problems import load_problem
 from dmplay.terminal.capabilities import Terminal
 from dmplay.ui.gallery.gallery import Gallery
-from dmplay.ui.gallery.problem_list import list_problem_entries
+from dmplay.ui.gallery.problem_entries import list_problem_entries
 from dmplay.ui.screen.event_loop import KeyDrivenEventLoop, PlayEventLoop, ScreenEventLoop
 from dmplay.ui.screen.key_reader import attach_key_reader
 from dmplay.ui.screen.play_screen import PlayScreen

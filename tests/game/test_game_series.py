@@ -11,7 +11,7 @@ from dmplay.game.game_series import GameController, next_numbered_path
 from dmplay.game.game_setup import resume_game, start_new_game
 from dmplay.game.launch_requests import GameRequest, ResumeRequest
 from dmplay.game.playback import Playback
-from dmplay.game.transcript_files import verify
+from dmplay.game.transcript_verification import verify
 from dmplay.transcript.reader import read_transcript
 from dmplay.ui.shell.commands import run_line
 from dmplay.views.protocol import DrawOptions

@@ -20,7 +20,7 @@ from dmplay.game.game import Game
 from dmplay.game.game_series import GameController
 from dmplay.game.game_setup import start_game, start_new_game
 from dmplay.game.launch_requests import GameRequest, ResumeRequest
-from dmplay.game.transcript_files import verify as verified
+from dmplay.game.transcript_verification import verify as verified
 from dmplay.simulation.rollouts import rollout
 from dmplay.terminal.capabilities import Terminal
 from dmplay.transcript.format import collect_turn_facts

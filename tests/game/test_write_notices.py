@@ -21,14 +21,14 @@ from dmplay.game.command_line_results import PlayCommand
 from dmplay.game.game_series import GameController
 from dmplay.game.game_setup import start_game, start_new_game
 from dmplay.game.launch_requests import GameRequest, ResumeRequest
-from dmplay.game.transcript_files import verify
+from dmplay.game.transcript_verification import verify
 from dmplay.terminal.capabilities import Terminal, TerminalOptions
 from dmplay.ui.game_launcher import play_game
 from dmplay.ui.screen.key_handlers import handle_key
 from dmplay.ui.screen.play_screen import PlayScreen
+from dmplay.ui.shell.command_shell import Shell, run_script
 from dmplay.ui.shell.commands import run_line
 from dmplay.ui.shell.plain_mode import JsonReporter, Reporter, SentenceReporter, play_by_lines
-from dmplay.ui.shell.shell import Shell, run_script
 from tests.support.screens import EmulatedPainter, EmulatedScreen
 
 PIPE = Terminal(False, "a pipe", False, False, False)

@@ -13,7 +13,7 @@ from rich.text import Text
 from dmplay.cli.parsed_command_runner import execute_result
 from dmplay.game.command_line_results import Printout
 from dmplay.game.launch_requests import ReplayRequest
-from dmplay.game.transcript_files import verify
+from dmplay.game.transcript_verification import verify
 from dmplay.output.film import texts_to_animated_svg
 from dmplay.output.transcript_export import ExportOptions, export_transcript
 from tests.support.games import read_transcript, record_game

@@ -21,10 +21,10 @@ from dmplay.ui.screen.key_handlers import handle_key
 from dmplay.ui.screen.modes import Mode
 from dmplay.ui.screen.play_operations import run_typed_line
 from dmplay.ui.screen.play_screen import PlayScreen
+from dmplay.ui.shell.command_shell import Shell
 from dmplay.ui.shell.commands import PlayerQuit
 from dmplay.ui.shell.interactive_shell import toolbar_text
 from dmplay.ui.shell.plain_mode import JsonReporter, Reporter, SentenceReporter, play_by_lines
-from dmplay.ui.shell.shell import Shell
 from tests.privacy.indistinguishable_pairs import OPEN_GAMES, Pair, Side
 
 TRANSCRIPT_PATH = Path("game.dmt")

@@ -11,7 +11,7 @@ from dmplay.game.game_series import GameController
 from dmplay.game.game_setup import start_game, start_new_game
 from dmplay.game.launch_requests import BranchRequest, GameRequest, ResumeRequest
 from dmplay.game.playback import Playback
-from dmplay.game.transcript_files import rewrite_file, verify
+from dmplay.game.transcript_verification import rewrite_file, verify
 from dmplay.registry.problem_name_kinds import rebase_name
 from dmplay.registry.problems import load_problem, requires_trust, resolve_problem
 from dmplay.transcript.reader import read_transcript

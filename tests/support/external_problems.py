@@ -9,7 +9,7 @@ import dmplay
 from dmplay.errors import BadParameter, UnknownName
 from dmplay.game.game_setup import start_new_game
 from dmplay.game.launch_requests import GameRequest
-from dmplay.game.transcript_files import verify
+from dmplay.game.transcript_verification import verify
 from dmplay.simulation.rollouts import rollout
 
 SEED = 3

@@ -11,7 +11,7 @@ from dmplay.core.problem import Problem
 from dmplay.core.session import View
 from dmplay.game.game_setup import start_new_game
 from dmplay.game.launch_requests import GameRequest
-from dmplay.game.transcript_files import verify
+from dmplay.game.transcript_verification import verify
 from dmplay.transcript.reader import read_transcript
 
 

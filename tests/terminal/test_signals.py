@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from dmplay.game.transcript_files import verify
+from dmplay.game.transcript_verification import verify
 from dmplay.terminal.signals import defer_signals, exit_on_signals
 from tests.crash_tests.kill_moments import Fuse
 from tests.support.fork_server import PROGRAM_TIMEOUT_SECONDS

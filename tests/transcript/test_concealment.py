@@ -17,7 +17,7 @@ from dmplay.game.game import Game
 from dmplay.game.game_series import GameController
 from dmplay.game.game_setup import branch_game, resume_game, start_new_game
 from dmplay.game.launch_requests import BranchRequest, GameRequest, ResumeRequest
-from dmplay.game.transcript_files import format_reports, verify
+from dmplay.game.transcript_verification import format_reports, verify
 from dmplay.transcript.concealment import disclose_transcript
 from dmplay.transcript.reader import read_transcript
 from dmplay.ui.game_launcher import print_epilogue

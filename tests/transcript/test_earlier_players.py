@@ -10,7 +10,7 @@ from dmplay.game.game_setup import branch_game, start_new_game
 from dmplay.game.launch_requests import BranchRequest, GameRequest
 from dmplay.game.playback import Playback
 from dmplay.game.saves import load_transcript
-from dmplay.game.transcript_files import rewrite_file, verify
+from dmplay.game.transcript_verification import rewrite_file, verify
 from dmplay.ui.shell.commands import run_line
 
 

@@ -11,7 +11,7 @@ from dmplay.game.game_series import GameController
 from dmplay.game.game_setup import branch_game, resume_game, start_new_game
 from dmplay.game.launch_requests import BranchRequest, GameRequest, ResumeRequest
 from dmplay.game.playback import Playback
-from dmplay.game.transcript_files import verify
+from dmplay.game.transcript_verification import verify
 from dmplay.terminal.capabilities import Terminal
 from dmplay.transcript.reader import read_transcript
 from dmplay.ui.screen.play_screen import PlayScreen

@@ -14,7 +14,7 @@ from dmplay.errors import BadTranscript, DmplayError
 from dmplay.game.game_setup import resume_game, start_new_game
 from dmplay.game.launch_requests import GameRequest, ResumeRequest, format_settings
 from dmplay.game.playback import Playback
-from dmplay.game.transcript_files import rewrite_file, verify
+from dmplay.game.transcript_verification import rewrite_file, verify
 from dmplay.transcript.reader import parse_transcript
 from tests.support.games import record_game
 from tests.support.interruption import run_with_call_limit

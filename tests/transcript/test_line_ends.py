@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from dmplay.evaluation.grading import grade_files
-from dmplay.game.transcript_files import rewrite_file, verify
+from dmplay.game.transcript_verification import rewrite_file, verify
 from tests.support.games import record_game
 from tests.support.programs import run_dmplay
 

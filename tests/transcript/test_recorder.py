@@ -18,7 +18,7 @@ from dmplay.game.game import Game
 from dmplay.game.game_setup import format_resume_command, start_new_game
 from dmplay.game.launch_requests import GameRequest
 from dmplay.game.seats import HUMAN
-from dmplay.game.transcript_files import verify
+from dmplay.game.transcript_verification import verify
 from dmplay.transcript.header import Header
 from dmplay.transcript.reader import read_transcript
 from dmplay.transcript.recorder import Recorder

@@ -19,7 +19,7 @@ from dmplay.errors import BadParameter, BadTranscript
 from dmplay.game.game import Game
 from dmplay.game.game_setup import branch_game, resume_game, start_new_game
 from dmplay.game.launch_requests import BranchRequest, GameRequest, ResumeRequest
-from dmplay.game.transcript_files import rewrite_file, verify
+from dmplay.game.transcript_verification import rewrite_file, verify
 from dmplay.transcript import format as transcript_format
 from dmplay.transcript import reader
 from dmplay.transcript.format import encode_json, round_number

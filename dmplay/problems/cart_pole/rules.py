@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from dmplay.core.arrays import Array, Bools
+from dmplay.core.batch_columns import keep_rows, split_columns, stack_columns, to_array, to_column
 from dmplay.core.chance import Chance, Uniform
-from dmplay.core.columns import keep_rows, split_columns, stack_columns, to_array, to_column
 from dmplay.core.parameters import parameter
 from dmplay.core.problem import ContinuousStates, Outcome
 from dmplay.core.spaces import Labels

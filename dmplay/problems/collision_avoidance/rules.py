@@ -12,8 +12,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from dmplay.core.arrays import Array, Bools
+from dmplay.core.batch_columns import (
+    clip,
+    keep_rows,
+    select,
+    split_columns,
+    stack_columns,
+    to_column,
+)
 from dmplay.core.chance import Categorical, Chance, Uniform
-from dmplay.core.columns import clip, keep_rows, select, split_columns, stack_columns, to_column
 from dmplay.core.parameters import parameter
 from dmplay.core.problem import ContinuousStates, Outcome
 from dmplay.core.spaces import Labels

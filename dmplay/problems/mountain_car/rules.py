@@ -12,8 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from dmplay.core.arrays import Array, Bools
-from dmplay.core.chance import Chance, Uniform
-from dmplay.core.columns import (
+from dmplay.core.batch_columns import (
     clip,
     keep_rows,
     select,
@@ -22,6 +21,7 @@ from dmplay.core.columns import (
     to_array,
     to_column,
 )
+from dmplay.core.chance import Chance, Uniform
 from dmplay.core.parameters import parameter
 from dmplay.core.problem import ContinuousStates, Outcome
 from dmplay.core.spaces import Labels

@@ -20,7 +20,7 @@ from dmplay.transcript.reader import TranscriptOutline
 from dmplay.tutor.lesson_list import list_builtin_outlines
 from dmplay.tutor.progress import count_finished, find_next_lesson, load_all_progress
 from dmplay.ui.gallery.preview import ProblemPreview, make_preview, wrap_text, your_game_rows
-from dmplay.ui.gallery.problem_list import ProblemEntry
+from dmplay.ui.gallery.problem_entries import ProblemEntry
 from dmplay.ui.screen.frame_state import NEXT_PAGE_KEYS, FrameState, Viewport, fit_line, fit_text
 from dmplay.ui.shell.commands import PlayerQuit
 

@@ -32,9 +32,9 @@ from dmplay.ui.screen.command_prompt import HiddenInputProcessor
 from dmplay.ui.screen.full_screen import run_full_screen, show_game
 from dmplay.ui.screen.key_reader import attach_key_reader
 from dmplay.ui.screen.play_screen import PlayScreen
+from dmplay.ui.shell.command_shell import Shell
 from dmplay.ui.shell.commands import PlayerQuit
 from dmplay.ui.shell.completer import CommandCompleter
-from dmplay.ui.shell.shell import Shell
 
 if TYPE_CHECKING:  # Most games need no algorithms.
     from dmplay.game.watching import WatchedSteps

@@ -15,7 +15,7 @@ from dmplay.game.completion import name_lists
 from dmplay.game.game import Game
 from dmplay.game.game_setup import start_game
 from dmplay.game.launch_requests import ResumeRequest
-from dmplay.game.transcript_files import verify
+from dmplay.game.transcript_verification import verify
 from dmplay.servers.mcp.language_model_games import MAX_GAMES, ModelGames
 from dmplay.transcript.concealment import disclose_transcript
 from dmplay.transcript.reader import read_transcript

@@ -20,7 +20,7 @@ from dmplay.terminal.capabilities import Terminal as Way
 from dmplay.terminal.painter import Painter
 from dmplay.ui.gallery import gallery as module
 from dmplay.ui.gallery.gallery import Gallery
-from dmplay.ui.gallery.problem_list import (
+from dmplay.ui.gallery.problem_entries import (
     INSTALLED_HEADING,
     KIND_HEADINGS,
     ProblemEntry,

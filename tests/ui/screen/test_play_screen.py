@@ -22,7 +22,7 @@ from dmplay.game.game_setup import start_game, start_new_game
 from dmplay.game.launch_requests import GameRequest, ResumeRequest
 from dmplay.game.playback import Playback
 from dmplay.game.seats import HUMAN
-from dmplay.game.transcript_files import verify
+from dmplay.game.transcript_verification import verify
 from dmplay.registry.builtin_names import problem_names
 from dmplay.terminal.capabilities import Terminal
 from dmplay.ui.screen.footer import format_footer

@@ -10,7 +10,7 @@ from dmplay.game.game import Game
 from dmplay.game.game_series import GameController
 from dmplay.game.game_setup import start_new_game
 from dmplay.game.launch_requests import GameRequest
-from dmplay.game.transcript_files import verify
+from dmplay.game.transcript_verification import verify
 from dmplay.terminal.capabilities import Terminal
 from dmplay.ui.screen.key_handlers import handle_key
 from dmplay.ui.screen.play_screen import PlayScreen

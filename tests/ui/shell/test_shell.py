@@ -17,15 +17,15 @@ from dmplay.cli.commands import build_command
 from dmplay.cli.parsed_command_runner import interpret_command
 from dmplay.errors import UnknownName
 from dmplay.game.game_series import GameController
-from dmplay.game.transcript_files import verify
+from dmplay.game.transcript_verification import verify
 from dmplay.registry.builtin_names import problem_names
 from dmplay.terminal.capabilities import Terminal as Wished
 from dmplay.terminal.capabilities import TerminalOptions
 from dmplay.transcript.reader import read_transcript
 from dmplay.ui.shell import interactive_shell
+from dmplay.ui.shell.command_shell import Shell
 from dmplay.ui.shell.commands import COMMANDS, COMMANDS_BY_TOPIC, run_line
 from dmplay.ui.shell.completer import CommandCompleter, complete_line
-from dmplay.ui.shell.shell import Shell
 from tests.support.games import read_values
 from tests.support.programs import run_dmplay
 from tests.support.terminals import CTRL_C, CTRL_D, CTRL_Z, ENTER, TAB, Terminal, list_colour_codes

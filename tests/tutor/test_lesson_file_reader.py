@@ -6,8 +6,8 @@ import pytest
 
 from dmplay.errors import BadFile, BadParameter, DmplayError
 from dmplay.guide.topics import read_topic
+from dmplay.tutor.lesson_file_reader import read_lesson
 from dmplay.tutor.lesson_list import find_lesson, load_lessons
-from dmplay.tutor.lesson_reader import read_lesson
 from dmplay.tutor.lesson_run import LessonRun
 from tests.fuzz.lesson_quantities import list_quantities
 from tests.support.document_examples import extract_file

@@ -7,7 +7,14 @@ import pytest
 
 import dmplay
 from dmplay.core.arrays import Array
-from dmplay.core.columns import clip, keep_rows, select, split_columns, stack_columns, to_array
+from dmplay.core.batch_columns import (
+    clip,
+    keep_rows,
+    select,
+    split_columns,
+    stack_columns,
+    to_array,
+)
 from dmplay.core.uniforms import make_generator
 
 ROWS = np.array([[0.1, -0.7], [np.nan, 2.0], [-np.inf, -0.0], [1e300, 0.5]])
