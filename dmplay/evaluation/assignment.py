@@ -53,14 +53,11 @@ class Assignment:
         `path` is the file of the game's transcript.
         """
         expected, seats = self.header, other.seats
-        differences = (
-            [] if self._is_same_name(expected.problem, other.problem, path) else ["problem"]
-        )
-        differences += [
-            name
-            for name in ("origin", "parameters", "turns", "episode")
-            if getattr(expected, name) != getattr(other, name)
-        ]
+        is_same_problem = self._is_same_name(expected.problem, other.problem, path)
+        differences = [] if is_same_problem else ["problem"]
+        for name in ("origin", "parameters", "turns", "episode"):
+            if getattr(expected, name) != getattr(other, name):
+                differences.append(name)
         differences += ["seed"] if other.seed not in self.seeds else []
         are_same_seats = expected.seats.keys() == seats.keys() and all(
             self._is_same_name(player, seats[agent], path)

@@ -27,7 +27,7 @@ from dmplay.evaluation.statistics import (
     compute_bounded_confidence_sequence,
     estimate_mean,
 )
-from dmplay.simulation.rollouts import Rollout, RolloutSpec
+from dmplay.simulation.rollouts import RolloutSpec
 from dmplay.simulation.worker_pool import WorkerCount
 
 MIN_GAMES_TO_DECIDE = 100  # games before the first decision
@@ -110,16 +110,10 @@ def compare(  # noqa: PLR0913 - each is the caller's to choose
     check_episode_count(episodes)
     _check_entrants(problem, entrants, seat, decide)
     control_variate = None if return_bounds else build_control_variate(problem)
-    rule = (
-        None
-        if decide is None
-        else DecisionRule(
-            decide,
-            None
-            if asymptotic
-            else _bound_difference(problem, control_variate, turns, return_bounds),
-        )
-    )
+    rule = None if decide is None else DecisionRule(decide, None)
+    if rule and not asymptotic:
+        bound = _bound_difference(problem, control_variate, turns, return_bounds)
+        rule = rule._replace(max_difference=bound)
     active = [*range(len(entrants))]  # entrants that are not withdrawn
     withdrawals = list[str]()
     samples = np.zeros((2, 0, len(active)))
@@ -147,7 +141,8 @@ def compare(  # noqa: PLR0913 - each is the caller's to choose
                 raise
             raise BadPolicy(f"{names[index]}: {error}") from None
         if part.rollouts:
-            samples = np.concatenate([samples, _collect_seat_returns(part.rollouts, seat)], axis=1)
+            pairs = [[r.returns[:, seat], r.control_variates[:, seat]] for r in part.rollouts]
+            samples = np.concatenate([samples, np.stack(pairs, axis=-1)], axis=1)
         if part.interruption and not samples.size:
             raise part.interruption
         comparison = _summarize_comparison(samples[0], samples[1], rule)
@@ -201,14 +196,6 @@ def _bound_difference(
             "largest return with --bounds, or use --asymptotic"
         )
     return bounds[1] - bounds[0]
-
-
-def _collect_seat_returns(rollouts: Sequence[Rollout], seat: int) -> Reals:
-    """Return the returns and control variates of one seat, `[2, E, agents]`."""
-    return np.stack(
-        [[rollout.returns[:, seat], rollout.control_variates[:, seat]] for rollout in rollouts],
-        axis=-1,
-    )
 
 
 def _summarize_comparison(

@@ -37,10 +37,8 @@ class ControlVariate:
         limit, discount = limit_of_turns(self.problem, turn_limit), self.problem.discount
         last_weight = 0.0 if limit is None else discount**limit
         total_loss = losses.max(where=np.isfinite(losses), initial=0.0)
-        return float(
-            sum_discounts(discount, limit) * total_loss
-            + last_weight * (max(values.max(), 0.0) - min(values.min(), 0.0))
-        )
+        last_difference = max(values.max(), 0.0) - min(values.min(), 0.0)
+        return float(sum_discounts(discount, limit) * total_loss + last_weight * last_difference)
 
     def __call__(self, s: Array, a: Array, outcome: Outcome) -> Reals:
         """Return the value of what a turn brought minus its expectation, `[B, 1]`."""
@@ -53,18 +51,11 @@ class ControlVariate:
 def build_control_variate(problem: Problem) -> ControlVariate | None:
     """Return the control variate of a problem of one agent and few states, None for others."""
     has_one_agent = len(problem.agents) == 1 and isinstance(problem.actions[0], Labels)
-    if not (
-        has_one_agent
-        and isinstance(problem.state_count, int)
-        and problem.state_count <= MAX_VALUED_STATES
-    ):
+    count = problem.state_count
+    if not (has_one_agent and isinstance(count, int) and count <= MAX_VALUED_STATES):
         return None
     try:
-        return ControlVariate(
-            problem,
-            mdp_values.compute_optimal_q(
-                tabulate(problem).expected_reward_tables, problem.discount
-            ),
-        )
+        tables = tabulate(problem).expected_reward_tables
+        return ControlVariate(problem, mdp_values.compute_optimal_q(tables, problem.discount))
     except (DmplayError, np.linalg.LinAlgError):  # too much work, or it cannot be tabulated
         return None

@@ -53,14 +53,11 @@ def _connect_dask_client(address: str, workers: WorkerCount) -> Any:
         if address:
             return client_class(address, timeout="10s", set_as_default=False)
         worker_count = count_cores() if workers == "auto" else workers
+        # Lost blocks are run again, and reported, by dmplay itself.
         return client_class(
-            n_workers=worker_count,
-            threads_per_worker=1,
-            dashboard_address=None,
-            # Lost blocks are run again, and reported, by dmplay itself.
-            scheduler_kwargs={"allowed_failures": 0},
-            silence_logs=logging.CRITICAL,
-        )
+            n_workers=worker_count, threads_per_worker=1, dashboard_address=None,
+            scheduler_kwargs={"allowed_failures": 0}, silence_logs=logging.CRITICAL,
+        )  # fmt: skip
     except (OSError, ValueError) as error:
         raise BadParameter(
             f"--executor: cannot connect to a Dask cluster at {address or 'this machine'}; {error}"

@@ -6,6 +6,7 @@ The limits of the evidence are in GRADING_LIMITS.
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -123,11 +124,8 @@ def grade_files(
     except KeyboardInterrupt:
         if not games:
             raise
-    return GradingReport(
-        tuple(_compare_with_others(game, games) for game in games),
-        file_count,
-        _find_missing_seeds(games, assignment),
-    )
+    grades = tuple(_compare_with_others(game, games) for game in games)
+    return GradingReport(grades, file_count, _find_missing_seeds(games, assignment))
 
 
 def _grade_file(
@@ -154,10 +152,8 @@ def _grade_file(
     report = verify(file, trusted=trusted, assigned_names=assigned_names)
     fault = _first_fault(report)
     try:
-        problem = load_transcript_problem(
-            transcript, trusted=trusted, assigned_names=assigned_names
-        ).problem
-        session = replay(transcript, problem)
+        lookup = load_transcript_problem(transcript, trusted=trusted, assigned_names=assigned_names)
+        problem, session = lookup.problem, replay(transcript, lookup.problem)
     except DmplayError:
         unplayable = Grade(
             str(file), verified=False, fault=fault, player=header.player, problem=header.problem,
@@ -166,52 +162,32 @@ def _grade_file(
         yield _GradedGame(unplayable, (), ())
         return
     names = [*header.seats.values()]
-    uniforms_key = (
-        header.problem,
-        str(sorted(header.parameters.items())),
-        header.seed,
-        header.episode,
-    )
-    is_seed_visible = (
-        transcript.end_block is not None or header.peeked or not list_human_seats(names)
-    )
+    variant = header.problem, str(sorted(header.parameters.items()))
+    uniforms_key = (*variant, header.seed, header.episode)
+    has_ended = transcript.end_block is not None
+    is_seed_visible = has_ended or header.peeked or not list_human_seats(names)
     for seat in list_human_seats(names) or [0]:
         is_valid = report.is_ok and not is_concealed(transcript, problem)
+        agent, seed = problem.agents[seat], header.seed if is_seed_visible else None
+        end_reason = transcript.end_reason or "unfinished"
         grade = Grade(
-            str(file),
-            report.is_ok,
-            fault,
-            header.player,
-            names[seat],
-            header.problem,
-            problem.agents[seat],
-            header.seed if is_seed_visible else None,
-            len(session.turns),
-            transcript.end_reason or "unfinished",
+            str(file), report.is_ok, fault, header.player, names[seat], header.problem, agent,
+            seed, len(session.turns), end_reason,
             undone_turn_count=_count_retakes(transcript, "undo"),
             reroll_count=_count_retakes(transcript, "reroll"),
-            hint_count=session.hint_counts[problem.agents[seat]],
-            strict=header.strict,
-            peeked=header.peeked,
-            remarks=(*_iter_remarks(transcript, report),),
-            assignment_differences=differences,
-        )
+            hint_count=session.hint_counts[agent], strict=header.strict, peeked=header.peeked,
+            remarks=(*_iter_remarks(transcript, report),), assignment_differences=differences,
+        )  # fmt: skip
         if is_valid:
-            question = AdviceQuestion(
-                seat,
-                session.turn_limit,
-                tuple(names),
-                earlier_turns=header.turns_before_these_players,
-                scripts=list_scripts(session, names),
-            )
-            grade = _add_regret(
-                grade, session, question, can_review=uniforms_key[:2] not in unreviewable_problems
-            )
+            question = AdviceQuestion.about(session, seat, names, list_scripts(session, names))
+            question = replace(question, earlier_turns=header.turns_before_these_players)
+            can_review = variant not in unreviewable_problems
+            grade = _add_regret(grade, session, question, can_review=can_review)
             is_unreviewable = grade.regret is None and NO_REGRET_REMARK not in grade.remarks
             if grade.occupant == HUMAN and grade.is_finished and is_unreviewable:
-                unreviewable_problems.add(uniforms_key[:2])
+                unreviewable_problems.add(variant)
         turn_keys = [(turn.actions.tobytes(), turn.uniforms.tobytes()) for turn in session.turns]
-        yield _GradedGame(grade, uniforms_key, (*uniforms_key[:2], seat, *turn_keys))
+        yield _GradedGame(grade, uniforms_key, (*variant, seat, *turn_keys))
 
 
 def _first_fault(report: VerificationReport) -> str:
@@ -235,11 +211,9 @@ def _iter_remarks(transcript: Transcript, report: VerificationReport) -> Iterato
     if report.is_ok and transcript.end_reason in RESUMABLE_END_REASONS:
         yield "can be resumed"
     notes = dict.fromkeys(transcript.notes)
-    yield from (
-        f"ghost {note.removeprefix(GHOST_NOTE_PREFIX)}"
-        for note in notes
-        if note.startswith(GHOST_NOTE_PREFIX)
-    )
+    for note in notes:
+        if note.startswith(GHOST_NOTE_PREFIX):
+            yield f"ghost {note.removeprefix(GHOST_NOTE_PREFIX)}"
     if any(note.startswith(REPEATED_UNIFORMS_PREFIX) for note in notes):
         yield "random numbers of an earlier game"
     unchecked = [player for player in report.unchecked_players if player != HUMAN]
@@ -267,25 +241,19 @@ def _add_regret(
     with suppress(DmplayError), limit_total_work(REVIEW_WORK_LIMIT):
         if can_review and grade.is_finished:
             reviewed = [*review_actions(session, [question])]
-    regrets = [move.regret for move in reviewed if move.regret is not None]
-    has_regrets = bool(reviewed) and len(regrets) == len(reviewed)
-    matching_agents = [*_iter_matching_agents(session, seat)]
-    return grade._replace(
-        regret=total_regret(reviewed) if has_regrets else None,
-        best_count=sum(move.chosen in move.best for move in reviewed) if has_regrets else 0,
-        valued_count=len(reviewed) if has_regrets else 0,
-        remarks=(
-            *grade.remarks,
-            *dict.fromkeys(
-                f"regret ({move.basis.scope})"
-                for move in reviewed
-                if move.basis.scope and has_regrets
-            ),
-            *([ESTIMATED_REMARK] if any(m.is_estimated for m in reviewed) and has_regrets else []),
-            *([NO_REGRET_REMARK] if reviewed and not has_regrets else []),
-            *(f"same actions as {name}" for name in matching_agents),
-        ),
-    )
+    remarks = [*grade.remarks]
+    if reviewed and any(move.regret is None for move in reviewed):
+        remarks.append(NO_REGRET_REMARK)
+    elif reviewed:
+        best_count = sum(move.chosen in move.best for move in reviewed)
+        grade = grade._replace(
+            regret=total_regret(reviewed), best_count=best_count, valued_count=len(reviewed)
+        )
+        scopes = (move.basis.scope for move in reviewed)
+        remarks += dict.fromkeys(f"regret ({scope})" for scope in scopes if scope)
+        remarks += [ESTIMATED_REMARK] * any(move.is_estimated for move in reviewed)
+    remarks += [f"same actions as {name}" for name in _iter_matching_agents(session, seat)]
+    return grade._replace(remarks=tuple(remarks))
 
 
 def _iter_matching_agents(session: Session, seat: int) -> Iterator[str]:
@@ -317,19 +285,16 @@ def _compare_with_others(game: _GradedGame, others: Sequence[_GradedGame]) -> Gr
     if not game.grade.turns:
         return game.grade
     other_games = [other for other in others if other.grade.path != game.grade.path]
-    identical_files = [
-        other.grade.path for other in other_games if other.actions_key == game.actions_key
-    ]
-    attempts = [
-        other.grade.path
-        for other in other_games
-        if (other.uniforms_key, other.grade.player) == (game.uniforms_key, game.grade.player)
-        and game.grade.player
-        and other.grade.path not in identical_files
-    ]
-    return game.grade._replace(
-        identical_files=tuple(identical_files), other_attempts=tuple(attempts)
-    )
+    identical, attempts = list[str](), list[str]()
+    for other in other_games:
+        if other.actions_key == game.actions_key:
+            identical.append(other.grade.path)
+    for other in other_games:
+        is_same_player = game.grade.player and other.grade.player == game.grade.player
+        is_attempt = is_same_player and other.uniforms_key == game.uniforms_key
+        if is_attempt and other.grade.path not in identical:
+            attempts.append(other.grade.path)
+    return game.grade._replace(identical_files=tuple(identical), other_attempts=tuple(attempts))
 
 
 def _find_missing_seeds(
@@ -340,11 +305,8 @@ def _find_missing_seeds(
         return {}
     seeds_by_player = defaultdict[str, set[int | None]](set)
     for grade in (game.grade for game in games if game.grade.player):
-        seeds_by_player[grade.player] |= (
-            {grade.seed}
-            if grade.verified and grade.is_finished and not grade.assignment_differences
-            else set()
-        )
+        is_valid = grade.verified and grade.is_finished and not grade.assignment_differences
+        seeds_by_player[grade.player] |= {grade.seed} if is_valid else set()
     missing = {
         player: [seed for seed in assignment.seeds if seed not in played_seeds]
         for player, played_seeds in seeds_by_player.items()

@@ -62,10 +62,9 @@ def run_rollouts_without_forfeits(
     interruption: RolloutInterrupted | RolloutBlocksLost | Forfeit | None = None
     while remaining and not interruption:
         episodes = remaining.pop(0)
+        split_games = games._replace(episodes=episodes)
         try:
-            part = run_rollouts_until_interrupted(
-                problem, [policies], games._replace(episodes=episodes)
-            )
+            part = run_rollouts_until_interrupted(problem, [policies], split_games)
         except Forfeit as error:
             if error.episode is None or len(forfeits) == MAX_FORFEITS:
                 interruption = error
@@ -78,9 +77,7 @@ def run_rollouts_without_forfeits(
             parts.append(part)
             interruption = part.interruption
     finished = [rollout for part in parts for rollout in part.rollouts]
-    return PartialRollouts(
-        (Rollout(*map(np.concatenate, zip(*finished, strict=True))),) if finished else (),
-        np.concatenate([part.episode_numbers for part in parts] or [np.empty(0, int)]),
-        interruption,
-        tuple(sorted(forfeits, key=lambda error: error.episode or 0)),
-    )
+    rollouts = (Rollout(*map(np.concatenate, zip(*finished, strict=True))),) if finished else ()
+    numbers = np.concatenate([part.episode_numbers for part in parts] or [np.empty(0, int)])
+    forfeits.sort(key=lambda error: error.episode or 0)
+    return PartialRollouts(rollouts, numbers, interruption, tuple(forfeits))

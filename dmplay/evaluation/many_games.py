@@ -86,13 +86,9 @@ def run(  # noqa: PLR0913 - each is the caller's to choose
         raise BadParameter(f"until-se: got {max_standard_error:g}, expected more than 0")
     start_time = time.monotonic()
     start, parts = 0, list[PartialRollouts]()
-    end = (
-        INITIAL_EPISODES
-        if max_standard_error is not None
-        else DEFAULT_EPISODES
-        if episodes is None
-        else episodes
-    )
+    end = DEFAULT_EPISODES if episodes is None else episodes
+    if max_standard_error is not None:
+        end = INITIAL_EPISODES
     while True:
         spec = RolloutSpec(
             range(start, end), turns, seed, workers, executor, progress, RECORDED_FIELDS
@@ -103,20 +99,15 @@ def run(  # noqa: PLR0913 - each is the caller's to choose
         if not rollout_parts:
             raise part.interruption or part.forfeits[-1]
         merged = Rollout(*map(np.concatenate, zip(*rollout_parts, strict=True)))
-        if (
-            part.interruption
-            or max_standard_error is None
-            or max(estimate_mean(sample).standard_error for sample in merged.returns.T)
-            <= max_standard_error
-            or end >= MAX_EPISODES
-        ):
+        errors = (estimate_mean(sample).standard_error for sample in merged.returns.T)
+        is_precise = max_standard_error is None or max(errors) <= max_standard_error
+        if part.interruption or is_precise or end >= MAX_EPISODES:
             episode_numbers = np.concatenate([result.episode_numbers for result in parts])
             seconds = time.monotonic() - start_time
             summary = summarize_run(problem, merged, episode_numbers, seconds, turns)
-            return summary._replace(
-                shortfall_reason=str(part.interruption or ""),
-                forfeits=tuple(error for result in parts for error in result.forfeits),
-            )
+            forfeits = tuple(error for result in parts for error in result.forfeits)
+            reason = str(part.interruption or "")
+            return summary._replace(shortfall_reason=reason, forfeits=forfeits)
         start, end = end, GROWTH_FACTOR * end
 
 
@@ -128,27 +119,14 @@ def summarize_run(
     turn_limit: int | None = None,
 ) -> RunResult:
     """Return the summary of a rollout with this turn limit."""
-    bounds = compute_return_bounds(problem, turn_limit)
-    seat_summaries = tuple(
-        SeatSummary(
-            seat,
-            estimate_mean(returns),
-            estimate_mean(totals),
-            five_number_summary(returns),
-            describe_doubt(returns, bounds),
-        )
-        for seat, returns, totals in zip(
-            problem.agents, rollout.returns.T, rollout.total_rewards.T, strict=True
-        )
-    )
-    mean_turns = float(rollout.turn_counts.mean())
-    terminated_share = float(rollout.terminated.mean())
+    bounds, seat_summaries = compute_return_bounds(problem, turn_limit), []
+    for seat, agent in enumerate(problem.agents):
+        returns = rollout.returns[:, seat]
+        estimates = estimate_mean(returns), estimate_mean(rollout.total_rewards[:, seat])
+        quantiles, doubt = five_number_summary(returns), describe_doubt(returns, bounds)
+        seat_summaries.append(SeatSummary(agent, *estimates, quantiles, doubt))
+    mean_turns, ended_share = float(rollout.turn_counts.mean()), float(rollout.terminated.mean())
     return RunResult(
-        seat_summaries,
-        len(episode_numbers),
-        mean_turns,
-        terminated_share,
-        seconds,
-        rollout,
+        tuple(seat_summaries), len(episode_numbers), mean_turns, ended_share, seconds, rollout,
         episode_numbers,
-    )
+    )  # fmt: skip

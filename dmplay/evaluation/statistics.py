@@ -82,11 +82,8 @@ def student_t_quantile(degrees_of_freedom: int, level: float = CONFIDENCE_LEVEL)
     low, high = 0.0, math.pi / 2
     for _ in range(60):
         middle = (low + high) / 2
-        low, high = (
-            (middle, high)
-            if _student_t_probability(middle, degrees_of_freedom) < level
-            else (low, middle)
-        )
+        is_below = _student_t_probability(middle, degrees_of_freedom) < level
+        low, high = (middle, high) if is_below else (low, middle)
     return math.sqrt(degrees_of_freedom) * math.tan(low)
 
 
@@ -126,15 +123,13 @@ def compute_bounded_confidence_sequence(
         excluded, possible = 0.0, 1.0
         for _ in range(BISECTION_STEPS):
             middle = (excluded + possible) / 2
-            excluded, possible = (
-                (middle, possible) if is_excluded(middle, x) else (excluded, middle)
-            )
+            is_too_low = is_excluded(middle, x)
+            excluded, possible = (middle, possible) if is_too_low else (excluded, middle)
         return excluded
 
     lower, upper = find_lower_bound(x), 1.0 - find_lower_bound(1.0 - x)
-    return mean_estimate._replace(
-        low=low + (high - low) * lower, high=low + (high - low) * max(lower, upper)
-    )
+    lower_mean, upper_mean = (low + (high - low) * bound for bound in (lower, max(lower, upper)))
+    return mean_estimate._replace(low=lower_mean, high=upper_mean)
 
 
 def _compute_bets(x: Reals, error_probability: float) -> Reals:
@@ -143,10 +138,8 @@ def _compute_bets(x: Reals, error_probability: float) -> Reals:
     means = (0.5 + x.cumsum()) / (counts + 1)
     variances = (0.25 + ((x - means) ** 2).cumsum()) / (counts + 1)
     earlier_variances = np.concatenate([[0.25], variances[:-1]])
-    bets: Reals = np.sqrt(
-        2 * math.log(2.0 / error_probability) / (earlier_variances * counts * np.log1p(counts))
-    )
-    return bets
+    scales = earlier_variances * counts * np.log1p(counts)
+    return np.asarray(np.sqrt(2 * math.log(2.0 / error_probability) / scales))
 
 
 def compute_asymptotic_confidence_sequence(sample: Reals, error_probability: float) -> Estimate:
@@ -156,17 +149,12 @@ def compute_asymptotic_confidence_sequence(sample: Reals, error_probability: flo
     `error_probability` for large samples: Waudby-Smith et al. (2024), equation 2.
     """
     mean_estimate, size = estimate_mean(sample), len(sample)
-    rho_squared: float = (
-        -2 * math.log(error_probability) + math.log(-2 * math.log(error_probability) + 1)
-    ) / TUNED_SAMPLE_SIZE
+    log_term = -2 * math.log(error_probability)
+    rho_squared: float = (log_term + math.log(log_term + 1)) / TUNED_SAMPLE_SIZE
     scaled_size = size * rho_squared + 1
     spread = mean_estimate.standard_error * math.sqrt(size)
-    width = spread * math.sqrt(
-        2
-        * scaled_size
-        / (size**2 * rho_squared)
-        * math.log(math.sqrt(scaled_size) / error_probability)
-    )
+    boundary = math.log(math.sqrt(scaled_size) / error_probability)
+    width = spread * math.sqrt(2 * scaled_size / (size**2 * rho_squared) * boundary)
     return mean_estimate._replace(low=mean_estimate.mean - width, high=mean_estimate.mean + width)
 
 

@@ -111,21 +111,12 @@ def run_tournament(  # noqa: PLR0913 - each is the caller's to choose
     if seating_order not in SEATING_ORDERS:
         raise UnknownName("order", seating_order, SEATING_ORDERS, "seats")
     returns_by_seating = {} if returns_by_seating is None else returns_by_seating
-    policies_by_entrant = [
-        *entrants.values(),
-        *([equilibrium_policies] if equilibrium_policies else []),
-    ]
-    remaining = [
-        entry
-        for entry in list_seatings(len(names), seat_count, seating_order)
-        if entry not in returns_by_seating
-    ]
+    policies_by_entrant = [*entrants.values()]
+    seatings = list_seatings(len(names), seat_count, seating_order)
     if equilibrium_policies:
-        remaining += [
-            entry
-            for entry in list_equilibrium_pairings(len(names))
-            if entry not in returns_by_seating
-        ]
+        policies_by_entrant.append(equilibrium_policies)
+        seatings += list_equilibrium_pairings(len(names))
+    remaining = [seating for seating in seatings if seating not in returns_by_seating]
     shortfall = ""
     active = [*range(len(names))]  # entrants that are not withdrawn
     withdrawals = list[str]()
@@ -145,9 +136,8 @@ def run_tournament(  # noqa: PLR0913 - each is the caller's to choose
                 if entrant < len(names) and len(active) > 2:
                     active.remove(entrant)
                     reason = describe_error_location(error) or error
-                    withdrawals.append(
-                        f"{names[entrant]} is withdrawn from the tournament: {reason}"
-                    )
+                    line = f"{names[entrant]} is withdrawn from the tournament: {reason}"
+                    withdrawals.append(line)
                     continue
                 if not isinstance(error, DmplayError):
                     raise
@@ -196,11 +186,9 @@ def list_equilibrium_pairings(entrant_count: int) -> list[tuple[int, ...]]:
 
     The index of the exact equilibrium is `entrant_count`.
     """
-    pairs = [
-        pair
-        for entrant in range(entrant_count)
-        for pair in ((entrant, entrant_count), (entrant_count, entrant))
-    ]
+    pairs = list[tuple[int, ...]]()
+    for entrant in range(entrant_count):
+        pairs += [(entrant, entrant_count), (entrant_count, entrant)]
     return [*pairs, (entrant_count, entrant_count)]
 
 
@@ -230,27 +218,17 @@ def _summarize_tournament(
     if equilibrium is not None:
         regrets = _compute_regrets(table, equilibrium)
         share_errors, regret_errors = _estimate_equilibrium_errors(equilibrium, resampled_tables)
-        gain = float(
-            _clear_rounding_errors(regret_matching.compute_regrets(table, equilibrium), table).max()
-        )
-    exact_regrets = (
-        _estimate_exact_regrets(entrant_count, returns_by_seating) if seat_count == 2 else None
-    )
+        gains = regret_matching.compute_regrets(table, equilibrium)
+        gain = float(_clear_rounding_errors(gains, table).max())
+    exact_regrets = None
+    if seat_count == 2:
+        exact_regrets = _estimate_exact_regrets(entrant_count, returns_by_seating)
+    best_replies = _find_best_replies(table, resampled_tables)
     return TournamentResult(
-        names,
-        table,
-        estimates,
-        _find_best_replies(table, resampled_tables),
-        equilibrium,
-        regrets,
-        gain,
-        exact_regrets,
-        share_errors,
-        regret_errors,
-        len(equilibria),
-        _has_infinite_equilibria(table),
+        names, table, estimates, best_replies, equilibrium, regrets, gain, exact_regrets,
+        share_errors, regret_errors, len(equilibria), _has_infinite_equilibria(table),
         has_all_equilibria,
-    )
+    )  # fmt: skip
 
 
 def _resample_tables(table: Reals, returns_by_seating: ReturnsBySeating) -> Reals:
@@ -260,10 +238,9 @@ def _resample_tables(table: Reals, returns_by_seating: ReturnsBySeating) -> Real
     """
     seatings = [seating for seating in returns_by_seating if len(table) not in seating]
     returns = np.stack([returns_by_seating[seating] for seating in seatings], axis=1)  # [E, *, n]
-    episode_count = len(returns)
-    weights = np.random.default_rng(0).multinomial(
-        episode_count, np.full(episode_count, 1 / episode_count), BOOTSTRAP_RESAMPLES
-    )
+    episode_count, generator = len(returns), np.random.default_rng(0)
+    shares = np.full(episode_count, 1 / episode_count)
+    weights = generator.multinomial(episode_count, shares, BOOTSTRAP_RESAMPLES)
     means = (weights / episode_count) @ (returns - returns[0]).reshape(episode_count, -1)
     tables = np.empty((BOOTSTRAP_RESAMPLES, *table.shape))
     for index, seating in enumerate(seatings):
@@ -294,9 +271,7 @@ def _sum_reply_returns(table: Reals) -> Reals:
     """Return the return `[K, K]` of each reply to each entrant, summed over the reply's seats."""
     entrant_count, seat_count = len(table), table.shape[-1]
     returns = np.zeros((entrant_count, entrant_count))
-    for entrant, reply, seat in product(
-        range(entrant_count), range(entrant_count), range(seat_count)
-    ):
+    for entrant, reply, seat in np.ndindex(entrant_count, entrant_count, seat_count):
         seating = [reply if position == seat else entrant for position in range(seat_count)]
         returns[entrant, reply] += table[(*seating, seat)]
     return returns

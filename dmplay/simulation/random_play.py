@@ -103,9 +103,8 @@ def final_states(problem: Problem, games: int, max_turns: int) -> Array:
         active = ~problem.terminal(s)
         if not active.any():
             break
-        next_states = step_turn(
-            problem, s, random_joint_actions(problem, s, turn, games), turn
-        ).state
+        actions = random_joint_actions(problem, s, turn, games)
+        next_states = step_turn(problem, s, actions, turn).state
         s = np.where(active.reshape(-1, *[1] * (s.ndim - 1)), next_states, s)
     if isinstance(problem.state_count, int) and problem.state_count <= MAX_ENUMERATED_STATES:
         return np.concatenate([s, problem.enumerate_states()])

@@ -147,60 +147,48 @@ def rollout_entrants(
     luck is 0.
     """
     episode_range, keep, workers, progress = spec.episodes, spec.keep, spec.workers, spec.progress
-    if episode_range.stop < episode_range.start:
-        raise BadParameter(
-            f"episodes: got {episode_range.stop - episode_range.start}, expected 0 or more"
-        )
-    spec = spec._replace(seed=SeededUniforms(spec.seed, episode_range.start).seed)
+    first, stop = episode_range.start, episode_range.stop
+    if stop < first:
+        raise BadParameter(f"episodes: got {stop - first}, expected 0 or more")
+    spec = spec._replace(seed=SeededUniforms(spec.seed, first).seed)
     check_problem(problem, spec.turn_limit)
     for policies in entrants:
         check_policies(problem.agents, policies)
     for name in keep:
         if name not in Rollout._fields:
             raise UnknownName("array", name, Rollout._fields)
-    block_function = partial(
-        _run_block_for_entrants, problem, entrants, spec._replace(executor=None, progress=None)
-    )
+    block_spec = spec._replace(executor=None, progress=None)
+    block_function = partial(_run_block_for_entrants, problem, entrants, block_spec)
     in_process = spec.executor is None and workers == 1 and progress is None
     probe_workers = 0 if in_process else workers if isinstance(workers, int) else 1
-    block_size = (
-        MAX_BLOCK_EPISODES
-        if len(episode_range) <= MIN_BLOCK_EPISODES
-        else _block_size(problem, entrants, spec, probe_workers)
-    )
+    size = MAX_BLOCK_EPISODES
+    if len(episode_range) > MIN_BLOCK_EPISODES:
+        size = _block_size(problem, entrants, spec, probe_workers)
     results: tuple[Rollout, ...] | None = None
     finished = np.zeros(len(episode_range), bool)
     with report_progress_to(progress) if progress else nullcontext():
         budget = Budget("rollout", "try fewer games at a time", math.inf)
         try:
             blocks = run_blocks(
-                block_function,
-                episode_range,
-                size=block_size,
-                workers=workers,
-                executor=spec.executor,
+                block_function, episode_range, size=size, workers=workers, executor=spec.executor
             )
             for block, block_results in blocks:
                 results = results or tuple(
                     _allocate_rollout(block_result, keep, len(episode_range))
                     for block_result in block_results
                 )
-                block_rows = slice(
-                    block.start - episode_range.start, block.stop - episode_range.start
-                )
+                block_rows = slice(block.start - first, block.stop - first)
                 for result, block_result in zip(results, block_results, strict=True):
                     for name in keep:
                         getattr(result, name)[block_rows] = getattr(block_result, name)
                 finished[block_rows] = True
                 budget.spend_work(0, float(finished.mean()))
         except LostGames as error:
-            raise RolloutBlocksLost(
-                error, _partial_results(results, keep, episode_range.start, finished)
-            ) from None
+            partial_results = _partial_results(results, keep, first, finished)
+            raise RolloutBlocksLost(error, partial_results) from None
         except KeyboardInterrupt:
-            raise RolloutInterrupted(
-                _partial_results(results, keep, episode_range.start, finished)
-            ) from None
+            partial_results = _partial_results(results, keep, first, finished)
+            raise RolloutInterrupted(partial_results) from None
     return results or block_function(episode_range)
 
 
@@ -222,25 +210,15 @@ def _block_size(
 
 def _max_episodes_in_memory(problem: Problem, policies: Sequence[Policy], seed: int) -> int:
     """Return the largest number of episodes whose memories fit, measured by those of one game."""
-    state = problem.sample_initial_states(
-        generate_uniforms(
-            seed, NATURE_STREAM, 0, first_episode=0, rows=1, count=problem.uniform_counts.start
-        )
-    )
-    memory_bytes = sum(
-        array.nbytes
-        for seat, policy in enumerate(policies)
-        for array in call_memory_method(
-            "turn 1", policy.initial_memory, 1, make_initial_observation(problem, state, seat)
-        )
-    )
-    return int(
-        np.clip(
-            DEFAULT_MEMORY_BYTES / (MEMORY_COPIES * max(memory_bytes, 1)),
-            MIN_BLOCK_EPISODES,
-            MAX_BLOCK_EPISODES,
-        )
-    )
+    start_count = problem.uniform_counts.start
+    u = generate_uniforms(seed, NATURE_STREAM, 0, first_episode=0, rows=1, count=start_count)
+    state, memory_bytes = problem.sample_initial_states(u), 0
+    for seat, policy in enumerate(policies):
+        observation = make_initial_observation(problem, state, seat)
+        memory = call_memory_method("turn 1", policy.initial_memory, 1, observation)
+        memory_bytes += sum(array.nbytes for array in memory)
+    max_episodes = DEFAULT_MEMORY_BYTES / (MEMORY_COPIES * max(memory_bytes, 1))
+    return int(np.clip(max_episodes, MIN_BLOCK_EPISODES, MAX_BLOCK_EPISODES))
 
 
 def _efficient_block_size(
@@ -268,9 +246,10 @@ def _efficient_block_size(
     start_time = time.perf_counter()
     measure_seconds(1)
     is_quick = time.perf_counter() - start_time < MAX_QUICK_PROBE_SECONDS
+    # a single game may be unusual
     small_count, large_count, repeats = (
         (2, PROBE_EPISODES, 3) if is_quick else (1, MIN_BLOCK_EPISODES, 1)
-    )  # a single game may be unusual
+    )
     small_seconds, large_seconds = (
         min(measure_seconds(count) for _ in range(repeats)) for count in (small_count, large_count)
     )
@@ -287,22 +266,18 @@ def _efficient_block_size(
         0.05 * large_seconds / large_count,
         MIN_GAME_SECONDS,
     )
-    block_size = (
-        max(19.0 * (small_seconds - small_count * seconds_per_game), DISPATCH_SECONDS * workers)
-        / seconds_per_game
-    )
+    overhead = small_seconds - small_count * seconds_per_game
+    block_size = max(19.0 * overhead, DISPATCH_SECONDS * workers) / seconds_per_game
     return int(np.clip(block_size, MIN_BLOCK_EPISODES, MAX_BLOCK_EPISODES))
 
 
 def _allocate_rollout(template: Rollout, keep: Sequence[str], episodes: int) -> Rollout:
     """Return uninitialized arrays for the episodes, without rows in those that are not kept."""
-    row_counts = [episodes if name in keep else 0 for name in Rollout._fields]
-    return Rollout(
-        *(
-            np.empty((row_count, *array.shape[1:]), array.dtype)
-            for row_count, array in zip(row_counts, template, strict=True)
-        )
-    )
+    arrays = []
+    for name, array in template._asdict().items():
+        row_count = episodes if name in keep else 0
+        arrays.append(np.empty((row_count, *array.shape[1:]), array.dtype))
+    return Rollout(*arrays)
 
 
 def _partial_results(
@@ -365,22 +340,15 @@ def _run_block(  # noqa: PLR0915 - the steps of one loop
     All rows consume uniforms every turn, finished or not, so that two policies meet the same random
     events.
     """
-    episodes, seed, control_variate, episode_count = (
-        spec.episodes,
-        spec.seed,
-        spec.control_variate,
-        len(spec.episodes),
-    )
-    default_limit = problem.horizon or (
-        DEFAULT_TURN_LIMIT if problem.can_run_forever else sys.maxsize
-    )
+    episodes, control_variate, episode_count = (
+        spec.episodes, spec.control_variate, len(spec.episodes)
+    )  # fmt: skip
+    endless_limit = DEFAULT_TURN_LIMIT if problem.can_run_forever else sys.maxsize
+    default_limit = problem.horizon or endless_limit
     limit = default_limit if spec.turn_limit is None else spec.turn_limit
     budget = Budget("rollout", "try fewer games at a time", math.inf)
-    budget.check_memory(
-        24.0
-        * episode_count
-        * max(*problem.uniform_counts, *(policy.uniform_count for policy in policies))
-    )
+    policy_counts = (policy.uniform_count for policy in policies)
+    budget.check_memory(24.0 * episode_count * max(*problem.uniform_counts, *policy_counts))
 
     running = np.arange(episode_count)  # the games that are still running
 
@@ -388,37 +356,24 @@ def _run_block(  # noqa: PLR0915 - the steps of one loop
         """Return the uniforms of the running games."""
         selected_rows = running if len(running) < episode_count else None
         return generate_uniforms(
-            seed,
-            stream,
-            turn,
-            first_episode=episodes.start,
-            rows=episode_count,
-            count=count,
-            selected_rows=selected_rows,
-        )
+            spec.seed, stream, turn, first_episode=episodes.start, rows=episode_count,
+            count=count, selected_rows=selected_rows,
+        )  # fmt: skip
 
-    state = problem.sample_initial_states(
-        generate_block_uniforms(NATURE_STREAM, 0, problem.uniform_counts.start)
-    )
-    discounted = problem.discount != 1.0
-    sums = [
-        np.zeros((episode_count, len(policies)))
-        for _ in range(1 + discounted + bool(control_variate))
-    ]
+    u = generate_block_uniforms(NATURE_STREAM, 0, problem.uniform_counts.start)
+    state, discounted = problem.sample_initial_states(u), problem.discount != 1.0
+    shape = 1 + discounted + bool(control_variate), episode_count, len(policies)
+    sums = [*np.zeros(shape)]
     # turns played -> arrays of the games that ended then
     finished_groups = list[tuple[int, Memory]]()
     weight, turns_played = 1.0, 0
-    memories = [
-        _call_for_seat(
-            seat,
-            call_memory_method,
-            "turn 1",
-            player.initial_memory,
-            episode_count,
-            make_initial_observation(problem, state, seat),
+    memories = []
+    for seat, player in enumerate(policies):
+        observation = make_initial_observation(problem, state, seat)
+        memory = _call_for_seat(
+            seat, call_memory_method, "turn 1", player.initial_memory, episode_count, observation
         )
-        for seat, player in enumerate(policies)
-    ]
+        memories.append(memory)
     for turn in range(1, limit + 1):
         terminal = problem.terminal(state)
         (finished_rows,) = terminal.nonzero()
@@ -444,26 +399,15 @@ def _run_block(  # noqa: PLR0915 - the steps of one loop
             actions = _choose_joint_actions(
                 problem, choosers, state, choice_uniforms, error_prefixes
             )
-        outcome = problem.step(
-            state,
-            actions,
-            generate_block_uniforms(NATURE_STREAM, turn, problem.uniform_counts.step),
-        )
+        u = generate_block_uniforms(NATURE_STREAM, turn, problem.uniform_counts.step)
+        outcome = problem.step(state, actions, u)
         validate_outcome(problem, outcome)
-        memories = [
-            _call_for_seat(
-                seat,
-                call_memory_method,
-                prefix,
-                player.update_memory,
-                len(running),
-                memory,
-                build_percept(problem, seat, actions, outcome, required_fields(player)),
-            )
-            for seat, (prefix, player, memory) in enumerate(
-                zip(error_prefixes, policies, memories, strict=True)
-            )
-        ]
+        for seat, (prefix, player) in enumerate(zip(error_prefixes, policies, strict=True)):
+            percept = build_percept(problem, seat, actions, outcome, required_fields(player))
+            memories[seat] = _call_for_seat(
+                seat, call_memory_method, prefix, player.update_memory, len(running),
+                memories[seat], percept,
+            )  # fmt: skip
         sums[0] += outcome.rewards
         if discounted:
             sums[1] += weight * outcome.rewards
@@ -501,9 +445,8 @@ def _choose_for_seat(
     error_prefix: str, policy: Policy, memory: Memory, legal: Bools | None, u: Reals
 ) -> Array:
     """Return the actions that a policy chooses, one for each game; raise BadPolicy if invalid."""
-    return validate_policy_actions(
-        policy, call_policy(error_prefix, policy.choose, memory, legal, u), len(u), error_prefix
-    )
+    answer = call_policy(error_prefix, policy.choose, memory, legal, u)
+    return validate_policy_actions(policy, answer, len(u), error_prefix)
 
 
 def _validate_actions(
@@ -515,9 +458,8 @@ def _validate_actions(
             action_set.validate_action(action.item(), error_prefix)
     actions = choices.astype(np.int64, copy=False) if action_set.labels else choices
     # As an unsigned number, a negative action is larger than the last index.
-    if not action_set.labels or np.maximum.reduce(actions.view(np.uint64)) >= len(
-        action_set.labels
-    ):
+    label_count = len(action_set.labels)
+    if not label_count or np.maximum.reduce(actions.view(np.uint64)) >= label_count:
         for action in (actions.min(), actions.max()):
             action_set.validate_action(action.item(), error_prefix)
     if action_set.labels and legal is not None:
@@ -542,23 +484,15 @@ def _choose_joint_actions(
         for seat, (choose, u) in enumerate(zip(choosers, uniforms, strict=True))
     ]
     if legal is not None:  # Inactive agents wait, whatever their policy chose.
-        inactive = mark_inactive_agents(problem, state)
-        for seat, is_inactive in enumerate(inactive.T):
+        for seat, is_inactive in enumerate(mark_inactive_agents(problem, state).T):
             if is_inactive.any():
-                choices[seat] = np.where(
-                    is_inactive, find_wait_action(problem, seat), choices[seat]
-                )
-    valid_actions = [
-        _call_for_seat(
-            seat,
-            _validate_actions,
-            problem.actions[seat],
-            seat_actions,
-            None if legal is None else legal[:, seat],
-            error_prefixes[seat],
-        )
-        for seat, seat_actions in enumerate(choices)
-    ]
+                wait_action = find_wait_action(problem, seat)
+                choices[seat] = np.where(is_inactive, wait_action, choices[seat])
+    valid_actions = []
+    for seat, seat_actions in enumerate(choices):
+        seat_legal = None if legal is None else legal[:, seat]
+        call = problem.actions[seat], seat_actions, seat_legal, error_prefixes[seat]
+        valid_actions.append(_call_for_seat(seat, _validate_actions, *call))
     actions = np.stack(valid_actions, axis=1).astype(int if all(problem.action_counts) else float)
     # Rounded as in a session, so that the text of an action is exactly the action.
     return np.round(actions, ACTION_DECIMALS) + 0.0 if actions.dtype.kind == "f" else actions

@@ -48,17 +48,14 @@ class SeatSpaces:
 
     def __init__(self, problem: Problem, seat: int) -> None:
         self.problem, self.seat = problem, seat
-        self._action_set = problem.actions[seat]
+        self._action_set = action_set = problem.actions[seat]
         self._full_action_mask = np.ones(problem.action_counts[seat], np.int8)
-        self.action_space = self._make_action_space()
-        self.observation_space = self._make_observation_space()
-
-    def _make_action_space(self) -> Space:
-        """Return the action space: a Box for an interval, else Discrete."""
-        action_set = self._action_set
+        self.action_space: Space
         if isinstance(action_set, Interval):
-            return spaces.Box(action_set.low, action_set.high, (1,), np.float64)
-        return spaces.Discrete(len(action_set))
+            self.action_space = spaces.Box(action_set.low, action_set.high, (1,), np.float64)
+        else:
+            self.action_space = spaces.Discrete(len(action_set))
+        self.observation_space = self._make_observation_space()
 
     def _make_observation_space(self) -> Space:
         """Return the observation space.
@@ -70,9 +67,7 @@ class SeatSpaces:
         if problem.partially_observable:
             return self._make_hidden_space(problem.observations[self.seat])
         if problem.state_count == 1:
-            return _make_discrete_space(
-                [action_count + 1 for action_count in problem.action_counts]
-            )
+            return _make_discrete_space([count + 1 for count in problem.action_counts])
         state = problem.sample_initial_states(np.zeros((1, problem.uniform_counts.start)))[0]
         if state.dtype.kind == "f":
             return spaces.Box(-np.inf, np.inf, state.shape, np.float64)
@@ -118,9 +113,8 @@ class SeatSpaces:
             return values.astype(np.int64)
         lowest, highest = find_range(values)
         if lowest < 0 or highest >= len(self._action_set):
-            self._action_set.validate_action(
-                values[(values < 0) | (values >= len(self._action_set))][0], "step"
-            )
+            invalid = values[(values < 0) | (values >= len(self._action_set))]
+            self._action_set.validate_action(invalid[0], "step")
         return values.astype(np.int64)
 
     def encode_observations(self, observation: Array, joint: Array | None) -> Array:
@@ -142,9 +136,8 @@ class SeatSpaces:
         """Return the info with the mask `[A]` of legal actions, empty for a real action."""
         if not len(self._full_action_mask):
             return {}
-        return {
-            "action_mask": self._full_action_mask.copy() if legal is None else legal.astype(np.int8)
-        }
+        mask = self._full_action_mask.copy() if legal is None else legal.astype(np.int8)
+        return {"action_mask": mask}
 
     def action_masks(self, info: Info) -> Bools:
         """Return the legal actions of an info as booleans `[A]`, or `[B, A]` for several games.

@@ -38,14 +38,8 @@ class UniformSource(Protocol):
 @lru_cache(maxsize=MAX_CACHED_BLOCKS)
 def _draw_block(seed: int, stream: int, turn: int, block: int, count: int) -> Reals:
     """Return the uniforms `[EPISODES_PER_BLOCK, count]` of a block of consecutive episodes."""
-    return generate_uniforms(
-        seed,
-        stream,
-        turn,
-        first_episode=block * EPISODES_PER_BLOCK,
-        rows=EPISODES_PER_BLOCK,
-        count=count,
-    )
+    first, rows = block * EPISODES_PER_BLOCK, EPISODES_PER_BLOCK
+    return generate_uniforms(seed, stream, turn, first_episode=first, rows=rows, count=count)
 
 
 class ReplayableUniforms:
@@ -71,38 +65,30 @@ class ReplayableUniforms:
 
     def generate_uniforms(self, stream: int, turns: Ints, count: int, rows: Ints) -> Reals:
         """Return the uniforms that a session of the same seed generates in these turns."""
-        result = np.empty((len(rows), count))
-        if not count:
-            return result
-        if self._row_seeds:
-            has_own_seed = np.isin(rows, [*self._row_seeds])
-            for index in np.flatnonzero(has_own_seed).tolist():
-                row = int(rows[index])
-                result[index] = generate_uniforms(
-                    self._row_seeds[row],
-                    stream,
-                    int(turns[row]),
-                    first_episode=int(self._episodes[row]),
-                    rows=1,
-                    count=count,
-                )[0]
-            result[~has_own_seed] = self._draw_from_blocks(
-                stream, turns, count, rows[~has_own_seed]
-            )
-            return result
-        return self._draw_from_blocks(stream, turns, count, rows)
+        if not count or not self._row_seeds:
+            return self._draw_from_blocks(stream, turns, count, rows)
+        result, has_own_seed = np.empty((len(rows), count)), np.isin(rows, [*self._row_seeds])
+        for index in np.flatnonzero(has_own_seed).tolist():
+            row, turn = int(rows[index]), int(turns[rows[index]])
+            seed, first = self._row_seeds[row], int(self._episodes[row])
+            u = generate_uniforms(seed, stream, turn, first_episode=first, rows=1, count=count)
+            result[index] = u[0]
+        common_rows = rows[~has_own_seed]
+        result[~has_own_seed] = self._draw_from_blocks(stream, turns, count, common_rows)
+        return result
 
     def _draw_from_blocks(self, stream: int, turns: Ints, count: int, rows: Ints) -> Reals:
         """Return uniforms `[R, count]` of rows that play episodes of the common seed."""
         result = np.empty((len(rows), count))
+        if not count:
+            return result
         block, offsets = np.divmod(self._episodes[rows], EPISODES_PER_BLOCK)
         block_keys = turns[rows] << BLOCK_NUMBER_BITS | block
         for key in np.unique(block_keys).tolist():
             turn, block_number = key >> BLOCK_NUMBER_BITS, key & (1 << BLOCK_NUMBER_BITS) - 1
             in_block = block_keys == key
-            result[in_block] = _draw_block(self._seed, stream, turn, block_number, count)[
-                offsets[in_block]
-            ]
+            block_uniforms = _draw_block(self._seed, stream, turn, block_number, count)
+            result[in_block] = block_uniforms[offsets[in_block]]
         return result
 
 

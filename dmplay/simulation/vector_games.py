@@ -1,6 +1,7 @@
 """Many simultaneous games for one learner in a fixed seat; policies play the other seats."""
 
 from collections.abc import Sequence
+from functools import partial
 
 import numpy as np
 
@@ -57,18 +58,15 @@ class VectorGames:
         problem = self.problem
         self.uniform_source.start_next_episode(rows)
         self._turns[rows] = self._steps[rows] = 0
-        state = problem.sample_initial_states(
-            self.uniform_source.generate_uniforms(
-                NATURE_STREAM, self._turns, problem.uniform_counts.start, rows
-            )
-        )
+        start_count = problem.uniform_counts.start
+        u = self.uniform_source.generate_uniforms(NATURE_STREAM, self._turns, start_count, rows)
+        state = problem.sample_initial_states(u)
+        observe = partial(make_initial_observation, problem, state)
         memories: list[Memory] = [
-            ()
-            if policy is None
-            else policy.initial_memory(make_initial_observation(problem, state, seat))
+            () if policy is None else policy.initial_memory(observe(seat))
             for seat, policy in enumerate(self._policies)
         ]
-        first_observation = make_initial_observation(problem, state, self.seat_spaces.seat)
+        first_observation = observe(self.seat_spaces.seat)
         return state, memories, self.seat_spaces.encode_observations(first_observation, None)
 
     def step(self, actions: Array) -> tuple[Reals, Bools, Bools]:
@@ -126,21 +124,18 @@ class VectorGames:
             for seat, policy_and_memory in numbered_policies
         ]
         if self.legal_actions_mask is not None:
-            is_legal = self.legal_actions_mask[
-                self._all_rows[:, None], np.arange(joint.shape[1]), joint.astype(int)
-            ]
+            seats, actions = np.arange(joint.shape[1]), joint.astype(int)
+            is_legal = self.legal_actions_mask[self._all_rows[:, None], seats, actions]
             illegal_rows = np.flatnonzero(~is_legal.all(axis=1))
             self._turns[illegal_rows] -= 1
             rewards[illegal_rows] = self._illegal_rule.reward
-            state, observations = (
-                _replace_rows(state, illegal_rows, self._state[illegal_rows]),
-                _replace_rows(observations, illegal_rows, self.observations[illegal_rows]),
-            )
-            memories = _replace_memory_rows(
-                memories,
-                illegal_rows,
-                [_select_rows(memory, illegal_rows) for memory in self._memories],
-            )
+            state = _replace_rows(state, illegal_rows, self._state[illegal_rows])
+            old_observations = self.observations[illegal_rows]
+            observations = _replace_rows(observations, illegal_rows, old_observations)
+            old_memories = [
+                tuple(part[illegal_rows] for part in memory) for memory in self._memories
+            ]
+            memories = _replace_memory_rows(memories, illegal_rows, old_memories)
         self._state, self.observations, self._memories = state, observations, memories
         return illegal_rows
 
@@ -174,11 +169,6 @@ def _replace_rows(array: Array, rows: Ints, new_values: Array) -> Array:
     array = array.copy()
     array[rows] = new_values
     return array
-
-
-def _select_rows(memory: Memory, rows: Ints) -> Memory:
-    """Return these rows of a memory."""
-    return tuple(part[rows] for part in memory)
 
 
 def _replace_memory_rows(

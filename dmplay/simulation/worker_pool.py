@@ -139,11 +139,8 @@ def _run_blocks_in_process(
         yield block, result
         seconds_left = (end_time - block_start_time) / len(block) * len(blocks.remaining)
         is_measured = blocks.size == size or end_time - start_time > MAX_SINGLE_PROCESS_SECONDS
-        if (
-            workers > 1
-            and is_measured
-            and seconds_left + shared.single_process_seconds > min_seconds
-        ):
+        is_long = seconds_left + shared.single_process_seconds > min_seconds
+        if workers > 1 and is_measured and is_long:
             break
         blocks.size = min(4 * blocks.size, size)
     shared.single_process_seconds += end_time - start_time
@@ -194,19 +191,17 @@ class WorkerPool(Generic[R]):
             with self._defer_signals():
                 for future in self.running:
                     future.cancel()
-                if isinstance(self.executor, _ProcessPool):
-                    self._release_processes(self.executor)
+                # Processes are reused unless they still run superfluous blocks.
+                is_reused = _shared_pools.get() is not None and not self.running
+                if isinstance(self.executor, _ProcessPool) and not is_reused:
+                    self.executor.shut_down(at_once=bool(self.running))
         if self.lost_blocks:
             untried = [*self.running.values(), *self.retry_blocks, blocks.remaining]
-            games = _join_adjacent_blocks(
-                [*(block for block, _ in self.lost_blocks), *(block for block in untried if block)]
-            )
-            reason = self.lost_blocks[0][1]
-            if self.consecutive_lost_blocks == MAX_CONSECUTIVE_LOST_BLOCKS:
-                reason = (
-                    f"{reason.rstrip('.')}; {MAX_CONSECUTIVE_LOST_BLOCKS} blocks in a row were lost"
-                )
-            raise LostGames(games, reason)
+            unfinished = [*(block for block, _ in self.lost_blocks), *filter(None, untried)]
+            reason, count = self.lost_blocks[0][1], MAX_CONSECUTIVE_LOST_BLOCKS
+            if self.consecutive_lost_blocks == count:
+                reason = f"{reason.rstrip('.')}; {count} blocks in a row were lost"
+            raise LostGames(_join_adjacent_blocks(unfinished), reason)
 
     def _defer_signals(self) -> AbstractContextManager[object]:
         """Return a context that defers signals while processes of this pool are used.
@@ -215,11 +210,6 @@ class WorkerPool(Generic[R]):
         needs no deferral.
         """
         return defer_signals() if self.caller_executor is None else nullcontext()
-
-    def _release_processes(self, processes: "_ProcessPool") -> None:
-        """Shut down the processes if they are not reused, or still run superfluous blocks."""
-        if self.running or _shared_pools.get() is None:
-            processes.shut_down(at_once=bool(self.running))
 
     def _submit_blocks(self, blocks: _BlockQueue) -> bool:
         """Submit blocks up to the limit of running blocks; return whether any block is running.
@@ -263,11 +253,8 @@ class WorkerPool(Generic[R]):
                 self.consecutive_lost_blocks += 1
             else:
                 self.retry_blocks.append(block)
-            if (
-                isinstance(error, BrokenExecutor)
-                and self.caller_executor is None
-                and not self.running
-            ):
+            is_own_pool_broken = isinstance(error, BrokenExecutor) and self.caller_executor is None
+            if is_own_pool_broken and not self.running:
                 self.executor = _get_processes(self.workers, restart=True)
             return None
 

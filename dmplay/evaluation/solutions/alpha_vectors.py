@@ -38,11 +38,8 @@ def _list_alpha_vectors(problem: Problem) -> Solution:
     tables = tabulate(problem)
     start = belief.initial_belief(problem)
     turns = resolve_horizon(problem.horizon)
-    is_default = (
-        resolve_horizon(None) is None
-        and turns == DEFAULT_TURNS == problem.horizon
-        and not _plans_whole_game(problem)
-    )
+    has_default_turns = resolve_horizon(None) is None and turns == DEFAULT_TURNS == problem.horizon
+    is_default = has_default_turns and not _plans_whole_game(problem)
     is_long = turns is not None and problem.discount**turns < NEGLIGIBLE_WEIGHT
     if problem.discount < 1.0 and (turns is None or is_default or is_long):
         stage: AlphaVectorStage = exact_pomdp.solve_infinite_horizon(tables, problem.discount)
@@ -59,11 +56,8 @@ def _list_alpha_vectors(problem: Problem) -> Solution:
     value = float((stage.alpha_vectors @ start).max())
     value_text = format_value(value, problem.reward_scale)
     gap_text = f", error at most {format_upper_bound(stage.gap)}" if stage.gap else ""
-    return Solution(
-        method,
-        f"{format_count(len(rows), 'vector')}; value {value_text} at the start{gap_text}",
-        rows,
-    )
+    vectors = format_count(len(rows), "vector")
+    return Solution(method, f"{vectors}; value {value_text} at the start{gap_text}", rows)
 
 
 def _plans_whole_game(problem: Problem) -> bool:

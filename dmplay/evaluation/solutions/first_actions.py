@@ -16,7 +16,7 @@ from dmplay.agents.point_based import (
 from dmplay.agents.single_agent_planning import RecedingHorizonPolicy
 from dmplay.core import belief
 from dmplay.core.action_values import Accuracy
-from dmplay.core.arrays import Ints
+from dmplay.core.arrays import Bools, Ints, Reals
 from dmplay.core.best_actions import mark_best_actions
 from dmplay.core.problem import Problem
 from dmplay.core.text import format_count, format_value
@@ -54,24 +54,26 @@ def solve_first_actions(problem: Problem) -> Solution:
     if q is None:
         return solve_by_simulation(problem)
     legal = _find_legal_first_actions(problem)
-    rows: list[Row] = [
-        {
-            "first": problem.format_action(0, a),
-            "value": float(value),
-            "best": "*" if is_best else "",
-        }
-        for a, value, is_best in zip(
-            legal.tolist(),
-            q[0, legal],
-            mark_best_actions(q[0, legal], problem.reward_scale),
-            strict=True,
-        )
-    ]
+    rows = _build_rows(
+        problem, {"value": q[0]}, mark_best_actions(q[0, legal], problem.reward_scale), legal
+    )
     horizon = _count_planned_turns(agent)
     horizon_text = f", {format_count(horizon, 'turn')} left" if horizon else ""
     value = format_value(float(q[0, legal].max()), problem.reward_scale)
     summary = f"value {value} at the start{horizon_text}"
     return Solution(f"agent {name}", summary, rows)
+
+
+def _build_rows(
+    problem: Problem, columns: dict[str, Reals], is_best: Bools, legal: Ints
+) -> list[Row]:
+    """Return a row for each legal action, with its numbers in columns `[A]` and its mark."""
+    rows: list[Row] = []
+    for a, mark in zip(legal.tolist(), is_best, strict=True):
+        row: Row = {"first": problem.format_action(0, a)}
+        row |= {name: float(numbers[a]) for name, numbers in columns.items()}
+        rows.append(row | {"best": "*" if mark else ""})
+    return rows
 
 
 def _count_planned_turns(agent: SeatPolicy) -> int | None:
@@ -83,9 +85,8 @@ def _count_planned_turns(agent: SeatPolicy) -> int | None:
 
 def _find_legal_first_actions(problem: Problem) -> Ints:
     """Return the actions that some start state allows; all if none allows any."""
-    legal = problem.legal_actions_mask(
-        problem.enumerate_states()[belief.initial_belief(problem) > 0]
-    )
+    start_states = problem.enumerate_states()[belief.initial_belief(problem) > 0]
+    legal = problem.legal_actions_mask(start_states)
     is_legal = np.ones(problem.action_counts[0], bool) if legal is None else legal[:, 0].any(axis=0)
     return np.flatnonzero(is_legal if is_legal.any() else ~is_legal)
 
@@ -119,28 +120,13 @@ def _solve_bounds(agent: PointBasedPolicy, turns: int | None) -> Solution:
             raise
         agent = replace(agent, horizon=0)
         bounds = agent.bounds
-    action_bounds = zip(
-        legal.tolist(),
-        bounds.action_lower_bounds[legal],
-        bounds.action_upper_bounds[legal],
-        strict=True,
-    )
-    lower = bounds.action_lower_bounds[legal]
-    marks = np.asarray(bounds.action_upper_bounds[legal] >= lower.max() - bounds.min_gap)
-    rows: list[Row] = [
-        {
-            "first": problem.format_action(0, a),
-            "lower bound": float(low),
-            "upper bound": float(high),
-            "best": "*" if is_best else "",
-        }
-        for (a, low, high), is_best in zip(action_bounds, marks, strict=True)
-    ]
+    lower, upper = bounds.action_lower_bounds, bounds.action_upper_bounds
+    marks = np.asarray(upper[legal] >= lower[legal].max() - bounds.min_gap)
+    rows = _build_rows(problem, {"lower bound": lower, "upper bound": upper}, marks, legal)
     span = format_count(agent.game_turns, "turn") if agent.game_turns else "infinite horizon"
     remedy = suggest_more_work(bounds, agent.work, "--work ")
     if bounds.upper_bound - bounds.lower_bound > bounds.min_gap and marks.sum() > 1:
         remedy = f"; the bounds of {marks.sum()} actions overlap{remedy}"
-    summary = (
-        f"{format_bounds(bounds)}; {format_count(bounds.expanded_belief_count, 'belief')}{remedy}"
-    )
+    beliefs = format_count(bounds.expanded_belief_count, "belief")
+    summary = f"{format_bounds(bounds)}; {beliefs}{remedy}"
     return Solution(f"point-based, {span}", summary, rows)

@@ -41,45 +41,34 @@ def solve_nash_equilibria(problem: Problem) -> Solution:
         largest_gain = max(float(bimatrix_game.compute_regrets(centered, profile).max()), 0.0)
         rewards = bimatrix_game.compute_utilities(payoffs, profile).tolist()
         summary = f"a Nash equilibrium of one round; {_format_largest_gain(largest_gain)}"
-        return Solution(
-            "Lemke-Howson algorithm", summary, [_build_strategy_row(problem, profile, rewards)]
-        )
-    rows = [
-        _build_strategy_row(
-            problem, profile, bimatrix_game.compute_utilities(payoffs, profile).tolist(), 0.0
-        )
-        for profile in profiles
-    ]
-    method = f"{'vertex' if extreme else 'support'} enumeration"
+        row = _build_strategy_row(problem, profile, rewards)
+        return Solution("Lemke-Howson algorithm", summary, [row])
+    rows = []
+    for profile in profiles:
+        rewards = bimatrix_game.compute_utilities(payoffs, profile).tolist()
+        rows.append(_build_strategy_row(problem, profile, rewards, 0.0))
+    method, count = f"{'vertex' if extreme else 'support'} enumeration", len(rows)
+    summary = f"{count} Nash equilibri{'um' if count == 1 else 'a'} of one round"
     if extreme_equilibria.has_mixtures(extreme):
-        count_text = (
-            f"{len(rows)} extreme Nash equilibria of one round; the others are mixtures of these"
-        )
-        return Solution(method, count_text, rows)
-    count_text = f"{len(rows)} Nash equilibri{'um' if len(rows) == 1 else 'a'} of one round"
-    return Solution(method, count_text, rows)
+        noun = "extreme Nash equilibria of one round"
+        summary = f"{count} {noun}; the others are mixtures of these"
+    return Solution(method, summary, rows)
 
 
 def solve_many_player_game(problem: Problem) -> Solution:
     """Return near-equilibrium strategies of more than two agents in one round."""
     payoffs = bimatrix_game.build_payoffs(problem)
     result = regret_matching.find_equilibrium(payoffs)
-    numbered_strategies = enumerate(result.mixed_strategies)
-    rewards = [
-        float(
-            strategy
-            @ regret_matching.compute_response_values(payoffs, result.mixed_strategies, seat)
-        )
-        for seat, strategy in numbered_strategies
-    ]
+    strategies, rewards = result.mixed_strategies, []
+    for seat, strategy in enumerate(strategies):
+        values = regret_matching.compute_response_values(payoffs, strategies, seat)
+        rewards.append(float(strategy @ values))
     rounds = format_count(result.round_count, "round")
     method = f"regret matching, {rounds}" if result.round_count else "pure actions"
     summary = f"one round; {_format_largest_gain(float(result.regrets.max()))}"
     if result.pure_count:
         summary += f"; {_describe_other_equilibria(result.pure_count - 1)}"
-    return Solution(
-        method, summary, [_build_strategy_row(problem, result.mixed_strategies, rewards)]
-    )
+    return Solution(method, summary, [_build_strategy_row(problem, strategies, rewards)])
 
 
 def _describe_other_equilibria(pure_count: int) -> str:
@@ -87,9 +76,8 @@ def _describe_other_equilibria(pure_count: int) -> str:
     if not pure_count:
         return "the only equilibrium in pure actions; there may be mixed ones"
     noun = format_count(pure_count, "other equilibrium").replace("equilibriums", "equilibria")
-    return (
-        f"there {'is' if pure_count == 1 else 'are'} {noun} in pure actions, and maybe mixed ones"
-    )
+    verb = "is" if pure_count == 1 else "are"
+    return f"there {verb} {noun} in pure actions, and maybe mixed ones"
 
 
 def _format_largest_gain(gain: float) -> str:
@@ -134,16 +122,14 @@ def solve_zero_sum_game(problem: Problem) -> Solution:
     span = "infinite horizon" if horizon is None else format_count(horizon, "turn")
     precision = f"error at most {format_upper_bound(result.gap)}" if result.gap else "exact"
     method = f"Shapley's iteration over {format_count(len(start_values), 'state')}, {span}"
-    return Solution(
-        method, f"{format_start_values(problem, result.graph, values)}, {precision}", rows
-    )
+    value_text = format_start_values(problem, result.graph, values)
+    return Solution(method, f"{value_text}, {precision}", rows)
 
 
 def solve_best_replies(problem: Problem) -> Solution:
     """Return the result of best responses in a Markov game of several agents."""
-    result = best_response_dynamics.find_equilibrium(
-        problem, transition_graph.build_reachable_graph(problem)
-    )
+    graph = transition_graph.build_reachable_graph(problem)
+    result = best_response_dynamics.find_equilibrium(problem, graph)
     rows: list[Row] = []
     for state_index in select_listed_states(problem, result.graph).tolist():
         row: Row = {"state": problem.format_state(result.graph.states[state_index])}
@@ -154,10 +140,8 @@ def solve_best_replies(problem: Problem) -> Solution:
         rows.append(row)
     seat_gains = zip(result.regrets, problem.agents, strict=True)
     gains = ", ".join(f"{gain:.2g} for {agent}" for gain, agent in seat_gains)
-    summary = (
-        f"{format_start_values(problem, result.graph, result.values)}; "
-        f"gain by another policy: {gains}"
-    )
+    value_text = format_start_values(problem, result.graph, result.values)
+    summary = f"{value_text}; gain by another policy: {gains}"
     states = format_count(len(result.values), "state")
     rounds = format_count(result.round_count, "round")
     return Solution(f"best responses over {states}, {rounds}", summary, rows)

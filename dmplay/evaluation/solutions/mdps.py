@@ -51,10 +51,8 @@ def solve_mdp(problem: Problem) -> Solution:
         value_text = f"the value of {span} takes too long to compute; try fewer turns"
     else:
         finite = solve_by_backward_induction(problem, effective_turns)
-        value_text = (
-            f"{format_start_values(problem, finite.graph, finite.get_values(effective_turns))} "
-            f"with {span}"
-        )
+        values = finite.get_values(effective_turns)
+        value_text = f"{format_start_values(problem, finite.graph, values)} with {span}"
     return solution._replace(
         method=f"{solution.method}, infinite horizon", result=f"{solution.result}; {value_text}"
     )
@@ -130,10 +128,9 @@ def solve_infinite_horizon(problem: Problem) -> Solution:
     """Return the values and best actions of one agent in many states, infinite horizon."""
     with scale_progress(0.0, 0.3):
         graphs = [transition_graph.build_full_graph(problem)]
+    run_value_iteration = large_mdp_value_iteration.run_backward_value_iteration
     with scale_progress(0.3, 1.0):
-        optimum = large_mdp_value_iteration.run_backward_value_iteration(
-            graphs.pop(), problem.discount
-        )
+        optimum = run_value_iteration(graphs.pop(), problem.discount)
     state_graph = optimum.graph
     single_seat = np.zeros(len(state_graph.states), np.int64)
     graph_values = _GraphValues(state_graph, optimum.values[:, None], single_seat, optimum.q)
@@ -154,13 +151,11 @@ def solve_finite_horizon(problem: Problem) -> Solution:
     horizon = resolve_horizon(problem.horizon)
     result = solve_by_backward_induction(problem, horizon)
     next_values = result.get_values(None if horizon is None else horizon - 1)
-    q = result.graph.compute_action_values(
-        np.arange(len(result.graph.rewards)), problem.discount, next_values
-    )
-    decider_q = q[np.arange(len(q)), result.deciding_seats[result.graph.source_states]]
-    graph_values = _GraphValues(
-        result.graph, result.get_values(horizon), result.deciding_seats, decider_q
-    )
+    rows = np.arange(len(result.graph.rewards))
+    q = result.graph.compute_action_values(rows, problem.discount, next_values)
+    decider_q = q[rows, result.deciding_seats[result.graph.source_states]]
+    values = result.get_values(horizon)
+    graph_values = _GraphValues(result.graph, values, result.deciding_seats, decider_q)
     precision = "exact"
     if result.gap:
         precision = f"longer games differ by at most {format_upper_bound(result.gap)}"
@@ -169,11 +164,8 @@ def solve_finite_horizon(problem: Problem) -> Solution:
         precision += f" if {names} at a tie chooses the first best action, on which others depend"
     span = "infinite horizon" if horizon is None else format_count(horizon, "turn")
     method = f"backward induction over {format_count(len(next_values), 'state')}, {span}"
-    return Solution(
-        method,
-        f"{format_start_values(problem, graph_values.graph, graph_values.values)}, {precision}",
-        _build_rows(problem, graph_values),
-    )
+    value_text = format_start_values(problem, result.graph, values)
+    return Solution(method, f"{value_text}, {precision}", _build_rows(problem, graph_values))
 
 
 def format_start_values(problem: Problem, state_graph: TransitionGraph, values: Reals) -> str:
@@ -191,9 +183,9 @@ def select_listed_states(problem: Problem, state_graph: TransitionGraph) -> Ints
     """Return the indices of the states to list: all or, if many, those in which games start."""
     if len(state_graph.states) <= MAX_LISTED_STATES:
         return np.arange(len(state_graph.states))
-    return np.unique(
-        state_graph.find_state_indices(problem, initial_state_distribution(problem)[1])
-    )[:MAX_LISTED_STATES]
+    start_states = initial_state_distribution(problem)[1]
+    indices = state_graph.find_state_indices(problem, start_states)
+    return np.unique(indices)[:MAX_LISTED_STATES]
 
 
 def _build_rows(problem: Problem, graph_values: _GraphValues) -> list[Row]:
@@ -208,25 +200,17 @@ def _build_row(problem: Problem, graph_values: _GraphValues, state_index: int) -
     """Return the row of one state: its values, the agent that decides and the best actions."""
     state_graph, deciding_seat = graph_values.graph, int(graph_values.deciding_seat[state_index])
     row: Row = {"state": problem.format_transcript_state(state_graph.states[state_index])}
-    action_rows = slice(
-        state_graph.action_starts[state_index], state_graph.action_starts[state_index + 1]
-    )
+    action_rows = slice(*state_graph.action_starts[state_index : state_index + 2])
     mask = np.zeros(problem.action_counts[deciding_seat], bool)
-    if len(graph_values.decider_q[action_rows]):
-        mask[
-            state_graph.joint_actions[action_rows, deciding_seat][
-                mark_best_actions(graph_values.decider_q[action_rows], problem.reward_scale)
-            ]
-        ] = True
+    q = graph_values.decider_q[action_rows]
+    if len(q):
+        is_best = mark_best_actions(q, problem.reward_scale)
+        mask[state_graph.joint_actions[action_rows, deciding_seat][is_best]] = True
     state_values = graph_values.values[state_index].tolist()
     if len(state_values) == 1:
         return row | {"value": state_values[0], "best": format_action_names(problem, mask)}
     value_columns = {
         f"value {agent}": value for agent, value in zip(problem.agents, state_values, strict=True)
     }
-    decider = problem.agents[deciding_seat] if mask.any() else ""
-    return (
-        row
-        | value_columns
-        | {"to decide": decider, "best": format_action_names(problem, mask, deciding_seat)}
-    )
+    row |= value_columns | {"to decide": problem.agents[deciding_seat] if mask.any() else ""}
+    return row | {"best": format_action_names(problem, mask, deciding_seat)}

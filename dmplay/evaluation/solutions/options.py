@@ -28,10 +28,8 @@ class SolveOptions:
         for name in ("episodes", "turns", "workers", "work"):
             if getattr(self, name) not in (None, "auto") and name not in self.used_options:
                 reason = UNUSED_OPTION_REASONS.get(name, "simulates no games")
-                raise BadParameter(
-                    f"--{name}: has no effect, because this solution {reason}; "
-                    f"the method is {method_name}"
-                )
+                cause = f"because this solution {reason}; the method is {method_name}"
+                raise BadParameter(f"--{name}: has no effect, {cause}")
 
 
 _options: ContextVar[SolveOptions | None] = ContextVar("options", default=None)

@@ -72,14 +72,9 @@ def simulate_games(
         )
         with scale_progress(shares[0], min(shares[1], 1.0)):
             batch = rollout(
-                problem,
-                policies,
-                episodes=count,
-                seed=SIMULATION_SEED,
-                first_episode=start,
-                turn_limit=turns,
-                workers=workers,
-            )
+                problem, policies, episodes=count, seed=SIMULATION_SEED, first_episode=start,
+                turn_limit=turns, workers=workers,
+            )  # fmt: skip
         parts.append(SimulatedReturns(batch.returns, batch.turn_counts))
         start += count
         turns_played += int(batch.turn_counts.sum())
@@ -101,12 +96,8 @@ def solve_by_simulation(problem: Problem, agents: Sequence[str] = ()) -> Solutio
     is_slow = has_search and isinstance(problem, ExternalProblem)
     has_end = problem.state_count == math.inf and has_search == is_slow  # if it is known
     turns = problem.horizon or (None if has_end else DEFAULT_TURNS)
-    simulated = simulate_games(
-        problem,
-        policies,
-        episodes=EXTERNAL_SEARCH_EPISODES if is_slow else DEFAULT_EPISODES,
-        turns=turns,
-    )
+    episodes = EXTERNAL_SEARCH_EPISODES if is_slow else DEFAULT_EPISODES
+    simulated = simulate_games(problem, policies, episodes=episodes, turns=turns)
     rows: list[Row] = [
         {"seat": player, "agent": name} | mean_with_error(simulated.returns[:, seat])
         for seat, (player, name) in enumerate(zip(problem.agents, names, strict=True))
@@ -114,12 +105,9 @@ def solve_by_simulation(problem: Problem, agents: Sequence[str] = ()) -> Solutio
     game_text = format_count(len(simulated.turns), "game")
     length_text = append_noun(format_score(simulated.turns.mean()), "turn")
     summary = f"{game_text} with seed {SIMULATION_SEED}, {length_text} on average"
-    return Solution(
-        f"not a solution, but a simulation of {_describe_agents(names)}, "
-        "because dmplay has no exact solution for it",
-        summary,
-        rows,
-    )
+    simulation = f"a simulation of {_describe_agents(names)}"
+    method = f"not a solution, but {simulation}, because dmplay has no exact solution for it"
+    return Solution(method, summary, rows)
 
 
 def _describe_agents(names: Sequence[str]) -> str:

@@ -100,8 +100,7 @@ def _takes_problem(function: Callable[..., object]) -> bool:
 
 def load_function(name: str) -> Callable[[Problem], Solution]:
     """Return the function `MODULE.FUNCTION` of this folder."""
-    module, _, function_name = name.partition(".")
-    function: Callable[[Problem], Solution] = getattr(
-        import_module(f"dmplay.evaluation.solutions.{module}"), function_name
-    )
+    stem, _, function_name = name.partition(".")
+    module = import_module(f"dmplay.evaluation.solutions.{stem}")
+    function: Callable[[Problem], Solution] = getattr(module, function_name)
     return function

@@ -35,21 +35,16 @@ def solve_joint_plans(problem: Problem) -> Solution:
     value += f" with {format_count(turn_count, 'turn')}"
     upper_bound = format_number(solution.upper_bound)
     bound = "optimal" if solution.is_optimal else f"optimum at most {upper_bound}"
-    summary = (
-        f"{value}, {bound}; one planner with all observations: "
-        f"at most {format_number(solution.centralized_bound)}"
-    )
-    rows = [
-        _build_node_row(
-            problem, seat, turn, node, solution.plans[seat][turn], last=turn == turn_count - 1
-        )
-        for turn in range(turn_count)
-        for seat in range(len(problem.agents))
-        for node in range(len(solution.plans[seat][turn].actions))
-    ]
-    method = (
-        "multi-agent A* over joint plans" if solution.is_optimal else "the best joint plan found"
-    )
+    centralized_bound = format_number(solution.centralized_bound)
+    summary = f"{value}, {bound}; one planner with all observations: at most {centralized_bound}"
+    rows = []
+    for turn, seat in np.ndindex(turn_count, len(problem.agents)):
+        layer, last = solution.plans[seat][turn], turn == turn_count - 1
+        for node in range(len(layer.actions)):
+            rows.append(_build_node_row(problem, seat, turn, node, layer, last=last))
+    method = "the best joint plan found"
+    if solution.is_optimal:
+        method = "multi-agent A* over joint plans"
     return Solution(method, summary, rows[:MAX_LISTED_NODES])
 
 
@@ -79,9 +74,8 @@ def compare_teams(
 
     One planner who sees all, with Q* `[S, A]`, is an upper bound.
     """
-    random_values = sparse_mdp.evaluate_policy(
-        model, problem.discount, np.full(q.shape, 1 / q.shape[1])
-    )
+    uniform_policy = np.full(q.shape, 1 / q.shape[1])
+    random_values = sparse_mdp.evaluate_policy(model, problem.discount, uniform_policy)
     teams = [
         TeamValue("one planner who sees all", float(q.max(axis=1).mean()), "exact"),
         TeamValue("random", float(random_values.mean()), "exact"),
