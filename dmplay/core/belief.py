@@ -38,10 +38,8 @@ def initial_belief(problem: Problem) -> Reals:
     if isinstance(problem, Tabular):
         return problem.initial_belief.astype(float)
     p, states = initial_state_distribution(problem)
-    state_count = len(problem.enumerate_states())
-    return np.bincount(checked_state_indices(problem, states), p, minlength=state_count).astype(
-        float
-    )
+    indices, state_count = checked_state_indices(problem, states), len(problem.enumerate_states())
+    return np.bincount(indices, p, minlength=state_count).astype(float)
 
 
 def initial_seat_belief(problem: Problem, seat: int, observation: Array) -> Reals:

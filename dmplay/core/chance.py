@@ -122,10 +122,8 @@ class Normal:
 
     def sample_events(self, u: Reals) -> Reals:
         """Return events `[B]` from uniforms `[B, 2]`."""
-        radius = np.sqrt(-2.0 * np.log1p(-u[:, 0]))
-        return np.asarray(
-            self.mean + self.standard_deviation * (radius * np.cos(2.0 * np.pi * u[:, 1]))
-        )
+        standard_normal = np.sqrt(-2.0 * np.log1p(-u[:, 0])) * np.cos(2.0 * np.pi * u[:, 1])
+        return np.asarray(self.mean + self.standard_deviation * standard_normal)
 
 
 FiniteChance = Categorical | DiscreteUniform

@@ -41,12 +41,7 @@ def parse_parameter(name: str, value: object, default: object) -> object:
         is_valid = type(parsed) is type(default)
         is_valid = is_valid and not (isinstance(parsed, int) and abs(parsed) > MAX_PARAMETER)
     if not is_valid:
-        descriptions = {
-            float: "a number",
-            int: "a whole number",
-            bool: "true or false",
-            tuple: "a list",
-        }
-        kind = descriptions.get(type(default), "text")
+        names = {float: "a number", int: "a whole number", bool: "true or false", tuple: "a list"}
+        kind = names.get(type(default), "text")
         raise BadParameter(f"{name}: got {value!r}, expected {kind}, such as {default!r}")
     return parsed

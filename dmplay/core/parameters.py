@@ -62,10 +62,8 @@ def _check_parameter(value: object, parameter_field: Field[Any]) -> None:
     if not isinstance(value, types) or is_bool != isinstance(parameter_field.default, bool):
         raise BadParameter(f"{parameter_field.name}: got {value!r}, expected {type_name}")
     if isinstance(value, str) and value not in (parameter_field.metadata["among"] or (value,)):
-        allowed_texts = ", ".join(parameter_field.metadata["among"])
-        raise BadParameter(
-            f"{parameter_field.name}: got {value!r}, expected one of {allowed_texts}"
-        )
+        expected = f"one of {', '.join(parameter_field.metadata['among'])}"
+        raise BadParameter(f"{parameter_field.name}: got {value!r}, expected {expected}")
     if is_bool or isinstance(value, str):
         return
     number: Any = value
@@ -76,7 +74,5 @@ def _check_parameter(value: object, parameter_field: Field[Any]) -> None:
             got = format_number(number)
         has_upper_bound = high < DEFAULT_PARAMETER_BOUND or number > high
         upper_text = f" and at most {format_number(high)}" * has_upper_bound
-        low_text = format_number(low)
-        raise BadParameter(
-            f"{parameter_field.name}: got {got}, expected a number at least {low_text}{upper_text}"
-        )
+        expected = f"a number at least {format_number(low)}{upper_text}"
+        raise BadParameter(f"{parameter_field.name}: got {got}, expected {expected}")

@@ -48,11 +48,8 @@ def check_playable(name: str, problem: Problem) -> None:
     results = (result for stage in CHECK_STAGES for check in stage for result in check(problem))
     for result in results:
         if not result.ok:
-            raise BadParameter(
-                make_violation(type(problem), result.attribute, result.message).format_with_name(
-                    name
-                )
-            )
+            violation = make_violation(type(problem), result.attribute, result.message)
+            raise BadParameter(violation.format_with_name(name))
 
 
 def _check_member_kinds(problem: Problem) -> CheckResults:
@@ -103,15 +100,11 @@ def check_typable_labels(attribute: str, labels: Labels) -> CheckResults:
     """Yield checks that action labels can be typed and cannot be mistaken for something else."""
     for label in labels:
         if label.lower() in RESERVED_WORDS:
-            message = (
-                f"{attribute}: got {label!r}, which is a command in a game; expected another name"
-            )
-            yield CheckResult(False, attribute, message, independent=True)
+            got = f"{attribute}: got {label!r}, which is a command in a game"
+            yield CheckResult(False, attribute, f"{got}; expected another name", independent=True)
         is_typable = label == label.strip() and not {*label} & {*FORBIDDEN_LABEL_CHARACTERS}
-        expected = (
-            f"a name without any of '{FORBIDDEN_LABEL_CHARACTERS}' "
-            "and without spaces at its start or end"
-        )
+        characters = f"a name without any of '{FORBIDDEN_LABEL_CHARACTERS}'"
+        expected = f"{characters} and without spaces at its start or end"
         yield expect(is_typable, attribute, label, expected, independent=True)
     counts = Counter(map(normalize_label, labels))
     duplicates = [label for label in labels if counts[normalize_label(label)] > 1]
@@ -165,12 +158,11 @@ def _check_state_grid(problem: Problem) -> CheckResults:
 def _fits_states(grid: StateGrid, problem: Problem) -> bool:
     """Return whether a grid has an axis for each number of a state, each of ascending points."""
     axes: object = grid.axes
-    return (
-        isinstance(axes, tuple)
-        and problem.state_count == ContinuousStates(len(axes))
-        and all(isinstance(axis, GridAxis) and _are_ascending(axis.points) for axis in axes)
-        and grid.x != grid.y
-        and {grid.x, grid.y} <= {*range(len(axes))}
+    if not isinstance(axes, tuple) or problem.state_count != ContinuousStates(len(axes)):
+        return False
+    has_map = grid.x != grid.y and {grid.x, grid.y} <= {*range(len(axes))}
+    return has_map and all(
+        isinstance(axis, GridAxis) and _are_ascending(axis.points) for axis in axes
     )
 
 
@@ -193,12 +185,12 @@ def _check_bounds(problem: Problem) -> CheckResults:
 
 def _check_parameters(problem: Problem) -> CheckResults:
     """Yield checks that parameters can be written into a transcript and read again."""
-    for parameter in (parameter for parameter in fields(problem) if parameter.repr):
-        value = getattr(problem, parameter.name)
+    expected = "expected a number, a text, True or False, or a list"
+    for name in (parameter.name for parameter in fields(problem) if parameter.repr):
+        value = getattr(problem, name)
         is_valid = isinstance(value, bool | int | float | str | tuple | list)
-        expected = "expected a number, a text, True or False, or a list"
-        message = f"{parameter.name}: got {type(value).__name__}, {expected}"
-        yield CheckResult(is_valid, parameter.name, message, independent=True)
+        message = f"{name}: got {type(value).__name__}, {expected}"
+        yield CheckResult(is_valid, name, message, independent=True)
 
 
 def _check_start(problem: Problem) -> CheckResults:
@@ -216,10 +208,8 @@ def _check_start(problem: Problem) -> CheckResults:
     yield require(is_valid, message)
     if isinstance(problem.state_count, ContinuousStates):
         shape = (TRIED_ROWS, problem.state_count.dimensions)
-        message = (
-            f"initial_states: got {_describe_array(s)}, expected "
-            f"real numbers of shape {shape}, to match state_count"
-        )
+        expected = f"expected real numbers of shape {shape}, to match state_count"
+        message = f"initial_states: got {_describe_array(s)}, {expected}"
         yield require(s.shape == shape and s.dtype.kind == "f", message)
     yield from _check_state_indices(problem, "initial_states", s)
     text = problem.format_state(s[0])
@@ -259,35 +249,25 @@ def _check_state_indices(problem: Problem, attribute: str, s: Array) -> CheckRes
         expected = "whole numbers, because state_count is finite"
         yield expect(indices.dtype.kind in "iu", attribute, s, expected)
         out_of_range = [index for index in (indices.min(), indices.max()) if not 0 <= index <= last]
-        message = (
-            f"{attribute}: got state {[*out_of_range, 0][0]}, "
-            f"expected 0 to {last}, to match state_count"
-        )
-        message_for_one_state = (
-            "state_count: got 1, expected the number of states, because "
-            f"{attribute} returns state {[*out_of_range, 0][0]}"
-        )
-        yield CheckResult(
-            not out_of_range,
-            attribute if last else "state_count",
-            message if last else message_for_one_state,
-        )
+        state = [*out_of_range, 0][0]
+        message = f"{attribute}: got state {state}, expected 0 to {last}, to match state_count"
+        if not last:
+            cause = f"because {attribute} returns state {state}"
+            message = f"state_count: got 1, expected the number of states, {cause}"
+        yield require(not out_of_range, message)
 
 
 def check_parsed_state(problem: Problem, s: Array, text: str) -> CheckResults:
     """Yield a check that the text of a state is parsed without loss."""
     parsed = np.asarray(problem.parse_state(text))
-    yield CheckResult(
-        parsed.shape == s.shape and bool(np.all(parsed == s)),
-        "parse_state",
-        partial(_describe_other_state, text, parsed, s),
-    )
 
+    def describe_difference() -> str:
+        """Return the message about a text that is parsed as another state."""
+        expected = f"expected {s.tolist()}, for which format_state returns this text"
+        return f"parse_state: got {parsed.tolist()} from {text!r}, {expected}"
 
-def _describe_other_state(text: str, parsed: Array, s: Array) -> str:
-    """Return the message about a text that is parsed as another state."""
-    expected = f"expected {s.tolist()}, for which format_state returns this text"
-    return f"parse_state: got {parsed.tolist()} from {text!r}, {expected}"
+    is_equal = parsed.shape == s.shape and bool(np.all(parsed == s))
+    yield CheckResult(is_equal, "parse_state", describe_difference)
 
 
 def check_legal_actions(problem: Problem, s: Array) -> CheckResults:
@@ -310,9 +290,8 @@ def format_first_state(problem: Problem, s: Array, selected: Array) -> str:
 
 def _check_first_turn(problem: Problem) -> CheckResults:
     """Yield checks of a first turn: terminal states, legal actions, chances and the outcome."""
-    s = problem.initial_states(
-        TRIED_ROWS, _sample_median_events(problem.initial_chance(TRIED_ROWS))
-    )
+    events = _sample_median_events(problem.initial_chance(TRIED_ROWS))
+    s = problem.initial_states(TRIED_ROWS, events)
     is_over, legal = problem.terminal(s), problem.legal_actions_mask(s)
     is_valid = _has_tried_rows(is_over) and is_over.dtype == bool and is_over.ndim == 1
     yield expect(is_valid, "terminal", is_over, f"a Boolean array of shape {(TRIED_ROWS,)}")
@@ -342,19 +321,14 @@ def check_outcome(problem: Problem, s: Array, outcome: Outcome) -> CheckResults:
     reward_shape = len(s), len(problem.agents)
     yield from check_real_array("resolve_events: rewards", "resolve_events", rewards, reward_shape)
     if problem.shared_reward:
-        message = (
-            "resolve_events: got different rewards, "
-            "expected the same for all agents, because shared_reward is True"
-        )
+        expected = "expected the same for all agents, because shared_reward is True"
+        message = f"resolve_events: got different rewards, {expected}"
         yield require((rewards == rewards[:, :1]).all(), message)
     yield from _check_within_bounds("reward_bounds", problem.reward_bounds, rewards)
     yield from _check_within_bounds("state_bounds", problem.state_bounds, next_states)
     if not problem.partially_observable:
-        is_valid = (
-            has_shape(observations, s.shape)
-            and observations.dtype == next_states.dtype
-            and (observations == next_states).all()
-        )
+        has_type = has_shape(observations, s.shape) and observations.dtype == next_states.dtype
+        is_valid = has_type and (observations == next_states).all()
         expected = "the next states, because no states are hidden"
         yield _outcome_result(is_valid, "observations", observations, expected)
         return
@@ -386,9 +360,8 @@ def _check_observation_array(
     is_valid = has_shape(observations, shape) and observations.dtype.kind in dtype_kinds
     yield _outcome_result(is_valid, "observations", observations, f"{description} of shape {shape}")
     if isinstance(kind, RealVector):
-        yield _outcome_result(
-            np.isfinite(observations).all(), "observations", observations, "finite numbers"
-        )
+        is_valid = bool(np.isfinite(observations).all())
+        yield _outcome_result(is_valid, "observations", observations, "finite numbers")
     elif isinstance(kind, Labels):
         is_valid = bool(((observations >= 0) & (observations < problem.observation_counts)).all())
         yield _outcome_result(
@@ -396,35 +369,25 @@ def _check_observation_array(
         )
     else:
         invalid = [str(text) for text in observations.flat if not _is_printable_text(text)]
-        expectation = (
-            f"expected printable text, not empty, of at most {MAX_TEXT_CHARACTERS:,} characters"
-        )
+        length = f"of at most {MAX_TEXT_CHARACTERS:,} characters"
         message = f"resolve_events: got the observation {invalid[0]!r:.99}" if invalid else ""
-        yield CheckResult(not invalid, "resolve_events", f"{message}, {expectation}")
+        message = f"{message}, expected printable text, not empty, {length}"
+        yield CheckResult(not invalid, "resolve_events", message)
 
 
 def _outcome_result(holds: object, name: str, array: Array, expected: str) -> CheckResult:
     """Return the result of a check of an array of an outcome."""
-    return CheckResult(
-        bool(holds),
-        "resolve_events",
-        lambda: f"resolve_events: got the {name} {array!r}, expected {expected}",
-    )
+    message = partial("resolve_events: got the {} {!r}, expected {}".format, name, array, expected)
+    return CheckResult(bool(holds), "resolve_events", message)
 
 
-CHECK_STAGES: tuple[
-    tuple[Callable[[Problem], CheckResults], ...], ...
-] = (  # each stage relies on those before it
+# each stage relies on those before it
+CHECK_STAGES: tuple[tuple[Callable[[Problem], CheckResults], ...], ...] = (
     (_check_member_kinds,),
     (_check_agents,),
     (_check_actions, _check_observations, _check_spaces, _check_parameters),
     (table_checks.check_tables,),
-    (
-        table_checks.check_transition,
-        table_checks.check_rewards,
-        table_checks.check_observations,
-        table_checks.check_start_belief,
-    ),
+    table_checks.TABLE_CHECKS,
     (_check_start, _check_state_parts),
     (_check_first_turn,),
 )
@@ -432,12 +395,9 @@ CHECK_STAGES: tuple[
 
 def _are_distinct_names(value: object) -> bool:
     """Return whether a value is a non-empty sequence of distinct names, each of one line."""
-    return (
-        isinstance(value, tuple | list)
-        and bool(value)
-        and all(_is_one_line(name) for name in value)
-        and len(set(value)) == len(value)
-    )
+    if not isinstance(value, tuple | list) or not all(map(_is_one_line, value)):
+        return False
+    return 0 < len(value) == len({*value})
 
 
 def _expected_names(value: object) -> str:
@@ -454,18 +414,16 @@ def _expected_names(value: object) -> str:
 
 def _is_one_line(value: object) -> bool:
     """Return whether a value is printable text of one line."""
-    return (
-        isinstance(value, str)
-        and value.isprintable()
-        and 0 < len(value.strip()) <= MAX_LINE_CHARACTERS
-    )
+    if not isinstance(value, str) or not value.isprintable():
+        return False
+    return 0 < len(value.strip()) <= MAX_LINE_CHARACTERS
 
 
 def _is_printable_text(value: object) -> bool:
     """Return whether a value is printable text, of one line or several."""
-    lines = value.split("\n") if isinstance(value, str) else []
-    printable = all(row.isprintable() for row in lines)
-    return printable and isinstance(value, str) and 0 < len(value.strip()) <= MAX_TEXT_CHARACTERS
+    if not isinstance(value, str) or not value.replace("\n", "").isprintable():
+        return False
+    return 0 < len(value.strip()) <= MAX_TEXT_CHARACTERS
 
 
 def _are_distinct_labels(value: object) -> bool:
@@ -538,6 +496,5 @@ def _can_be_sampled(chance: object) -> bool:
 
 def _sample_median_events(chances: tuple[Chance, ...]) -> tuple[Array, ...]:
     """Return the events that uniforms of 0.5 give, in the middle of their range."""
-    return sample_all(
-        chances, np.full((TRIED_ROWS, sum(chance.uniform_count for chance in chances)), 0.5)
-    )
+    count = sum(chance.uniform_count for chance in chances)
+    return sample_all(chances, np.full((TRIED_ROWS, count), 0.5))

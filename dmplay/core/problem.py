@@ -229,9 +229,8 @@ class Problem(ABC):
     def reward_scale(self) -> float:
         """The power of 2 to which tolerances of values are relative, from the size of rewards."""
         bounds = self.reward_bounds
-        return compute_reward_scale(
-            _list_first_rewards(self) if bounds is None else np.array(bounds)
-        )
+        rewards = _list_first_rewards(self) if bounds is None else np.array(bounds)
+        return compute_reward_scale(rewards)
 
     @property
     def return_bounds(self) -> tuple[float, float] | None:
@@ -344,12 +343,8 @@ class Problem(ABC):
         pairs = zip(actions, self.action_counts, strict=True)
         options = [range(action_count) if a is None else (a,) for a, action_count in pairs]
         joint_actions = np.array(list(product(*options)))
-        states = self.enumerate_states()[support]
-        p, outcome = enumerate_outcomes(
-            self,
-            np.repeat(states, len(joint_actions), axis=0),
-            np.tile(joint_actions, (len(states), 1)),
-        )
+        s = np.repeat(self.enumerate_states()[support], len(joint_actions), axis=0)
+        p, outcome = enumerate_outcomes(self, s, np.tile(joint_actions, (len(support), 1)))
         weight = p * np.repeat(belief[support] / len(joint_actions), len(joint_actions))[:, None]
         for seat, observation in enumerate(observations):
             if observation is not None:
@@ -410,10 +405,8 @@ def mark_inactive_agents(problem: Problem, s: Array) -> Bools:
         return inactive
     for seat, action_set in enumerate(problem.actions):
         if WAIT_LABEL in action_set.labels:
-            seat_legal = legal[:, seat]
-            inactive[:, seat] = seat_legal[:, action_set.labels.index(WAIT_LABEL)] & (
-                seat_legal.sum(axis=1) == 1
-            )
+            can_wait = legal[:, seat, action_set.labels.index(WAIT_LABEL)]
+            inactive[:, seat] = can_wait & (legal[:, seat].sum(axis=1) == 1)
     return inactive
 
 
@@ -424,11 +417,9 @@ def find_wait_action(problem: Problem, seat: int) -> int:
 
 def make_initial_observation(problem: Problem, s: Array, seat: int) -> Array:
     """Return a seat's initial observations `[B, ...]`: the states if it sees them."""
-    return readonly_copy(
-        select_seat_observations(problem.initial_observations(s), seat)
-        if problem.partially_observable
-        else s
-    )
+    if problem.partially_observable:
+        return readonly_copy(select_seat_observations(problem.initial_observations(s), seat))
+    return readonly_copy(s)
 
 
 def build_percept(
@@ -447,17 +438,15 @@ def build_percept(
         """Return a copy of an array if its field is required, else FIELD_OMITTED."""
         return readonly_copy(array) if name in field_names else FIELD_OMITTED
 
-    observation = outcome.observations
+    observation, joint_actions, reward = outcome.observations, None, None
     if problem.partially_observable:
         observation = select_seat_observations(outcome.observations, seat)
-    return Percept(
-        copy_if_required("action", actions[:, seat]),
-        copy_if_required("observation", observation),
-        None if problem.partially_observable else copy_if_required("actions", actions),
-        copy_if_required("reward", outcome.rewards[:, seat])
-        if problem.rewards_observable
-        else None,
-    )
+    else:
+        joint_actions = copy_if_required("actions", actions)
+    if problem.rewards_observable:
+        reward = copy_if_required("reward", outcome.rewards[:, seat])
+    action = copy_if_required("action", actions[:, seat])
+    return Percept(action, copy_if_required("observation", observation), joint_actions, reward)
 
 
 def find_seat(problem: Problem, name: str) -> int:
@@ -492,19 +481,16 @@ def enumerate_outcomes(problem: Problem, s: Array, a: Array) -> OutcomeDistribut
     """
     check_problem(problem, None)
     for agent, action_set, seat_actions in zip(problem.agents, problem.actions, a.T, strict=True):
-        for action in (
-            (seat_actions.min(), seat_actions.max()) if action_set.labels and len(a) else ()
-        ):
-            action_set.validate_action(action.item(), agent)
+        if action_set.labels and len(a):
+            for action in (seat_actions.min(), seat_actions.max()):
+                action_set.validate_action(action.item(), agent)
     chances = _require_finite_chances(problem, problem.chance(s, a))
-    row_count = len(s)
-    probabilities, events = _enumerate_joint_events(chances, row_count)
-    event_count = probabilities.shape[1]
-    outcome = problem.resolve_events(
-        np.repeat(s, event_count, axis=0), np.repeat(a, event_count, axis=0), events
-    )
+    probabilities, events = _enumerate_joint_events(chances, len(s))
+    count = probabilities.shape[1]
+    states, actions = np.repeat(s, count, axis=0), np.repeat(a, count, axis=0)
+    outcome = problem.resolve_events(states, actions, events)
     validate_outcome(problem, outcome)
-    arrays = [array.reshape(row_count, event_count, *array.shape[1:]) for array in outcome]
+    arrays = [array.reshape(len(s), count, *array.shape[1:]) for array in outcome]
     return OutcomeDistribution(probabilities, Outcome(*arrays))
 
 
@@ -512,9 +498,8 @@ def enumerate_possible_outcomes(
     problem: Problem, s: Array, a: Array
 ) -> tuple[Ints, Reals, Outcome]:
     """Return the N outcomes of positive probability: their rows, probabilities and outcomes."""
-    probabilities, events = _enumerate_joint_events(
-        _require_finite_chances(problem, problem.chance(s, a)), len(s)
-    )
+    chances = _require_finite_chances(problem, problem.chance(s, a))
+    probabilities, events = _enumerate_joint_events(chances, len(s))
     row, _ = nonzero = np.nonzero(probabilities)
     possible_events = tuple(event.reshape(probabilities.shape)[nonzero] for event in events)
     outcome = problem.resolve_events(s[row], a[row], possible_events)
@@ -536,9 +521,8 @@ def _list_first_rewards(problem: Problem) -> Reals:
         rewards = [np.zeros(0)]
         for action in range(max(problem.action_counts)):
             choices = np.minimum(action, np.array(problem.action_counts) - 1)
-            a = np.where(
-                True if legal is None else legal[:, range(len(choices)), choices], choices, first
-            )
+            is_legal = True if legal is None else legal[:, range(len(choices)), choices]
+            a = np.where(is_legal, choices, first)
             rewards.append(enumerate_possible_outcomes(problem, states, a)[2].rewards.ravel())
     except (BadParameter, BudgetExceeded):
         return np.ones(1)
@@ -548,35 +532,30 @@ def _list_first_rewards(problem: Problem) -> Reals:
 def check_listing_size(problem: Problem, number_count: float) -> None:
     """Raise BudgetExceeded if a list of this many numbers over the states would be too large."""
     task = f"listing the states of {type(problem).__name__}"
-    Budget(task, "try a smaller problem", memory_limit=MAX_LISTING_BYTES).check_memory(
-        24.0 * number_count
-    )
+    budget = Budget(task, "try a smaller problem", memory_limit=MAX_LISTING_BYTES)
+    budget.check_memory(24.0 * number_count)
 
 
 def next_state_indices(problem: Problem, outcome: Outcome) -> Ints:
     """Return the indices `[B, K]` of the next states that `enumerate_outcomes` lists."""
     row_count, event_count, *state_shape = outcome.state.shape
-    return checked_state_indices(
-        problem, outcome.state.reshape(row_count * event_count, *state_shape)
-    ).reshape(row_count, event_count)
+    states = outcome.state.reshape(row_count * event_count, *state_shape)
+    return checked_state_indices(problem, states).reshape(row_count, event_count)
 
 
 def checked_state_indices(problem: Problem, s: Array) -> Ints:
     """Return the index `[B]` of each state; raise BadParameter for an invalid state."""
     indices, count = problem.state_indices(s), problem.state_count
     if isinstance(count, int) and len(s) and not 0 <= indices.min() <= indices.max() < count:
-        index_range = f"{indices.min()} to {indices.max()}"
-        raise BadParameter(
-            f"got state indices {index_range}, expected 0 to {count - 1}, to match state_count"
-        )
+        got = f"got state indices {indices.min()} to {indices.max()}"
+        raise BadParameter(f"{got}, expected 0 to {count - 1}, to match state_count")
     return indices
 
 
 def initial_state_distribution(problem: Problem) -> tuple[Reals, Array]:
     """Return the probabilities `[K]` and the initial states `[K, ...]`; a state may occur twice."""
-    probabilities, events = _enumerate_joint_events(
-        _require_finite_chances(problem, problem.initial_chance(1)), 1
-    )
+    chances = _require_finite_chances(problem, problem.initial_chance(1))
+    probabilities, events = _enumerate_joint_events(chances, 1)
     return probabilities[0], problem.initial_states(probabilities.shape[1], events)
 
 
@@ -598,13 +577,12 @@ def _enumerate_joint_events(
     distributions = [
         np.broadcast_to(p, (rows, p.shape[1])) for p in (c.probabilities() for c in chances)
     ]
-    joint_count = math.prod(p.shape[1] for p in distributions)
+    counts = [p.shape[1] for p in distributions]
+    joint_count = math.prod(counts)
     task = f"listing {rows * joint_count} outcomes"
     budget = Budget(task, "try a smaller problem", memory_limit=MAX_LISTING_BYTES)
-    budget.check_memory(8.0 * rows * joint_count * (4 + 3 * len(distributions)))
-    event_grid = np.indices([p.shape[1] for p in distributions]).reshape(
-        len(distributions), joint_count
-    )
+    budget.check_memory(8.0 * rows * joint_count * (4 + 3 * len(counts)))
+    event_grid = np.indices(counts).reshape(len(counts), joint_count)
     probabilities = np.ones((rows, joint_count))
     events = []
     for indices, p in zip(event_grid, distributions, strict=True):

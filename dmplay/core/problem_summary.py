@@ -27,27 +27,19 @@ def depends_on_parameters(problem: Problem, attribute: str) -> bool:
 def problem_summary(problem: Problem) -> dict[str, str]:
     """Return the problem's row of table F.1: agents, states, actions, observations, discount."""
     has_several_agents = len(problem.agents) > 1
-    agents = (
-        VARIES
-        if depends_on_parameters(problem, "agents")
-        else str(len(problem.agents))
-        if has_several_agents
-        else "-"
-    )
     suffix = " per agent" if has_several_agents else ""
-    observations = problem.observations
-    observation_text = (
-        f"{_describe_observation_space(observations[0])}{suffix}" if observations else "-"
-    )
-    return {
-        "agents": agents,
-        "states": VARIES
-        if depends_on_parameters(problem, "state_count")
-        else _describe_state_count(problem),
+    spaces = [_describe_observation_space(space) for space in problem.observations]
+    summary = {
+        "agents": str(len(problem.agents)) if has_several_agents else "-",
+        "states": _describe_state_count(problem),
         "actions": f"{len(problem.actions[0].labels) or 'in R'}{suffix}",
-        "observations": observation_text,
+        "observations": f"{spaces[0]}{suffix}" if spaces else "-",
         "discount": f"{problem.discount:g}",
     }
+    for name, attribute in (("agents", "agents"), ("states", "state_count")):
+        if depends_on_parameters(problem, attribute):
+            summary[name] = VARIES
+    return summary
 
 
 def _describe_observation_space(space: ObservationSpace) -> str:

@@ -51,14 +51,11 @@ class SeatHistory(NamedTuple):
 
     def copy_until_turn(self, turns: int) -> "SeatHistory":
         """Return the history up to a turn."""
+        observations, actions, joint_actions, rewards, beliefs, labels = self
         return SeatHistory(
-            self.observations[: turns + 1],
-            self.actions[:turns],
-            self.joint_actions[:turns],
-            self.rewards[:turns],
-            self.beliefs[: turns + 1],
-            self.action_labels[:turns],
-        )
+            observations[: turns + 1], actions[:turns], joint_actions[:turns], rewards[:turns],
+            beliefs[: turns + 1], labels[:turns],
+        )  # fmt: skip
 
 
 class BeliefHistory(HistorySnapshot[Reals]):

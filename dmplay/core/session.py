@@ -164,15 +164,12 @@ class Session(NotebookDisplay):
         self.problem = problem
         self.uniform_source = uniform_source
         self.turn_limit = problem.horizon if turn_limit is None else turn_limit
-        start_count = problem.uniform_counts.start
-        self.initial_uniforms = readonly_copy(
-            uniform_source.generate_uniforms(NATURE_STREAM, 0, 0, start_count)[0]
-            if initial_uniforms is None
-            else initial_uniforms
-        )
-        self.initial_state = readonly_copy(
-            problem.sample_initial_states(self.initial_uniforms[None])[0]
-        )
+        if initial_uniforms is None:
+            count = problem.uniform_counts.start
+            initial_uniforms = uniform_source.generate_uniforms(NATURE_STREAM, 0, 0, count)[0]
+        self.initial_uniforms = readonly_copy(initial_uniforms)
+        states = problem.sample_initial_states(self.initial_uniforms[None])
+        self.initial_state = readonly_copy(states[0])
         self.turns: list[Turn] = []
         self.reroll_counts: dict[int, int] = {}  # turn -> number of rerolls
         self.hint_counts: Counter[str] = Counter()  # agent -> number of hints given to its player
@@ -188,15 +185,9 @@ class Session(NotebookDisplay):
 
     def copy_at_start(self, policies: Sequence[Policy | None] = ()) -> "Session":
         """Return the same game before its first turn, with these policies in its seats, if any."""
-        uniform_source = self.uniform_source
-        turn_limit = self.turn_limit
-        initial_uniforms = self.initial_uniforms
+        limit, uniforms = self.turn_limit, self.initial_uniforms
         return Session(
-            self.problem,
-            uniform_source,
-            policies,
-            turn_limit=turn_limit,
-            initial_uniforms=initial_uniforms,
+            self.problem, self.uniform_source, policies, turn_limit=limit, initial_uniforms=uniforms
         )
 
     @property
@@ -214,14 +205,12 @@ class Session(NotebookDisplay):
         last_turn = self.turns[-1] if self.turns else self.initial_state
         if self._cached_facts is None or self._cached_facts.last_turn is not last_turn:
             s = self.state[None]
-            legal = self.problem.legal_actions_mask(s)
-            inactive = None if legal is None else mark_inactive_agents(self.problem, s)[0]
-            self._cached_facts = _CurrentFacts(
-                last_turn,
-                None if legal is None else legal[0],
-                np.zeros(len(self.problem.agents), bool) if inactive is None else inactive,
-                self._natural_end_reason(),
-            )
+            mask = self.problem.legal_actions_mask(s)
+            legal, inactive = None, np.zeros(len(self.problem.agents), bool)
+            if mask is not None:
+                legal, inactive = mask[0], mark_inactive_agents(self.problem, s)[0]
+            reason = self._natural_end_reason()
+            self._cached_facts = _CurrentFacts(last_turn, legal, inactive, reason)
         return self._cached_facts
 
     def _natural_end_reason(self) -> str | None:
@@ -312,14 +301,10 @@ class Session(NotebookDisplay):
         outcome = self.problem.step(self.state[None], joint[None], uniforms[None])
         validate_outcome(self.problem, outcome)
         state = readonly_copy(outcome.state[0])
-        hidden = self.problem.partially_observable
-        turn = Turn(
-            make_readonly(joint),
-            readonly_copy(uniforms),
-            state,
-            readonly_copy(outcome.observations[0]) if hidden else state,
-            make_readonly(outcome.rewards[0] + 0.0),
-        )
+        is_hidden = self.problem.partially_observable
+        observations = readonly_copy(outcome.observations[0]) if is_hidden else state
+        rewards = make_readonly(outcome.rewards[0] + 0.0)
+        turn = Turn(make_readonly(joint), readonly_copy(uniforms), state, observations, rewards)
         self.turns.append(turn)
         return turn
 
@@ -366,19 +351,16 @@ class Session(NotebookDisplay):
     def observation_after(self, seat: int, turn: int) -> Array:
         """Return the observation of a seat after a turn; after turn 0, the initial observation."""
         if turn == 0:
-            initial: Array = make_initial_observation(self.problem, self.initial_state[None], seat)[
-                0
-            ]
+            s = self.initial_state[None]
+            initial: Array = make_initial_observation(self.problem, s, seat)[0]
             return initial
         return self._seat_observation(seat, self.turns[turn - 1])
 
     def _seat_observation(self, seat: int, turn: Turn) -> Array:
         """Return the observation of a seat in a turn, or the state if agents see it."""
-        observation: Array = (
-            select_seat_observations(turn.observations[None], seat)[0]
-            if self.problem.partially_observable
-            else turn.observations
-        )
+        if not self.problem.partially_observable:
+            return turn.observations
+        observation: Array = select_seat_observations(turn.observations[None], seat)[0]
         return observation
 
     def build_percept(self, seat: int, turn: int) -> Percept:
@@ -393,9 +375,8 @@ class Session(NotebookDisplay):
         if isinstance(self.problem, Tabular):
             return belief_size(self.problem) <= MAX_TABULAR_BELIEF_STATES
         has_fast_update = type(self.problem).joint_belief_update is not Problem.joint_belief_update
-        return belief_size(self.problem) <= (
-            MAX_FAST_BELIEF_STATES if has_fast_update else MAX_LISTED_STATES
-        )
+        max_states = MAX_FAST_BELIEF_STATES if has_fast_update else MAX_LISTED_STATES
+        return belief_size(self.problem) <= max_states
 
     def current_beliefs(self) -> Reals:
         """Return the current belief of each seat `[n, S]`."""
@@ -408,9 +389,8 @@ class Session(NotebookDisplay):
         """Return the history of a seat up to the last turn; rewards only if they may be seen."""
         if seat not in self._histories:
             self._histories[seat] = SeatHistory(*([] for _ in SeatHistory._fields))
-            self._histories[seat].observations.append(
-                readonly_copy(self.observation_after(seat, 0))
-            )
+            first_observation = readonly_copy(self.observation_after(seat, 0))
+            self._histories[seat].observations.append(first_observation)
         history = self._histories[seat]
         hidden = self.problem.partially_observable
         turn_count = len(history.actions)
@@ -441,31 +421,26 @@ class Session(NotebookDisplay):
         player_label: str = View.player_label,
     ) -> View[Problem]:
         """Return the view of a seat; `rewards_visible` adds rewards that it cannot observe."""
-        end_reason = self.end_reason
-        rewards_visible = (
-            rewards_visible or self.problem.rewards_observable or end_reason is not None
-        )
-        problem, history = self.problem, self._update_history(seat, rewards_visible=rewards_visible)
+        problem, end_reason = self.problem, self.end_reason
+        rewards_visible = rewards_visible or problem.rewards_observable or end_reason is not None
+        history = self._update_history(seat, rewards_visible=rewards_visible)
+        joint_actions = HistorySnapshot(history.joint_actions)
+        shows_belief = shows_belief and self.has_visible_beliefs
         # Labels are passed only if this seat's differ, not if those of another seat do.
-        action_labels = self.action_labels(seat)
+        labels = self.action_labels(seat)
+        has_own_labels = labels != problem.actions[seat].labels
         return View(
             problem=problem,
             seat=seat,
             observations=HistorySnapshot(history.observations),
             actions=HistorySnapshot(history.actions),
-            joint_actions=None
-            if problem.partially_observable
-            else HistorySnapshot(history.joint_actions),
+            joint_actions=None if problem.partially_observable else joint_actions,
             rewards=HistorySnapshot(history.rewards) if rewards_visible else None,
             legal_actions_mask=self.legal_actions_mask(seat),
-            beliefs=BeliefHistory(problem, seat, history)
-            if shows_belief and self.has_visible_beliefs
-            else None,
+            beliefs=BeliefHistory(problem, seat, history) if shows_belief else None,
             end_reason=end_reason,
             turn_limit=self.turn_limit,
-            state_action_labels=action_labels
-            if action_labels != problem.actions[seat].labels
-            else None,
+            state_action_labels=labels if has_own_labels else None,
             past_action_labels=HistorySnapshot(history.action_labels),
             player_label=player_label,
         )
@@ -536,29 +511,25 @@ def count_turns_to_undo(session: Session, seats: Sequence[int], choices: int) ->
     often, in some turns only. If they chose in every turn, return `choices`, which `undo`
     refuses if too large.
     """
-    choice_states = [session.initial_state, *(turn.state for turn in session.turns[:-1])][
-        : len(session.turns)
-    ]
+    states_after = [session.initial_state, *(turn.state for turn in session.turns)]
     choice_count = 0
-    for turns, state in enumerate(reversed(choice_states), 1):
+    for turns, state in enumerate(reversed(states_after[:-1]), 1):
         choice_count += (
             not seats or not mark_inactive_agents(session.problem, state[None])[0, seats].all()
         )
         if choice_count == choices:
             return turns
     if choice_count < len(session.turns):
-        raise IllegalAction(
-            f"undo {choices}: you chose an action in {format_count(choice_count, 'turn')}"
-        )
+        count = format_count(choice_count, "turn")
+        raise IllegalAction(f"undo {choices}: you chose an action in {count}")
     return choices
 
 
 def _check_uniform_source(source: object) -> None:
     """Raise BadParameter if this does not generate uniforms, for example a seed or a class."""
     if isinstance(source, type) or not hasattr(source, "generate_uniforms"):
-        raise BadParameter(
-            f"got {source!r}, expected a source of uniforms, such as dmplay.SeededUniforms(7)"
-        )
+        expected = "expected a source of uniforms, such as dmplay.SeededUniforms(7)"
+        raise BadParameter(f"got {source!r}, {expected}")
 
 
 def _check_policies(policies: object, problem: Problem) -> None:
@@ -597,29 +568,23 @@ class SeatedPolicy:
         """Return the policy's current memory, after every turn played."""
         self.forget_undone_turns()
         if not self._memories:
-            observation = readonly_copy(
-                np.asarray(self.session.observation_after(self.seat, 0))[None]
-            )
-            self._memories.append(
-                call_memory_method(self, self.policy.initial_memory, 1, observation)
-            )
+            observation = np.asarray(self.session.observation_after(self.seat, 0))[None]
+            observation = readonly_copy(observation)
+            memory = call_memory_method(self, self.policy.initial_memory, 1, observation)
+            self._memories.append(memory)
         for turn in range(len(self._memories), len(self.session.turns) + 1):
-            percept = self.session.build_percept(self.seat, turn)
-            latest = self._memories[-1]
-            self._memories.append(
-                call_memory_method(self, self.policy.update_memory, 1, latest, percept)
-            )
+            percept, latest = self.session.build_percept(self.seat, turn), self._memories[-1]
+            memory = call_memory_method(self, self.policy.update_memory, 1, latest, percept)
+            self._memories.append(memory)
             self._followed_turns.append(self.session.turns[turn - 1])
         return self._memories[-1]
 
     def choose(self) -> float:
         """Return the action that the policy chooses in the current state."""
-        session = self.session
-        turn = len(session.turns) + 1
+        session, turn = self.session, len(self.session.turns) + 1
+        count = self.policy.uniform_count
         # A reroll changes only nature's uniforms: the policies choose as before.
-        u = session.uniform_source.generate_uniforms(
-            1 + self.seat, turn, 0, self.policy.uniform_count
-        )
+        u = session.uniform_source.generate_uniforms(1 + self.seat, turn, 0, count)
         legal = session.legal_actions_mask(self.seat)
         legal_row = None if legal is None else readonly_copy(legal[None])
         choice = call_policy(self, self.policy.choose, self.current_memory(), legal_row, u)
@@ -644,9 +609,8 @@ class SeatedPolicy:
         memories_before = tuple(
             make_readonly(np.concatenate([current[:1], updated[:-1]])) for current, updated in pairs
         )
-        if not all(
-            map(np.array_equal, memories_after, self.policy.update_memory(memories_before, percept))
-        ):
+        updated_memories = self.policy.update_memory(memories_before, percept)
+        if not all(map(np.array_equal, memories_after, updated_memories)):
             memories_before, memories_after = self._memories_in_sequence(percept, turn_count)
         numbers = ((turn, 0) for turn in number_next_turns(self.session, turn_count))
         u = generate_uniforms_of_turns(source, 1 + seat, numbers, self.policy.uniform_count)

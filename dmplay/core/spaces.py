@@ -57,9 +57,8 @@ class Labels(tuple[str, ...]):
     def validate_action(self, action: float, error_prefix: str, legal: Bools | None = None) -> int:
         """Return the action as an int; raise IllegalAction if it is not an index, or not legal."""
         if action not in range(len(self)):
-            raise IllegalAction(
-                f"{error_prefix}: got action {action}, expected 0 to {len(self) - 1}"
-            )
+            expected = f"expected 0 to {len(self) - 1}"
+            raise IllegalAction(f"{error_prefix}: got action {action}, {expected}")
         if legal is not None and not legal[int(action)]:
             expected = f"expected one of {self.describe_actions(legal)}"
             message = f"{self[int(action)]} is not legal now; {expected}"
@@ -117,9 +116,8 @@ class Interval:
     ) -> float:
         """Return the action rounded to ACTION_DECIMALS; raise IllegalAction beyond the bounds."""
         if not self.low <= action <= self.high:
-            raise IllegalAction(
-                f"{error_prefix}: got {action:g}, expected {self.describe_actions()}"
-            )
+            expected = self.describe_actions()
+            raise IllegalAction(f"{error_prefix}: got {action:g}, expected {expected}")
         return round(float(action), ACTION_DECIMALS) + 0.0
 
     def sample_actions(self, u: Reals, legal: Bools | None) -> Reals:
@@ -128,9 +126,8 @@ class Interval:
 
     def candidate_actions(self) -> Reals:
         """Return the actions `[A]` that a search tries: an evenly spaced grid."""
-        return np.asarray(
-            np.round(np.linspace(self.low, self.high, INTERVAL_GRID_SIZE), ACTION_DECIMALS) + 0.0
-        )
+        grid = np.linspace(self.low, self.high, INTERVAL_GRID_SIZE)
+        return np.asarray(np.round(grid, ACTION_DECIMALS) + 0.0)
 
     def clip_actions(self, numbers: Reals) -> Reals:
         """Return the actions `[B]` closest to these numbers."""

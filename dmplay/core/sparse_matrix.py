@@ -57,6 +57,5 @@ class SparseMatrix(NamedTuple):
         lengths = self.row_lengths[rows]
         positions = np.repeat(np.arange(len(rows)), lengths)
         first_entries = np.cumsum(lengths) - lengths
-        return self.row_starts[rows][positions] + np.arange(len(positions)) - first_entries[
-            positions
-        ], positions
+        ranks = np.arange(len(positions)) - first_entries[positions]
+        return self.row_starts[rows][positions] + ranks, positions

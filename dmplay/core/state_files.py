@@ -81,10 +81,10 @@ class StateFile:
             return {}, f"not a file of JSON: {error}"
         version = content.pop("dmplay", None) if isinstance(content, dict) else None
         if isinstance(version, int | float) and version > FORMAT_VERSION:
-            raise BadParameter(
-                f"{self.path} was written by a later version of dmplay; "
-                "this version does not read or change it"
+            message = (
+                "was written by a later version of dmplay; this version does not read or change it"
             )
+            raise BadParameter(f"{self.path} {message}")
         if version != FORMAT_VERSION or isinstance(version, bool):
             return {}, f'expected an object with "dmplay": {FORMAT_VERSION}'
         faults = [self._remove_invalid_entries(content, section) for section in self.sections]

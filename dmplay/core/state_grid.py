@@ -43,9 +43,7 @@ class StateGrid(NamedTuple):
     def mark_drawn_states(self) -> Bools:
         """Return whether maps show each grid point `[S]`."""
         is_drawn = [
-            np.ones(len(axis.points), bool)
-            if axis.drawn is None
-            else np.isin(axis.points, axis.drawn)
+            np.isin(axis.points, axis.points if axis.drawn is None else axis.drawn)
             for axis in self.axes
         ]
         masks = np.meshgrid(*is_drawn, indexing="ij")
@@ -60,8 +58,7 @@ class StateGrid(NamedTuple):
         lower, fractions = [], []
         for column, (_, points, *_) in enumerate(self.axes):
             clipped = s[:, column].clip(points[0], points[-1])
-            first = np.searchsorted(points, clipped, side="right") - 1
-            first = first.clip(0, len(points) - 2)
+            first = (np.searchsorted(points, clipped, side="right") - 1).clip(0, len(points) - 2)
             lower.append(first)
             fractions.append((clipped - points[first]) / (points[first + 1] - points[first]))
         corners, weights = [], []
@@ -69,9 +66,8 @@ class StateGrid(NamedTuple):
         for offsets in product(*offsets_by_axis):
             index, weight = list[Ints](), np.ones(len(s))
             for offset, low, fraction in zip(offsets, lower, fractions, strict=True):
-                index.append(
-                    low + (np.rint(fraction).astype(np.int64) if offset is None else offset)
-                )
+                nearest = np.rint(fraction).astype(np.int64)
+                index.append(low + (nearest if offset is None else offset))
                 weight = weight * (1.0 if offset is None else fraction if offset else 1 - fraction)
             corners.append(np.ravel_multi_index(tuple(index), self.shape))
             weights.append(weight)

@@ -33,11 +33,9 @@ def check_transition(problem: Problem) -> CheckResults:
     """Yield checks of the transition array T of a problem made of arrays."""
     if not isinstance(problem, Tabular):
         return
-    tables, names = problem.tables, list(problem.state_names)
-    joint_actions = _joint_labels([space.labels for space in problem.actions])
-    yield from _check_distributions(
-        "tables.transition", tables.transition, [names, joint_actions, names]
-    )
+    array, names = problem.tables.transition, list(problem.state_names)
+    axes = [names, _joint_labels([space.labels for space in problem.actions]), names]
+    yield from _check_distributions("tables.transition", array, axes)
 
 
 def check_rewards(problem: Problem) -> CheckResults:
@@ -57,15 +55,11 @@ def check_rewards(problem: Problem) -> CheckResults:
     ]
     if isinstance(tables, SparseTables):
         entry_count = len(tables.transition.columns)
-        shapes = [
-            (state_count * joint_action_count, agents),
-            (entry_count, agents),
-            (entry_count * observation_count, agents),
-        ]
+        row_counts = state_count * joint_action_count, entry_count, entry_count * observation_count
+        shapes = [(row_count, agents) for row_count in row_counts]
     matching = [shape for shape in shapes if np.shape(tables.rewards) == shape]
-    yield from check_real_array(
-        "tables.rewards", "tables.rewards", tables.rewards, *(matching or shapes)[:1]
-    )
+    label, shape = "tables.rewards", (matching or shapes)[0]
+    yield from check_real_array(label, label, tables.rewards, shape)
 
 
 def check_observations(problem: Problem) -> CheckResults:
@@ -79,11 +73,8 @@ def check_observations(problem: Problem) -> CheckResults:
         return
     labels = [space for space in problem.observations if isinstance(space, Labels)]
     joint_actions = _joint_labels([space.labels for space in problem.actions])
-    yield from _check_distributions(
-        "tables.observation",
-        array,
-        [joint_actions, list(problem.state_names), _joint_labels(labels)],
-    )
+    axes = [joint_actions, list(problem.state_names), _joint_labels(labels)]
+    yield from _check_distributions("tables.observation", array, axes)
 
 
 def check_start_belief(problem: Problem) -> CheckResults:
@@ -91,6 +82,9 @@ def check_start_belief(problem: Problem) -> CheckResults:
     if isinstance(problem, Tabular):
         names = list(problem.state_names)
         yield from _check_distributions("initial_belief", problem.initial_belief, [names])
+
+
+TABLE_CHECKS = check_transition, check_rewards, check_observations, check_start_belief
 
 
 def _joint_labels(labels: Sequence[Sequence[str]]) -> list[str]:
@@ -107,13 +101,10 @@ def _check_distributions(
     """
     sizes = tuple(map(len, names))
     if isinstance(table, SparseMatrix):
-        has_no_negative_column, shape = table.columns.min() >= 0, (math.prod(sizes[:-1]) + 1,)
-        is_valid = (
-            table.row_starts.shape == shape
-            and has_no_negative_column
-            and table.columns.max() < sizes[-1]
-        )
-        yield require(is_valid, f"{attribute}: got rows or columns that do not match the names")
+        has_rows = table.row_starts.shape == (math.prod(sizes[:-1]) + 1,)
+        has_columns = 0 <= table.columns.min() <= table.columns.max() < sizes[-1]
+        message = f"{attribute}: got rows or columns that do not match the names"
+        yield require(has_rows and has_columns, message)
         yield from check_real_array(attribute, attribute, table.values, table.columns.shape)
         sums, lowest = table.row_sums(table.values).reshape(sizes[:-1]), table.values.min()
         yield require(lowest >= 0, f"{attribute}: got {lowest:g}, expected no negative probability")
@@ -123,9 +114,8 @@ def _check_distributions(
         sums = array.sum(axis=-1)
         for index in np.argwhere(array < 0)[:MAX_REPORTED_ROWS]:
             got = f"{attribute}{_format_index(names, index)} is {array[tuple(index)]:g}"
-            yield CheckResult(
-                False, attribute, f"{got}, expected no negative probability", independent=True
-            )
+            message = f"{got}, expected no negative probability"
+            yield CheckResult(False, attribute, message, independent=True)
     for index in np.argwhere(abs(sums - 1) > PROBABILITY_TOLERANCE)[:MAX_REPORTED_ROWS]:
         got = f"{attribute}{_format_index(names, index)} sums to {sums[tuple(index)]:g}"
         yield CheckResult(False, attribute, f"{got}, expected 1", independent=True)

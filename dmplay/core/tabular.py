@@ -64,9 +64,8 @@ class Tables(_TableArrays):
     def observation_model(self) -> Reals:
         """O `[A, S', O]`; raises BadParameter if every agent sees the state."""
         if self.observation is None:
-            raise BadParameter(
-                "got a problem without hidden states, expected one with observations"
-            )
+            message = "got a problem without hidden states, expected one with observations"
+            raise BadParameter(message)
         return self.observation
 
     @property
@@ -79,19 +78,15 @@ class Tables(_TableArrays):
         """The same problem as sparse tables."""
         transition, rewards, observation = self
         state_count, action_count, _ = transition.shape
-        transition_rows = SparseMatrix.from_dense(
-            transition.reshape(state_count * action_count, state_count)
-        )
-        reward_rows = rewards.reshape(state_count * action_count, *rewards.shape[2:])
+        row_count = state_count * action_count
+        transition_rows = SparseMatrix.from_dense(transition.reshape(row_count, state_count))
+        reward_rows = rewards.reshape(row_count, *rewards.shape[2:])
         if reward_rows.ndim > 2:
-            reward_rows = reward_rows[transition_rows.row_indices, transition_rows.columns].reshape(
-                -1, reward_rows.shape[-1]
-            )
-        observation_rows = (
-            None
-            if observation is None
-            else SparseMatrix.from_dense(observation.reshape(action_count * state_count, -1))
-        )
+            reward_rows = reward_rows[transition_rows.row_indices, transition_rows.columns]
+            reward_rows = reward_rows.reshape(-1, rewards.shape[-1])
+        observation_rows = None
+        if observation is not None:
+            observation_rows = SparseMatrix.from_dense(observation.reshape(row_count, -1))
         return SparseTables(transition_rows, reward_rows, observation_rows)
 
     @property
@@ -122,16 +117,12 @@ class SparseTables(NamedTuple):
         action_count, weights = (len(transition.row_starts) - 1) // state_count, transition.values
         if len(rewards) > len(weights):
             assert self.observation is not None
-            observation_rows = (
-                transition.row_indices % action_count * state_count + transition.columns
-            )
-            observation_weights = self.observation.to_dense(len(rewards) // len(weights))[
-                observation_rows
-            ]
+            actions = transition.row_indices % action_count
+            observation_model = self.observation.to_dense(len(rewards) // len(weights))
+            observation_weights = observation_model[actions * state_count + transition.columns]
             weights = (weights[:, None] * observation_weights).reshape(-1)
-        weighted_rewards = (weights[:, None] * rewards).reshape(
-            len(transition.values), -1, rewards.shape[1]
-        )
+        shape = len(transition.values), -1, rewards.shape[1]
+        weighted_rewards = (weights[:, None] * rewards).reshape(shape)
         return transition.row_sums(weighted_rewards.sum(axis=1))
 
     def to_dense_tables(self, state_count: int, observation_count: int) -> Tables:
@@ -140,13 +131,8 @@ class SparseTables(NamedTuple):
         rewards = self.expected_rewards(state_count).reshape(*transition.shape[:2], -1)
         if self.observation is None:
             return Tables(transition, rewards)
-        return Tables(
-            transition,
-            rewards,
-            self.observation.to_dense(observation_count).reshape(
-                -1, state_count, observation_count
-            ),
-        )
+        observation = self.observation.to_dense(observation_count)
+        return Tables(transition, rewards, observation.reshape(-1, state_count, observation_count))
 
 
 @dataclass(frozen=True)
@@ -196,9 +182,8 @@ class Tabular(Problem):
     def _max_support(self) -> tuple[int, int]:
         """The largest number of possible next states of a row, and of observations."""
         transition, _, observation = self.sparse_tables
-        return int(transition.row_lengths.max()), 1 if observation is None else int(
-            observation.row_lengths.max()
-        )
+        observation_count = 1 if observation is None else int(observation.row_lengths.max())
+        return int(transition.row_lengths.max()), observation_count
 
     @cached_property
     def _cached_cumulative(self) -> Reals | None:
@@ -212,9 +197,8 @@ class Tabular(Problem):
         transition, _, observation = self.sparse_tables
         next_states, p = transition.padded_rows(rows, int(transition.row_lengths[rows].max()))
         if observation is not None:
-            _, observation_weights = observation.padded_rows(
-                np.asarray(self._observation_rows(rows[:, None], next_states)), self._max_support[1]
-            )
+            observation_rows = np.asarray(self._observation_rows(rows[:, None], next_states))
+            _, observation_weights = observation.padded_rows(observation_rows, self._max_support[1])
             p = (p[:, :, None] * observation_weights).reshape(len(rows), -1)
         return np.cumsum(p, axis=1)[:, :-1]
 
@@ -249,13 +233,10 @@ class Tabular(Problem):
 
     def chance(self, s: Array, a: Array) -> tuple[Chance, ...]:
         """Return the chance of the possible pairs of next state and joint observation."""
-        row = self._transition_row(s, a)
-        cumulative = self._cached_cumulative
-        return (
-            Categorical(
-                self._event_cumulative(row) if cumulative is None else cumulative.take(row, axis=0)
-            ),
-        )
+        row, cached = self._transition_row(s, a), self._cached_cumulative
+        if cached is None:
+            return (Categorical(self._event_cumulative(row)),)
+        return (Categorical(cached.take(row, axis=0)),)
 
     def resolve_events(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
         """Return the outcome: the event's next state and observation, and the reward.
@@ -266,30 +247,20 @@ class Tabular(Problem):
         row = self._transition_row(s, a)
         state_rank, observation_rank = divmod(events[0], self._max_support[1])
         entry = transition.entry_index(row, state_rank)
-        next_state = transition.columns.take(entry)
-        next_states = next_state
+        next_states = transition.columns.take(entry)
         has_expected_rewards = len(rewards) == len(transition.row_starts) - 1
         if observation_model is None:
-            return Outcome(
-                next_states,
-                rewards.take(row if has_expected_rewards else entry, axis=0),
-                next_states,
-            )
-        observation = observation_model.columns.take(
-            observation_model.entry_index(self._observation_rows(row, next_state), observation_rank)
-        )
-        # rewards of one transition entry
-        rewards_per_entry = len(rewards) // len(transition.columns)
-        reward_row = (
-            row
-            if has_expected_rewards
-            else entry * rewards_per_entry + observation * (rewards_per_entry > 1)
-        )
-        return Outcome(
-            next_states,
-            rewards.take(reward_row, axis=0),
-            self._joint_observations.take(observation, axis=0),
-        )
+            reward_row = row if has_expected_rewards else entry
+            return Outcome(next_states, rewards.take(reward_row, axis=0), next_states)
+        observation_row = self._observation_rows(row, next_states)
+        observation_entry = observation_model.entry_index(observation_row, observation_rank)
+        observation = observation_model.columns.take(observation_entry)
+        reward_row = row
+        if not has_expected_rewards:
+            rewards_per_entry = len(rewards) // len(transition.columns)
+            reward_row = entry * rewards_per_entry + observation * (rewards_per_entry > 1)
+        observations = self._joint_observations.take(observation, axis=0)
+        return Outcome(next_states, rewards.take(reward_row, axis=0), observations)
 
     def joint_belief_update(
         self, belief: Reals, actions: Sequence[int | None], observations: Sequence[int | None]
@@ -298,27 +269,19 @@ class Tabular(Problem):
 
         None means unknown, as for any problem.
         """
-        support = np.flatnonzero(belief)
+        support, transition = np.flatnonzero(belief), self.sparse_tables.transition
         pairs = zip(actions, self.action_counts, strict=True)
-        possible_actions = list(
-            product(*(range(action_count) if a is None else (a,) for a, action_count in pairs))
-        )
+        options = [range(action_count) if a is None else (a,) for a, action_count in pairs]
+        possible_actions = [*product(*options)]
         total = np.zeros(len(belief))
         for joint_action in possible_actions:
             a = np.broadcast_to(np.array(joint_action), (len(support), len(joint_action)))
             rows = self._transition_row(support, a)
-            entries, positions = self.sparse_tables.transition.entries_of_rows(rows)
-            p = (
-                self.sparse_tables.transition.values[entries]
-                * belief[support][positions]
-                / len(possible_actions)
-            )
-            next_weights = np.bincount(
-                self.sparse_tables.transition.columns[entries], p, len(belief)
-            )
-            total += next_weights * self._observation_likelihood(
-                rows[:1], next_weights, observations
-            )
+            entries, positions = transition.entries_of_rows(rows)
+            p = transition.values[entries] * belief[support][positions] / len(possible_actions)
+            next_weights = np.bincount(transition.columns[entries], p, len(belief))
+            likelihood = self._observation_likelihood(rows[:1], next_weights, observations)
+            total += next_weights * likelihood
         return total
 
     def _observation_likelihood(
@@ -332,18 +295,15 @@ class Tabular(Problem):
         if observation_model is None or all(label is None for label in observations):
             return np.ones(len(next_state_weights))
         next_states = np.flatnonzero(next_state_weights)
-        entries, positions = observation_model.entries_of_rows(
-            np.asarray(self._observation_rows(row, next_states))
-        )
+        observation_rows = np.asarray(self._observation_rows(row, next_states))
+        entries, positions = observation_model.entries_of_rows(observation_rows)
         entry_observations = self._joint_observations[observation_model.columns[entries]]
         matches = np.ones(len(entries), bool)
         for seat, label in enumerate(observations):
             if label is not None:
                 matches &= entry_observations[:, seat] == label
-        likelihood = np.zeros(len(next_state_weights))
-        likelihood[next_states] = np.bincount(
-            positions, observation_model.values[entries] * matches, len(next_states)
-        )
+        likelihood, p = np.zeros(len(next_state_weights)), observation_model.values[entries]
+        likelihood[next_states] = np.bincount(positions, p * matches, len(next_states))
         return likelihood
 
     def format_state(self, s: Array) -> str:
@@ -396,16 +356,10 @@ def tabulate(problem: Problem) -> Tables:
     states = problem.enumerate_states()
     actions = joint_actions(problem)
     state_count, action_count = len(states), len(actions)
-    budget = Budget(
-        "tables", "use fewer states or actions, or the agent search, which needs no tables"
-    )
-    observation_count = prod(problem.observation_counts)
-    budget.check_memory(
-        8.0
-        * state_count
-        * action_count
-        * (state_count + observation_count * (2 if problem.partially_observable else 0))
-    )
+    remedy = "use fewer states or actions, or the agent search, which needs no tables"
+    budget, observation_count = Budget("tables", remedy), prod(problem.observation_counts)
+    column_count = state_count + observation_count * 2 * problem.partially_observable
+    budget.check_memory(8.0 * state_count * action_count * column_count)
     s, a = np.repeat(states, action_count, axis=0), np.tile(actions, (state_count, 1))
     a = replace_illegal_actions(problem, s, a)
     if isinstance(problem, Tabular):
@@ -423,9 +377,8 @@ def tabulate(problem: Problem) -> Tables:
     if problem.partially_observable:
         observed = joint_observation_index(problem, outcome.observations)
         observation = np.zeros((action_count, state_count, observation_count))
-        np.add.at(
-            observation, (np.broadcast_to(row % action_count, p.shape), next_states, observed), p
-        )
+        joint_action = np.broadcast_to(row % action_count, p.shape)
+        np.add.at(observation, (joint_action, next_states, observed), p)
         observation[..., 0] += observation.sum(axis=2) == 0
         observation /= observation.sum(axis=2, keepdims=True)
         # One state at a time, which limits the memory.

@@ -117,9 +117,8 @@ def parse_history(problem: Problem, seat: int, history: Sequence[str]) -> list[t
         action, _, observation = turn.strip().rpartition(" ")
         if not action:
             raise BadParameter(f"history: got {turn!r}, expected an action and an observation")
-        pairs.append(
-            (int(problem.parse_action(seat, action)), observations.parse_action(observation))
-        )
+        action_index = int(problem.parse_action(seat, action))
+        pairs.append((action_index, observations.parse_action(observation)))
     return pairs
 
 

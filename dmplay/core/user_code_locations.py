@@ -14,12 +14,8 @@ from dmplay.errors import clip_message
 
 PACKAGE_FOLDER = str(Path(__file__).parents[1])
 STDLIB_FOLDER = sysconfig.get_path("stdlib")
-INSTALLED_PREFIXES = (
-    PACKAGE_FOLDER,
-    STDLIB_FOLDER,
-    *map(sysconfig.get_path, ("purelib", "platlib")),
-    "<",
-)
+LIBRARY_PATHS = map(sysconfig.get_path, ("purelib", "platlib"))
+INSTALLED_PREFIXES = (PACKAGE_FOLDER, STDLIB_FOLDER, *LIBRARY_PATHS, "<")
 # folders of installed packages, also in other environments
 LIBRARY_FOLDERS = {"site-packages", "dist-packages"}
 
@@ -154,21 +150,18 @@ def _definition_line(kind: type, name: str, argument: str, order: Sequence[str])
         return format_location(code.co_filename, code.co_firstlineno)
     class_node = _find_class_node(kind)
     for node in class_node.body if class_node else ():
-        if any(
-            isinstance(target, ast.Name) and target.id == name
-            for target in _assignment_targets(node)
-        ):
+        targets = (target for target in _assignment_targets(node) if isinstance(target, ast.Name))
+        if name in {target.id for target in targets}:
             return format_location(_class_file(kind), _argument_line(node, argument, order))
     return locate_definition(kind)
 
 
 def _assignment_targets(node: ast.stmt) -> list[ast.AST]:
     """Return the nodes of the targets that an assignment assigns to; empty for other statements."""
-    targets = node.targets if isinstance(node, ast.Assign) else [getattr(node, "target", node)]
-    assignment_types = ast.Assign | ast.AnnAssign
-    if isinstance(node, assignment_types):
-        return [child for target in targets for child in ast.walk(target)]
-    return []
+    if not isinstance(node, ast.Assign | ast.AnnAssign):
+        return []
+    targets = node.targets if isinstance(node, ast.Assign) else [node.target]
+    return [child for target in targets for child in ast.walk(target)]
 
 
 def _argument_line(node: ast.stmt, argument: str, order: Sequence[str]) -> int:
@@ -176,7 +169,6 @@ def _argument_line(node: ast.stmt, argument: str, order: Sequence[str]) -> int:
     call = getattr(node, "value", None)
     if not argument or not isinstance(call, ast.Call):
         return node.lineno
-    arguments = dict(zip(order, call.args, strict=False)) | {
-        keyword.arg: keyword.value for keyword in call.keywords
-    }
+    arguments: dict[str | None, ast.expr] = dict(zip(order, call.args, strict=False))
+    arguments |= {keyword.arg: keyword.value for keyword in call.keywords}
     return arguments[argument].lineno if argument in arguments else node.lineno

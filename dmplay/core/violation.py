@@ -48,30 +48,19 @@ def make_violation(owner: type, attribute: str, message: str | Callable[[], str]
     """
     name, _, argument = attribute.partition(".")
     sentence = " ".join((message if isinstance(message, str) else message()).split())
-    sentence = (
-        sentence
-        if len(sentence) <= MAX_MESSAGE_CHARACTERS
-        else (
-            f"{sentence[: MAX_MESSAGE_CHARACTERS // 2]} "
-            f"... {sentence[-MAX_MESSAGE_CHARACTERS // 2 :]}"
-        )
-    )
-    return Violation(
-        user_code_locations.locate_definition(owner, name, argument, Tables._fields), sentence
-    )
+    if len(sentence) > MAX_MESSAGE_CHARACTERS:
+        half = MAX_MESSAGE_CHARACTERS // 2
+        sentence = f"{sentence[:half]} ... {sentence[-half:]}"
+    location = user_code_locations.locate_definition(owner, name, argument, Tables._fields)
+    return Violation(location, sentence)
 
 
 def expect(
     holds: object, attribute: str, value: object, expected: str, *, independent: bool = False
 ) -> CheckResult:
     """Return the result of a check of a value; the message is made only if the check fails."""
-    message = partial(_describe_value, attribute, value, expected)
+    message = partial("{}: got {!r}, expected {}".format, attribute, value, expected)
     return CheckResult(bool(holds), attribute, message, independent)
-
-
-def _describe_value(attribute: str, value: object, expected: str) -> str:
-    """Return the message about a value that is not as expected."""
-    return f"{attribute}: got {value!r}, expected {expected}"
 
 
 def require(holds: object, message: str) -> CheckResult:
@@ -89,11 +78,8 @@ def check_real_array(
 ) -> CheckResults:
     """Yield checks that a value is an array of finite real numbers of this shape."""
     got = f"shape {value.shape}" if isinstance(value, np.ndarray) else repr(value)
-    yield CheckResult(
-        has_shape(value, shape),
-        attribute,
-        f"{label}: got {got}, expected an array of shape {shape}",
-    )
+    message = f"{label}: got {got}, expected an array of shape {shape}"
+    yield CheckResult(has_shape(value, shape), attribute, message)
     array = np.asarray(value)
     is_finite = array.dtype.kind in "fiu" and bool(np.isfinite(array).all())
     yield CheckResult(is_finite, attribute, f"{label}: expected finite numbers")

@@ -59,21 +59,16 @@ class Budget:
         for budget in filter(None, (self, _shared_budget.get())):
             if budget.work_spent + work > budget.work_limit:
                 self.is_exceeded = budget is self
-                raise BudgetExceeded(
-                    self.task,
-                    f"more than the limit of {budget.work_limit:.0e} operations",
-                    self.remedy,
-                )
+                excess = f"more than the limit of {budget.work_limit:.0e} operations"
+                raise BudgetExceeded(self.task, excess, self.remedy)
 
     def check_memory(self, byte_count: float) -> None:
         """Raise BudgetExceeded if this many bytes at a time exceed the memory limit."""
         if byte_count > self.memory_limit:
             self.is_exceeded = True
-            requirement = (
-                f"{byte_count / 2**20:,.0f} MB, "
-                f"more than the limit of {self.memory_limit / 2**20:,.0f} MB"
-            )
-            raise BudgetExceeded(self.task, requirement, self.remedy)
+            limit = f"more than the limit of {self.memory_limit / 2**20:,.0f} MB"
+            excess = f"{byte_count / 2**20:,.0f} MB, {limit}"
+            raise BudgetExceeded(self.task, excess, self.remedy)
 
     @contextmanager
     def stop_when_exceeded(self) -> Iterator[None]:
