@@ -221,14 +221,6 @@ def _solve_exactly(problem: Problem, horizon: int | None) -> PointBasedBounds:
     value = float(np.max([item.max(axis=1) for item in plan_values], axis=0).sum())
     first_action_values = np.array([item.max(axis=1).sum() for item in plan_values])
     ended_plans = [] if horizon is None else [tuple(np.zeros_like(item[:1]) for item in plans[0])]
-    close = not stages[-1].gap
-    return PointBasedBounds(
-        value,
-        value,
-        first_action_values,
-        first_action_values,
-        (*ended_plans, *plans),
-        len(initial_joint),
-        close,
-        has_all_vectors=close,
-    )
+    q, count, close = first_action_values, len(initial_joint), not stages[-1].gap
+    plans = [*ended_plans, *plans]
+    return PointBasedBounds(value, value, q, q, tuple(plans), count, close, has_all_vectors=close)

@@ -1,7 +1,7 @@
 """Tree search for any problem."""
 
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import chain
 from typing import Self
 
@@ -27,9 +27,8 @@ from dmplay.solvers.search.search_config import LeafEvaluator, SearchConfig, Sea
 from dmplay.solvers.search.simulated_opponents import OpponentModel, SeatPolicies, make_start_state
 from dmplay.solvers.search.uct import UctResult
 
-MAX_ROLLOUT_STATES = (
-    30  # hidden states up to which random playouts are better than values of fully observed states
-)
+# hidden states up to which random playouts are better than values of fully observed states
+MAX_ROLLOUT_STATES = 30
 MAX_GAME_TURNS = 10**6  # maximum number of turns of a game
 # outcomes that are sampled to estimate first actions: of all actions, and of one
 MAX_SAMPLED_OUTCOMES, MIN_SAMPLES, MAX_SAMPLES = 128, 16, 64
@@ -91,18 +90,15 @@ class TreeSearch(BeliefPolicy):
                 belief.initial_belief(self.problem)
                 _ = self.problem.observation_counts
                 first_state = self.problem.enumerate_states()[:1]
-                enumerate_outcomes(
-                    self.problem, first_state, np.zeros((1, len(self.problem.agents)), np.int64)
-                )
+                first_actions = np.zeros((1, len(self.problem.agents)), np.int64)
+                enumerate_outcomes(self.problem, first_state, first_actions)
             except (BadParameter, BudgetExceeded) as error:
-                raise BadPolicy(
-                    f"search: cannot compute the belief over hidden states: {error}"
-                ) from None
+                message = f"search: cannot compute the belief over hidden states: {error}"
+                raise BadPolicy(message) from None
         for field_name, name in (("others", self.others), ("rollout", self.rollout)):
             if name.partition(":")[0] == "search":
-                raise BadParameter(
-                    f"{field_name}: got {name!r}, expected an agent other than search"
-                )
+                expected = "expected an agent other than search"
+                raise BadParameter(f"{field_name}: got {name!r}, {expected}")
 
     @property
     def game_turns(self) -> int | None:
@@ -147,21 +143,14 @@ class TreeSearch(BeliefPolicy):
     @cached_property
     def _sweep_values(self) -> LeafValues | None:
         """The leaf values by sweeps over all states; None if they do not apply or cost too much."""
-        problem = self.problem
-        has_many_states = (
-            isinstance(problem.state_count, int) and problem.state_count > MAX_ROLLOUT_STATES
-        )
-        applies = (
-            has_many_states and not any(self._other_policies)
-            if problem.partially_observable
-            else len(problem.agents) == 1
-        )
-        applies = applies and self.rollout == USUAL_AGENT
-        return (
-            leaf_values.estimate_leaf_values(problem, self.seat, self.game_turns)
-            if applies
-            else None
-        )
+        problem, count = self.problem, self.problem.state_count
+        applies = len(problem.agents) == 1
+        if problem.partially_observable:
+            has_many_states = isinstance(count, int) and count > MAX_ROLLOUT_STATES
+            applies = has_many_states and not any(self._other_policies)
+        if not applies or self.rollout != USUAL_AGENT:
+            return None
+        return leaf_values.estimate_leaf_values(problem, self.seat, self.game_turns)
 
     @cached_property
     def _other_policies(self) -> SeatPolicies:
@@ -181,21 +170,15 @@ class TreeSearch(BeliefPolicy):
         much.
         """
         has_random_partners = self.problem.partially_observable and not any(self._other_policies)
-        plays_randomly = (
-            self._sweep_values is not None or has_random_partners or self.problem.state_count == 1
-        )
-        policy = self._resolve_policy(
-            self.seat, self.rollout, "random" if plays_randomly else HINT_PROVIDER_ROLE
-        )
+        has_leaf_values = self._sweep_values is not None
+        plays_randomly = has_leaf_values or has_random_partners or self.problem.state_count == 1
+        usual_name = "random" if plays_randomly else HINT_PROVIDER_ROLE
+        policy = self._resolve_policy(self.seat, self.rollout, usual_name)
         if policy and self.rollout == USUAL_AGENT and len(self.problem.agents) == 1:
+            start = make_start_state(self.problem)
+            observation = make_initial_observation(self.problem, start, self.seat)
             try:
-                policy.action_values(
-                    policy.initial_memory(
-                        make_initial_observation(
-                            self.problem, make_start_state(self.problem), self.seat
-                        )
-                    )
-                )
+                policy.action_values(policy.initial_memory(observation))
             except BudgetExceeded:
                 return None
         return policy
@@ -209,16 +192,12 @@ class TreeSearch(BeliefPolicy):
     def _resolve_policy(self, seat: int, name: str, default_name: str) -> Policy | None:
         """Return the policy of a seat by name; None for uniformly random play."""
         policy_name = default_name if name == USUAL_AGENT else name
-        policy = (
-            self.policy_lookup(seat, policy_name)
-            if self.policy_lookup and policy_name != "random"
-            else None
-        )
-        return (
-            policy.adapt_to_game(AdviceQuestion(seat, self.game_turns))
-            if policy and self.horizon
-            else policy
-        )
+        if not self.policy_lookup or policy_name == "random":
+            return None
+        policy = self.policy_lookup(seat, policy_name)
+        if not policy or not self.horizon:
+            return policy
+        return policy.adapt_to_game(AdviceQuestion(seat, self.game_turns))
 
     @property
     def _leaf_value(self) -> LeafEvaluator | None:
@@ -229,46 +208,31 @@ class TreeSearch(BeliefPolicy):
         """
         sweep_values, policy = self._sweep_values, self._own_rollout_policy
         follows_joint_plan = self.problem.shared_reward and any(self._other_policies)
-        if (
-            sweep_values
-            or policy is None
-            or follows_joint_plan
-            or (self.rollout, self.others) != (USUAL_AGENT, USUAL_AGENT)
-        ):
+        is_usual = (self.rollout, self.others) == (USUAL_AGENT, USUAL_AGENT)
+        if sweep_values or policy is None or follows_joint_plan or not is_usual:
             return sweep_values
-        first_memory = self._opponent_model.begin_memories(make_start_state(self.problem))[
-            self.seat
-        ]
+        first_memories = self._opponent_model.begin_memories(make_start_state(self.problem))
+        first_memory = first_memories[self.seat]
         return None if policy.action_values(first_memory) is None else PolicyStateValue(policy)
 
     @cached_property
     def _particle_filter(self) -> ParticleFilter | None:
-        """The particle filter of the partners' memories; None if they are random or all is
-        visible.
-        """
-        opponent_model = OpponentModel(self.problem, self.seat, self._other_policies)
-        return (
-            ParticleFilter(opponent_model)
-            if self.problem.partially_observable and any(self._other_policies)
-            else None
-        )
+        """The particle filter of partners' memories; None if they are random, or all is visible."""
+        if not self.problem.partially_observable or not any(self._other_policies):
+            return None
+        return ParticleFilter(OpponentModel(self.problem, self.seat, self._other_policies))
 
     def initial_memory(self, observation: Array) -> Memory:
         """Return the state or belief, zero turns done, and the memories of the policies.
 
         If states are hidden, the memories are that of the own seat's policy and the particles.
         """
-        turns_done = np.zeros(len(observation), np.int64)
+        turns_done, policy = np.zeros(len(observation), np.int64), self._own_rollout_policy
         if not self.problem.partially_observable:
-            return (
-                observation,
-                turns_done,
-                *chain(*self._opponent_model.begin_memories(observation)),
-            )
+            policy_memory = chain(*self._opponent_model.begin_memories(observation))
+            return (observation, turns_done, *policy_memory)
         (beliefs,) = super().initial_memory(observation)
-        own_memory = (
-            self._own_rollout_policy.initial_memory(observation) if self._own_rollout_policy else ()
-        )
+        own_memory = policy.initial_memory(observation) if policy else ()
         particles = self._particle_filter.begin(beliefs) if self._particle_filter else ()
         return (beliefs, turns_done, *own_memory, *particles)
 
@@ -276,24 +240,16 @@ class TreeSearch(BeliefPolicy):
         """Return the memory after one more turn."""
         state_or_belief, turns_done, *policy_memory = memory
         if not self.problem.partially_observable:
-            seats = zip(
-                self._opponent_model.seat_policies,
-                self._opponent_model.split_memory(tuple(policy_memory)),
-                strict=True,
-            )
-            new_memories = (
-                policy.update_memory(seat_memory, self._percept_for_seat(seat, percept))
-                for seat, (policy, seat_memory) in enumerate(seats)
-                if policy
-            )
-            return (percept.observation, turns_done + 1, *chain(*new_memories))
+            arrays, memories = list[Array](), self._opponent_model.split_memory((*policy_memory,))
+            for seat, policy in enumerate(self._opponent_model.seat_policies):
+                if policy:
+                    seat_percept = self._percept_for_seat(seat, percept)
+                    arrays += policy.update_memory(memories[seat], seat_percept)
+            return (percept.observation, turns_done + 1, *arrays)
         (beliefs,) = super().update_memory((state_or_belief,), percept)
         own_memory, particles = self._split_memory(tuple(policy_memory))
-        own_memory = (
-            self._own_rollout_policy.update_memory(own_memory, percept)
-            if self._own_rollout_policy
-            else ()
-        )
+        if self._own_rollout_policy:
+            own_memory = self._own_rollout_policy.update_memory(own_memory, percept)
         if self._particle_filter:
             particles = self._particle_filter.update(particles, percept, turns_done, beliefs)
         return (beliefs, turns_done + 1, *own_memory, *particles)
@@ -313,14 +269,11 @@ class TreeSearch(BeliefPolicy):
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
         """Return actions with the greatest mean return; ties are broken at random."""
-        blocks = [
-            self._choose_rows(
-                tuple(array[rows] for array in memory),
-                None if legal is None else legal[rows],
-                u[rows, 0],
-            )
-            for rows in self._config.split_rows(len(u))
-        ]
+        blocks = []
+        for rows in self._config.split_rows(len(u)):
+            block_memory = tuple(array[rows] for array in memory)
+            block_legal = None if legal is None else legal[rows]
+            blocks.append(self._choose_rows(block_memory, block_legal, u[rows, 0]))
         return np.concatenate(blocks)
 
     def _choose_rows(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
@@ -330,12 +283,10 @@ class TreeSearch(BeliefPolicy):
         """
         result, uniforms = self._run_search(memory, legal, u)
         is_best = mark_best_actions(result.mean_returns, self.problem.reward_scale)
-        if self._own_rollout_policy:
-            usual_actions = self._own_rollout_policy.choose(
-                self._own_policy_memory(memory),
-                legal,
-                uniforms[:, : self._own_rollout_policy.uniform_count],
-            )
+        policy = self._own_rollout_policy
+        if policy:
+            own_memory = self._own_policy_memory(memory)
+            usual_actions = policy.choose(own_memory, legal, uniforms[:, : policy.uniform_count])
             is_best = result.keep_usual_unless_better(is_best, usual_actions)
         return np.asarray(result.actions[np.arange(len(u)), sample_masked_index(is_best, u)])
 
@@ -356,13 +307,12 @@ class TreeSearch(BeliefPolicy):
         first_actions = np.repeat(actions, count)
         # The n-th sample of each action has the same uniforms.
         uniforms = np.tile(expand_uniforms(u[:, 0], 3 * count).reshape(count, 3), (len(actions), 1))
-        blocks = self._outcome_search._config.split_rows(len(first_actions))
-        returns = np.concatenate(
-            [
-                self._outcome_search._sample_returns(memory, first_actions[rows], uniforms[rows])
-                for rows in blocks
-            ]
-        ).reshape(len(actions), count)
+        search = self._outcome_search
+        samples = [
+            search._sample_returns(memory, first_actions[rows], uniforms[rows])
+            for rows in search._config.split_rows(len(first_actions))
+        ]
+        returns = np.concatenate(samples).reshape(len(actions), count)
         # Rare outcomes may be missing: the extreme ones count once more.
         extremes = np.stack([returns.min(axis=1), returns.max(axis=1)], axis=1)
         deviations = np.hstack([returns, extremes]).std(axis=1, ddof=1)
@@ -410,42 +360,36 @@ class TreeSearch(BeliefPolicy):
         config.make_budget(len(u))  # raises BudgetExceeded before any uniforms are generated
         uniforms = expand_uniforms(u, self.simulations + config.uniforms_per_row)
         roots, memories = self._prepare_roots(memory, uniforms[:, : self.simulations])
-        turns_left = (
-            np.full(len(u), UNLIMITED_TURNS) if turns is None else turns - memory[1] % turns
-        )
+        turns_left = np.full(len(u), UNLIMITED_TURNS)
+        if turns is not None:
+            turns_left = turns - memory[1] % turns
         request = SearchRequest(roots, turns_left, memories, legal)
         return uct.run_uct(config, request, uniforms[:, self.simulations :]), uniforms
 
     def _own_policy_memory(self, memory: Memory) -> Memory:
         """Return the memory of the own seat's policy."""
-        policy_memory = memory[2:]
-        return (
-            self._split_memory(policy_memory)[0]
-            if self.problem.partially_observable
-            else self._opponent_model.split_memory(policy_memory)[self.seat]
-        )
+        if self.problem.partially_observable:
+            return self._split_memory(memory[2:])[0]
+        return self._opponent_model.split_memory(memory[2:])[self.seat]
 
     def _prepare_roots(self, memory: Memory, u: Reals) -> tuple[Array, tuple[Memory, ...]]:
         """Return the states `[B, N, ...]` where simulations start, and each seat's memory there."""
         state_or_belief, _, *policy_memory = memory
-        seats = range(len(self.problem.agents))
+        seats, repeat = range(len(self.problem.agents)), partial(_repeat_per_row, u.shape[1])
         if not self.problem.partially_observable:
-            repeated = (_repeat_per_simulation(array, u.shape[1]) for array in policy_memory)
-            return _repeat_per_simulation(
-                state_or_belief, u.shape[1]
-            ), self._opponent_model.split_memory(tuple(repeated))
+            memories = self._opponent_model.split_memory((*map(repeat, policy_memory),))
+            return repeat(state_or_belief), memories
         own_memory, particles = self._split_memory(tuple(policy_memory))
-        own_copies = tuple(_repeat_per_simulation(array, u.shape[1]) for array in own_memory)
+        own_copies = (*map(repeat, own_memory),)
         if not self._particle_filter:
-            return sample_states(self.problem, state_or_belief, u), tuple(
-                own_copies if seat == self.seat else () for seat in seats
-            )
+            memories = tuple(own_copies if seat == self.seat else () for seat in seats)
+            return sample_states(self.problem, state_or_belief, u), memories
         row, particle_index = np.arange(len(u))[:, None], (u * N_PARTICLES).astype(np.int64)
         s, *memory_arrays = (array[row, particle_index] for array in particles)
         others = self._particle_filter.opponent_model.split_memory(tuple(memory_arrays))
         return s, tuple(own_copies if seat == self.seat else others[seat] for seat in seats)
 
 
-def _repeat_per_simulation(part: Array, simulation_count: int) -> Array:
+def _repeat_per_row(simulation_count: int, part: Array) -> Array:
     """Return an array repeated for each simulation, of shape `[B, N, ...]`."""
     return np.broadcast_to(part[:, None], (len(part), simulation_count, *part.shape[1:]))

@@ -202,12 +202,11 @@ class Qmdp(BeliefBoundPolicy):
         tables, discount = tabulate(self.problem), self.problem.discount
         if turns is None:
             return [mdp_values.compute_optimal_q(tables, require_discount_below_one(self.problem))]
-        return [
-            mdp_values.compute_action_values(
-                tables, discount, mdp_values.compute_finite_horizon_values(tables, discount, turn)
-            )
-            for turn in range(turns)
-        ]
+        bounds = []
+        for turn in range(turns):
+            values = mdp_values.compute_finite_horizon_values(tables, discount, turn)
+            bounds.append(mdp_values.compute_action_values(tables, discount, values))
+        return bounds
 
 
 @dataclass(frozen=True)

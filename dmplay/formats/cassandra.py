@@ -48,10 +48,11 @@ def read_markov_file(path: str, raw: bytes, *, team: bool = False) -> FileProble
     memory = _ReadingMemory()
     sets = (preamble.states, *preamble.actions, *preamble.observations)
     memory.record("names", sum(declared.byte_count for declared in sets))
+    start = preamble.initial_belief
     probability_arrays = {
-        kind: _ProbabilityArray(kind, fields[kind], preamble.initial_belief, memory)
-        for kind in fields
-        if kind != "R"
+        kind: _ProbabilityArray(kind, fields[kind], start, memory)
+        for kind in "TO"
+        if kind in fields
     }
     reward_array = _RewardArray(fields["R"], memory)
     for statement in iter_statements(source, fields, team=team):
@@ -65,19 +66,16 @@ def read_markov_file(path: str, raw: bytes, *, team: bool = False) -> FileProble
     sign = -1.0 if preamble.rewards_are_costs else 1.0
     rewards = reward_array.build_rewards(transitions) * sign + 0.0  # no -0.0
     rewards = np.tile(rewards[:, None], (1, len(preamble.agents)))
-    model = MarkovModel(
-        preamble.agents,
-        tuple(
-            Labels(make_unique_labels(actions.names, "action", RESERVED_WORDS))
-            for actions in preamble.actions
-        ),
-        tuple(Labels(labels.names) for labels in preamble.observations),
-        preamble.states.names,
-        preamble.initial_belief,
-        SparseTables(transitions, rewards, observations),
-        source.leading_comment,
-        {kind: array.empty_row_count for kind, array in probability_arrays.items()},
+    action_labels = tuple(
+        Labels(make_unique_labels(actions.names, "action", RESERVED_WORDS))
+        for actions in preamble.actions
     )
+    observation_labels = tuple(Labels(labels.names) for labels in preamble.observations)
+    model = MarkovModel(
+        preamble.agents, action_labels, observation_labels, preamble.states.names, start,
+        SparseTables(transitions, rewards, observations), source.leading_comment,
+        {kind: array.empty_row_count for kind, array in probability_arrays.items()},
+    )  # fmt: skip
     return FileProblem(preamble.discount, model=model)
 
 
@@ -170,18 +168,14 @@ class _ProbabilityArray:
         """
         action, state, column = (*statement.selections, None, None)[:3]
         actions, states = to_index_array(action, self._actions), to_index_array(state, self._states)
-        columns = (
-            states if statement.keyword == "identity" else to_index_array(column, self._columns)
-        )
-        is_zero = (
-            len(statement.selections) == FIELD_COUNT
-            and column is None
-            and not statement.value_tokens.parse_probability()
-        )
-        entries_per_row = 1 if statement.keyword == "identity" else len(columns) * (not is_zero)
+        is_identity = statement.keyword == "identity"
+        columns = states if is_identity else to_index_array(column, self._columns)
+        is_one_number = len(statement.selections) == FIELD_COUNT and column is None
+        is_zero = is_one_number and not statement.value_tokens.parse_probability()
+        entries_per_row = 1 if is_identity else len(columns) * (not is_zero)
+        new_entry_count = float(len(actions)) * len(states) * entries_per_row
         self._memory.check_addition(
-            BYTES_PER_MERGED_ENTRY * float(self._n_entries)
-            + BYTES_PER_NEW_ENTRY * float(len(actions)) * len(states) * entries_per_row
+            BYTES_PER_MERGED_ENTRY * float(self._n_entries) + BYTES_PER_NEW_ENTRY * new_entry_count
         )
         self._flush_single_entries()
         rows = self._row_index(actions[:, None], states).reshape(-1)
@@ -194,9 +188,8 @@ class _ProbabilityArray:
             return
         s, column, values = self._expand_statement(statement, states, columns)
         row = self._row_index(actions[:, None], s).reshape(-1)
-        self._append_entries(
-            _SparseEntries(row, np.tile(column, len(actions)), np.tile(values, len(actions)))
-        )
+        column, values = np.tile(column, len(actions)), np.tile(values, len(actions))
+        self._append_entries(_SparseEntries(row, column, values))
 
     def _row_index(self, action: IndexOrArray, state: IndexOrArray) -> IndexOrArray:
         """Return the row index of an action and a state."""
@@ -342,10 +335,8 @@ class _RewardArray:
         named_count = len(selections)
         values = statement.value_tokens.parse_numbers(prod(self._sizes[named_count:]))
         if named_count == 1:  # one row for each state
-            self._entries += [
-                ([selections[0], state], state_values)
-                for state, state_values in enumerate(values.reshape(self._states, -1))
-            ]
+            for state, state_values in enumerate(values.reshape(self._states, -1)):
+                self._entries.append(([selections[0], state], state_values))
         else:
             self._entries.append((selections, values))
         next_state, observation = (*selections[2:], None, None)[:2]
@@ -429,7 +420,6 @@ class _TransitionIndex:
     @cached_property
     def _entries_by_next_state(self) -> tuple[Ints, Ints]:
         """The entries sorted by next state, and the offset of each next state's first entry."""
-        order = np.argsort(self.transitions.columns, kind="stable")
-        return order, np.searchsorted(
-            self.transitions.columns[order], np.arange(self.state_count + 1)
-        )
+        columns, next_states = self.transitions.columns, np.arange(self.state_count + 1)
+        order = np.argsort(columns, kind="stable")
+        return order, np.searchsorted(columns[order], next_states)

@@ -216,12 +216,8 @@ class Preamble:
         """Return the sets that the statements of each kind name, in their order."""
         actions, states = _join_declarations(self.actions), self.states
         observations = _join_declarations(self.observations or [Declaration("observation", ["0"])])
-        fields = {
-            "T": (actions, states, states),
-            "O": (actions, states, observations),
-            "R": (actions, states, states, observations),
-        }
-        return {kind: sets for kind, sets in fields.items() if kind != "O" or self.observations}
+        fields = {"T": (actions, states, states), "R": (actions, states, states, observations)}
+        return fields | ({"O": (actions, states, observations)} if self.observations else {})
 
 
 def _join_declarations(declarations: Sequence[Declaration]) -> AnyDeclaration:
@@ -266,10 +262,8 @@ def parse_preamble(source: SourceText, *, team: bool) -> Preamble:
     if "values" in spans:
         values = spans["values"].parse_choice("kind of values", VALUE_KINDS)
     initial_belief = _parse_start(spans, states)
-    is_cost = values.startswith("cost")
-    return Preamble(
-        agents, float(discount[0]), is_cost, states, actions, observations, initial_belief
-    )
+    factor, is_cost = float(discount[0]), values.startswith("cost")
+    return Preamble(agents, factor, is_cost, states, actions, observations, initial_belief)
 
 
 def _iter_declarations(source: SourceText, end: int) -> Iterator[tuple[str, TokenSpan]]:
@@ -283,9 +277,8 @@ def _iter_declarations(source: SourceText, end: int) -> Iterator[tuple[str, Toke
     if key_indices[:1] != [0]:
         raise span.error_at(0, UnknownName("word", tokens[0], DECLARATION_KEYS))
     declared: set[str] = set()
-    for first, colon, last in zip(
-        key_indices, colons, [*key_indices[1:], len(tokens)], strict=True
-    ):
+    ends = [*key_indices[1:], len(tokens)]
+    for first, colon, last in zip(key_indices, colons, ends, strict=True):
         key = tokens[first]
         if key in HORIZON_KEYS:
             message = f"got {key}:, which the format lacks; set --turns instead"
@@ -382,15 +375,13 @@ def iter_statements(
     pattern = LINE_STATEMENT_PATTERN if uses_lines else STATEMENT_PATTERN
     matches = [*pattern.finditer(source.content)]
     if not matches:
-        raise source.error_at(
-            len(source.content.rstrip()), "expected T: lines, which define the transitions"
-        )
+        message = "expected T: lines, which define the transitions"
+        raise source.error_at(len(source.content.rstrip()), message)
     ends = [match.start() for match in matches[1:]] + [len(source.content)]
     for match, end in zip(matches, ends, strict=True):
         if match[1] not in grammars:
-            raise source.error_at(
-                match.start(1), f"got {match[1]}:, but the file declares no observations"
-            )
+            message = f"got {match[1]}:, but the file declares no observations"
+            raise source.error_at(match.start(1), message)
         span = TokenSpan.from_range(source, match.end(), end)
         yield grammars[match[1]].parse_statement(match.start(1), span)
 

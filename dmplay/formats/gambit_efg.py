@@ -67,9 +67,8 @@ class _TreeReader:
         lexer, path = self.lexer, pending.pop()
         kind = lexer.token
         if path.node_count == MAX_PATH_NODES and kind in ("c", "p"):
-            raise lexer.unexpected_token(
-                f"t, because a path has at most {MAX_PATH_NODES} nodes before it"
-            )
+            expected = f"t, because a path has at most {MAX_PATH_NODES} nodes before it"
+            raise lexer.unexpected_token(expected)
         lexer.expect("c", "p", "t")
         lexer.read_optional_string("the name of a node")
         if kind == "t":
@@ -82,18 +81,15 @@ class _TreeReader:
             count = len(self.players)
             player = lexer.read_integer(1, count, f"the number of a player, 1 to {count}")
         number = lexer.read_integer(1, 1e9, "the number of an information set, 1 or more")
-        set_ = self.information_sets[player].setdefault(
-            number, len(self.information_sets[player]) + 1
-        )
+        set_ = self._number_set(player, number)
         lexer.read_optional_string("the name of an information set")
         actions = self._read_actions(player, number)
         last_set = path.last_set
         if player:
             last_set = player, set_
             self.predecessors.setdefault(last_set, set()).update(filter(None, [path.last_set]))
-        pending += [
-            _PathToNode(self._read_payoffs(path.payoffs), last_set, path.node_count + 1)
-        ] * len(actions)
+        child = _PathToNode(self._read_payoffs(path.payoffs), last_set, path.node_count + 1)
+        pending += [child] * len(actions)
         player_text = f"{player} " if player else ""
         return f'{kind} "" {player_text}{set_} "" {{ {" ".join(actions)} }} 0'
 
@@ -102,10 +98,14 @@ class _TreeReader:
 
         The node exists so that the payoffs are those of a turn.
         """
-        set_ = self.information_sets[1].setdefault(
-            -self.terminal_count, len(self.information_sets[1]) + 1
-        )
+        set_ = self._number_set(1, -self.terminal_count)
         return f'p "" 1 {set_} "" {{ "{END_ACTION}" }} 0'
+
+    def _number_set(self, player: int, number: int) -> int:
+        """Return the new number of an information set of a player, by its number in the file."""
+        return self.information_sets[player].setdefault(
+            number, len(self.information_sets[player]) + 1
+        )
 
     def _read_actions(self, player: int, set_number: int) -> list[str]:
         """Return the actions of an information set, those of chance with probabilities.
@@ -116,9 +116,8 @@ class _TreeReader:
         lexer = self.lexer
         if lexer.token != "{":
             if (player, set_number) not in self.actions:
-                raise lexer.unexpected_token(
-                    "actions in braces, because this information set is new"
-                )
+                expected = "actions in braces, because this information set is new"
+                raise lexer.unexpected_token(expected)
             return self.actions[player, set_number]
         position = lexer.position
         if player == 0:
@@ -160,9 +159,8 @@ class _TreeReader:
             self.outcomes[number] = tuple(lexer.read_number() for _ in self.players)
             lexer.expect("}")
         if number and number not in self.outcomes:
-            raise lexer.unexpected_token(
-                "an outcome whose payoffs are given here or earlier", position
-            )
+            expected = "an outcome whose payoffs are given here or earlier"
+            raise lexer.unexpected_token(expected, position)
         payoffs = self.outcomes[number] if number else (0.0,) * len(self.players)
         return tuple(total + payoff for total, payoff in zip(payoffs_so_far, payoffs, strict=True))
 

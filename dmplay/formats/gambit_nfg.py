@@ -33,9 +33,8 @@ def read_nfg(path: str, raw: bytes) -> NormalFormGame:
     actions = _read_strategies(lexer, len(players))
     description = "\n\n".join(filter(None, (title, lexer.read_optional_string("a comment"))))
     counts = [len(labels) for labels in actions]
-    make_reading_budget().check_memory(
-        BYTES_PER_PAYOFF * float(len(players)) * prod(map(float, counts))
-    )
+    payoff_count = float(len(players)) * prod(map(float, counts))
+    make_reading_budget().check_memory(BYTES_PER_PAYOFF * payoff_count)
     read_table = _read_outcomes if lexer.token == "{" else _read_payoffs
     payoff_rows = read_table(lexer, len(players), prod(counts))
     if lexer.token:
@@ -63,11 +62,9 @@ class GambitLexer:
     def unexpected_token(self, expected: str, position: int | None = None) -> BadFile:
         """Return the error for an unexpected token: the next one, or the one at `position`."""
         self.position = self.position if position is None else position
-        is_at_end = self.position >= len(self._tokens)
-        offset = (
-            len(self._text.content.rstrip()) if is_at_end else self._tokens[self.position].start()
-        )
-        got = "the end of the file" if is_at_end else repr(self.token)
+        offset, got = len(self._text.content.rstrip()), "the end of the file"
+        if self.position < len(self._tokens):
+            offset, got = self._tokens[self.position].start(), repr(self.token)
         return self._text.error_at(offset, f"got {got}, expected {expected}")
 
     def expect(self, *words: str) -> None:
@@ -133,9 +130,8 @@ def _read_strategies(lexer: GambitLexer, players: int) -> tuple[Labels, ...]:
             names = lexer.read_strings("a strategy")
             strategies.append(Labels(make_unique_labels(names, "strategy", RESERVED_WORDS)))
         else:
-            count = lexer.read_integer(
-                1, np.inf, f"{EXPECTED_STRATEGIES}, for each of {players} players"
-            )
+            expected = f"{EXPECTED_STRATEGIES}, for each of {players} players"
+            count = lexer.read_integer(1, np.inf, expected)
             make_reading_budget().check_memory(float(BYTES_PER_PAYOFF) * count)
             strategies.append(Labels(str(n + 1) for n in range(count)))
     lexer.expect("}")

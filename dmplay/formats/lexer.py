@@ -67,13 +67,10 @@ class SourceText:
         comment_lines = takewhile(lambda line: line.startswith("#"), content.splitlines())
         leading_comment = "\n".join(line.lstrip("#").strip() for line in comment_lines).strip()
         glued_offsets = [match.start() for match in GLUED_COMMENT_PATTERN.finditer(content)]
+        glued_lines = frozenset(content.count("\n", 0, n) + 1 for n in glued_offsets)
         content = COMMENT_PATTERN.sub(lambda match: " " * len(match[0]), content)
-        return cls(
-            path,
-            DETACHED_SIGN_PATTERN.sub(lambda match: match[0][1:] + match[0][0], content),
-            leading_comment,
-            frozenset(content.count("\n", 0, n) + 1 for n in glued_offsets),
-        )
+        content = DETACHED_SIGN_PATTERN.sub(lambda match: match[0][1:] + match[0][0], content)
+        return cls(path, content, leading_comment, glued_lines)
 
     def error_at(
         self, offset: int, explanation: object, first_offset: int | None = None
@@ -82,17 +79,13 @@ class SourceText:
 
         It names a comment that directly follows a word on these lines, from the first offset on.
         """
-        line, first_line = (
-            self.content.count("\n", 0, n) + 1
-            for n in (offset, offset if first_offset is None else first_offset)
-        )
+        first_offset = offset if first_offset is None else first_offset
+        line, first_line = (self.content.count("\n", 0, n) + 1 for n in (offset, first_offset))
         column = offset - (self.content.rfind("\n", 0, offset) + 1) + 1
-        is_glued = any(first_line <= number <= line for number in self.glued_comment_lines)
-        note = (
-            "; # begins a comment, also after a name; write a space before it, and no # in names"
-            * is_glued
-        )
-        return BadFile(self.path, line, column, f"{explanation}{note}")
+        if any(first_line <= number <= line for number in self.glued_comment_lines):
+            remedy = "write a space before it, and no # in names"
+            explanation = f"{explanation}; # begins a comment, also after a name; {remedy}"
+        return BadFile(self.path, line, column, str(explanation))
 
 
 class TokenSpan(NamedTuple):
@@ -131,9 +124,8 @@ class TokenSpan(NamedTuple):
 
     def slice(self, first: int, last: int | None = None) -> "TokenSpan":
         """Return a span of some of the tokens."""
-        return TokenSpan(
-            self.source, self.offset, self.tokens[first:last], self.skipped_tokens + first
-        )
+        skipped = self.skipped_tokens + first
+        return TokenSpan(self.source, self.offset, self.tokens[first:last], skipped)
 
     @property
     def is_line_start(self) -> bool:

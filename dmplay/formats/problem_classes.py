@@ -100,13 +100,11 @@ class FileProblem(Tabular):
         """The mask `[S]` of states that lead only to themselves with reward 0."""
         transitions, joint_action_count = self.tables.transition, prod(self.action_counts)
         row_states = np.repeat(np.arange(self.state_count), joint_action_count)
-        is_self_loop = (transitions.row_lengths == 1) & (
-            transitions.columns[transitions.row_starts[:-1]] == row_states
-        )
-        has_reward = self.tables.expected_rewards(self.state_count) != 0
-        return np.asarray(
-            (is_self_loop & ~has_reward.any(axis=1)).reshape(-1, joint_action_count).all(axis=1)
-        )
+        first_next_states = transitions.columns[transitions.row_starts[:-1]]
+        is_self_loop = (transitions.row_lengths == 1) & (first_next_states == row_states)
+        has_reward = self.tables.expected_rewards(self.state_count).any(axis=1)
+        is_absorbing = (is_self_loop & ~has_reward).reshape(-1, joint_action_count)
+        return np.asarray(is_absorbing.all(axis=1))
 
     def terminal(self, s: Array) -> Bools:
         """Return the mask of terminal states; all False if the states are hidden."""

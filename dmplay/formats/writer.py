@@ -29,19 +29,16 @@ def iter_problem_lines(problem: Problem, suffix: str, description: str) -> Itera
     Raises BadParameter if the format cannot represent the problem.
     """
     if not isinstance(problem.state_count, int) or not all(problem.action_counts):
-        raise BadParameter(
-            f"a file lists all states and actions, but {_describe_unlisted(problem)}"
-        )
+        reason = _describe_unlisted(problem)
+        raise BadParameter(f"a file lists all states and actions, but {reason}")
     if suffix == ".nfg":
         return _iter_nfg_lines(problem, description)
     team = suffix == ".dpomdp"
     agents = len(problem.agents)
     one_state = problem.state_count == 1 and not problem.partially_observable
     if agents > 1 and not team:
-        suggestion = ".nfg" if one_state else ".dpomdp, if all agents get the same reward"
-        raise BadParameter(
-            f"{suffix} is for one agent, but this problem has {agents}; write a {suggestion}"
-        )
+        remedy = f"write a {'.nfg' if one_state else '.dpomdp, if all agents get the same reward'}"
+        raise BadParameter(f"{suffix} is for one agent, but this problem has {agents}; {remedy}")
     if suffix == ".mdp" and problem.partially_observable:
         raise BadParameter(
             ".mdp is for problems without hidden states, but this problem has them; write a .pomdp"
@@ -93,18 +90,16 @@ def _iter_markov_lines(problem: Problem, description: str, *, team: bool) -> Ite
         make_valid_names(make_unique_labels(space.labels, "action"), "action")
         for space in problem.actions
     ]
-    observations = [
-        make_valid_names(space, "observation")
-        for space in problem.observations
-        if isinstance(space, Labels)  # tables have no others
-    ]
+    spaces = (
+        space for space in problem.observations if isinstance(space, Labels)
+    )  # all are Labels
+    observations = [make_valid_names(space, "observation") for space in spaces]
     if team and not problem.partially_observable:
         observations = [states] * len(problem.agents)
         tables = tables._replace(observation=_build_identity_observation_table(problem, tables))
     line_count = len(tables.transition.columns) * (2 + len(observations)) + len(rewards)
-    Budget("writing the file", "try a smaller problem").check_memory(
-        float(BYTES_PER_LINE) * line_count
-    )
+    budget = Budget("writing the file", "try a smaller problem")
+    budget.check_memory(float(BYTES_PER_LINE) * line_count)
     yield from _iter_comment_lines(description)
     if team:
         yield f"agents: {len(problem.agents)}\n"
@@ -118,14 +113,9 @@ def _iter_markov_lines(problem: Problem, description: str, *, team: bool) -> Ite
         yield f"actions: {' '.join(actions[0])}\n"
         yield f"observations: {_format_names(observations[0])}\n" if observations else ""
         yield _format_start_line(problem, states, " ")
-    any_observation = " ".join("*" * len(observations)) if team else "*"
-    style = _StatementStyle(
-        " :" if team else "",
-        any_observation,
-        _join_names(actions),
-        states,
-        _join_names(observations),
-    )
+    joint_actions, joint_observations = _join_names(actions), _join_names(observations)
+    punctuation = (" :", " ".join("*" * len(observations))) if team else ("", "*")
+    style = _StatementStyle(*punctuation, joint_actions, states, joint_observations)
     yield from _iter_probability_lines("T", style, tables.transition, len(states))
     if tables.observation:
         yield from _iter_probability_lines("O", style, tables.observation, len(states))
@@ -134,10 +124,8 @@ def _iter_markov_lines(problem: Problem, description: str, *, team: bool) -> Ite
 
 def _build_sparse_tables(problem: Problem) -> SparseTables:
     """Return the transitions, observations and rewards of a finite problem as sparse tables."""
-    if (
-        isinstance(problem, Tabular)
-        and type(problem).legal_actions_mask is Problem.legal_actions_mask
-    ):
+    has_all_actions = type(problem).legal_actions_mask is Problem.legal_actions_mask
+    if isinstance(problem, Tabular) and has_all_actions:
         return problem.sparse_tables
     return tabulate(problem).sparse_tables
 
@@ -148,12 +136,9 @@ def _build_identity_observation_table(problem: Problem, tables: SparseTables) ->
     state_count, agent_count = problem.state_count, len(problem.agents)
     state_indices = [np.arange(state_count)] * agent_count
     joint_observations = np.ravel_multi_index(state_indices, (state_count,) * agent_count)
-    row_count = prod(problem.action_counts) * state_count
-    return SparseMatrix(
-        np.arange(row_count + 1),
-        np.tile(joint_observations, row_count // state_count),
-        np.ones(row_count),
-    )
+    action_count = prod(problem.action_counts)
+    columns = np.tile(joint_observations, action_count)
+    return SparseMatrix(np.arange(len(columns) + 1), columns, np.ones(len(columns)))
 
 
 def _iter_probability_lines(
@@ -166,9 +151,8 @@ def _iter_probability_lines(
             s, a = divmod(int(row), len(style.actions))
         else:
             a, s = divmod(int(row), state_count)
-        yield style.format_statement(
-            kind, style.actions[a], style.states[s], columns[column], value
-        )
+        names = style.actions[a], style.states[s], columns[column]
+        yield style.format_statement(kind, *names, value)
 
 
 def _iter_reward_lines(style: _StatementStyle, tables: SparseTables) -> Iterator[str]:
@@ -185,9 +169,8 @@ def _iter_reward_lines(style: _StatementStyle, tables: SparseTables) -> Iterator
             next_state = style.states[int(transitions.columns[index // observation_count])]
         if observation_count > 1:
             observation = style.observations[int(index % observation_count)]
-        yield style.format_statement(
-            "R", style.actions[a], style.states[s], next_state, observation, rewards[index]
-        )
+        names = style.actions[a], style.states[s], next_state, observation
+        yield style.format_statement("R", *names, rewards[index])
 
 
 def _format_start_line(problem: Problem, states: Sequence[str], separator: str) -> str:

@@ -338,11 +338,9 @@ def plan_for_turn_limit(problem: Problem, seat: int, name: str, turn_limit: int)
     """
     base, _, parameter_text = name.partition(":")
     agent_class = load_roster(problem, seat).agents.get(base)
-    if (
-        agent_class is None
-        or not agent_class.plans_whole_game
-        or "horizon" in _parse_parameters(agent_class, parameter_text, base)
-    ):
+    if agent_class is None or not agent_class.plans_whole_game:
+        return name
+    if "horizon" in _parse_parameters(agent_class, parameter_text, base):
         return name
     agent = _make_roster_agent(problem, seat, name)
     return _format_agent_name(base, agent.adapt_to_game(AdviceQuestion(seat, turn_limit)))
@@ -371,10 +369,9 @@ def _make_roster_agent(problem: Problem, seat: int, name: str) -> SeatPolicy:
     if base not in agents:
         _raise_if_for_other_problems(problem, seat, base)
         raise UnknownName("agent", base, _valid_agent_names(problem, seat))
-    agent_class = agents[base]
-    return agent_class(
-        problem, seat, **_parse_parameters(agent_class, parameter_text, base)
-    ).with_policy_lookup(partial(_make_opponent, problem))
+    parameters = _parse_parameters(agents[base], parameter_text, base)
+    agent = agents[base](problem, seat, **parameters)
+    return agent.with_policy_lookup(partial(_make_opponent, problem))
 
 
 def _valid_agent_names(problem: Problem, seat: int) -> list[str]:
@@ -393,9 +390,9 @@ def _raise_if_for_other_problems(problem: Problem, seat: int, name: str) -> None
     if not kind_by_problem:
         return
     kinds = {*kind_by_problem.values()}
-    problem_list = ", ".join([*kind_by_problem][:MAX_LISTED_PROBLEMS]) + " and others" * (
-        len(kind_by_problem) > MAX_LISTED_PROBLEMS
-    )
+    problem_list = ", ".join([*kind_by_problem][:MAX_LISTED_PROBLEMS])
+    if len(kind_by_problem) > MAX_LISTED_PROBLEMS:
+        problem_list += " and others"
     valid_names = ", ".join(_valid_agent_names(problem, seat))
     reason = "" if problem.kind in kinds else f" ({' or '.join(sorted(kinds))}, not {problem.kind})"
     raise BadPolicy(f"agent {name} is for {problem_list}{reason}; expected one of {valid_names}")
@@ -404,15 +401,12 @@ def _raise_if_for_other_problems(problem: Problem, seat: int, name: str) -> None
 @cache
 def _builtin_agents() -> list[tuple[str, str, set[str]]]:
     """Return each built-in problem with its kind and the agents of its first and last seat."""
-    problems = [(name, load_problem(name)) for name in problem_names()]
-    return [
-        (
-            name,
-            problem.kind,
-            {*load_roster(problem).agents, *load_roster(problem, len(problem.agents) - 1).agents},
-        )
-        for name, problem in problems
-    ]
+    builtin_agents = []
+    for name in problem_names():
+        problem = load_problem(name)
+        first, last = (load_roster(problem, seat).agents for seat in (0, len(problem.agents) - 1))
+        builtin_agents.append((name, problem.kind, {*first, *last}))
+    return builtin_agents
 
 
 def _make_opponent(problem: Problem, seat: int, name: str) -> SeatPolicy | None:
@@ -421,9 +415,8 @@ def _make_opponent(problem: Problem, seat: int, name: str) -> SeatPolicy | None:
     if name in {HINT_PROVIDER_ROLE, PARTNER_ROLE} and seat_roster.simulation_agent:
         name = seat_roster.simulation_agent
     elif name == HINT_PROVIDER_ROLE:
-        provider = (
-            None if seat_roster.batch_agent else find_hint_provider(problem, AdviceQuestion(seat))
-        )
+        has_batch_agent, question = seat_roster.batch_agent, AdviceQuestion(seat)
+        provider = None if has_batch_agent else find_hint_provider(problem, question)
         name = provider.name if provider else "random"
     elif name == PARTNER_ROLE:
         name = seat_roster.default_partner
@@ -431,10 +424,8 @@ def _make_opponent(problem: Problem, seat: int, name: str) -> SeatPolicy | None:
         return None
     policy = _make_roster_agent(problem, seat, name)
     if policy.depends_on_clock:
-        raise BadPolicy(
-            f"{name}: its choices depend on the clock, so a search cannot simulate it; use "
-            "random instead"
-        )
+        reason = "its choices depend on the clock, so a search cannot simulate it"
+        raise BadPolicy(f"{name}: {reason}; use random instead")
     return policy
 
 
@@ -470,9 +461,8 @@ def _parse_parameters(agent_class: type[SeatPolicy], text: str, name: str) -> di
             raise UnknownName("parameter", key, defaults, error_prefix=f"agent {name}")
         if not equals:
             raise BadParameter(f"agent {name}: got {pair!r}, expected {parameter_name}=VALUE")
-        parsed[parameter_name] = parse_parameter(
-            parameter_name, value.strip(), defaults[parameter_name]
-        )
+        default = defaults[parameter_name]
+        parsed[parameter_name] = parse_parameter(parameter_name, value.strip(), default)
     return parsed
 
 
@@ -481,19 +471,12 @@ def _format_agent_name(name: str, policy: SeatPolicy, omitted: Sequence[str] = (
 
     The parameters named in `omitted` are left out.
     """
-    defaults = default_parameters(type(policy))
-    changed = {
-        key: getattr(policy, key)
-        for key in defaults
-        if getattr(policy, key) != defaults[key] and key not in omitted
-    }
-    parameter_text = ",".join(f"{key}={_format_parameter(value)}" for key, value in changed.items())
-    return f"{name}:{parameter_text}" if parameter_text else name
-
-
-def _format_parameter(value: object) -> str:
-    """Return a parameter's value as it is written in an agent's name."""
-    return str(value).lower() if isinstance(value, bool) else str(value)
+    parts = []
+    for key, default in default_parameters(type(policy)).items():
+        value = getattr(policy, key)
+        if value != default and key not in omitted:
+            parts.append(f"{key}={str(value).lower() if isinstance(value, bool) else value}")
+    return f"{name}:{','.join(parts)}" if parts else name
 
 
 def _parameter_fields(agent_class: type[SeatPolicy]) -> list[Field[Any]]:

@@ -9,15 +9,11 @@ NUMBER_PREFIX = "game_"  # of a folder, as a package's name cannot begin with a 
 @cache
 def problem_names() -> tuple[str, ...]:
     """Return the name of every built-in problem, those of the book first; folders are read once."""
-    files = (Path(__file__).parent.parent / "problems").glob("*/rules.py")
-    problems = [(file, file.read_text(encoding="utf-8")) for file in files]
-    return tuple(
-        name
-        for _, name in sorted(
-            ("Source: appendix F" not in text, stem_to_name(file.parent.name))
-            for file, text in problems
-        )
-    )
+    keys = []
+    for file in (Path(__file__).parent.parent / "problems").glob("*/rules.py"):
+        is_of_book = "Source: appendix F" in file.read_text(encoding="utf-8")
+        keys.append((not is_of_book, stem_to_name(file.parent.name)))
+    return tuple(name for _, name in sorted(keys))
 
 
 def stem_to_name(stem: str) -> str:

@@ -40,23 +40,14 @@ Item = TypeVar("Item")
 # names of players that are not agents of a roster
 RESERVED_AGENT_NAMES = ("human", "mcp", "script", "replay", "bot")
 ROLES = (  # fields of a Roster
-    "hint_provider",
-    "finite_horizon_hint_provider",
-    "default_partner",
-    "batch_agent",
+    "hint_provider", "finite_horizon_hint_provider", "default_partner", "batch_agent",
     "simulation_agent",
-)
+)  # fmt: skip
 PART_BY_NAME = {  # the file of a folder that defines each name
-    "AGENTS": "agents",
-    "VIEW": "view",
-    "KEYS": "view",
-    "SOLUTION": "solution",
-    "RULES_OF_THUMB": "teach",
-    "PUZZLE_GAMES": "teach",
-    "PUZZLE_DAY": "teach",
-    "QUANTITIES": "teach",
-    "FIGURES": "figures",
-}
+    "AGENTS": "agents", "VIEW": "view", "KEYS": "view", "SOLUTION": "solution",
+    "RULES_OF_THUMB": "teach", "PUZZLE_GAMES": "teach", "PUZZLE_DAY": "teach",
+    "QUANTITIES": "teach", "FIGURES": "figures",
+}  # fmt: skip
 INHERITED_NAMES = ("QUANTITIES", "FIGURES")
 
 
@@ -147,16 +138,11 @@ def _instantiate_with_defaults(kind: type[Problem]) -> Problem:
         missing = ", ".join(sorted(kind.__abstractmethods__))
         message = f"{kind.__name__} lacks {missing}, which every problem of its kind defines"
         raise BadParameter(f"{user_code_locations.locate_definition(kind)} {message}")
-    without_default = [
-        parameter.name
-        for parameter in fields(kind)
-        if parameter.default is parameter.default_factory is MISSING
-    ]
-    if without_default:
-        message = (
-            f"{kind.__name__}: {without_default[0]} has no default; expected one for each parameter"
-        )
-        raise BadParameter(f"{user_code_locations.locate_definition(kind)} {message}")
+    for parameter in fields(kind):
+        if parameter.default is parameter.default_factory is MISSING:
+            fault = f"{parameter.name} has no default; expected one for each parameter"
+            location = user_code_locations.locate_definition(kind)
+            raise BadParameter(f"{location} {kind.__name__}: {fault}")
     return kind()
 
 
@@ -187,10 +173,8 @@ def check_roles(problem: Problem, roster: "Roster") -> None:
     for role in ROLES:
         name = getattr(roster, role)
         if name is not None and name not in roster.agents:
-            location = f"{locate_export(problem, 'AGENTS')}: {role}"
-            raise BadParameter(
-                f"{location}: got {name!r}, expected one of {', '.join(roster.agents)}"
-            )
+            location, expected = locate_export(problem, "AGENTS"), ", ".join(roster.agents)
+            raise BadParameter(f"{location}: {role}: got {name!r}, expected one of {expected}")
 
 
 @lru_cache(1024)

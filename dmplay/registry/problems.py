@@ -90,18 +90,15 @@ def find_problem(
     source = _source_of(name)
     if not (source.safe or trusted):
         if names_code(name):
-            raise BadParameter(
-                f"problem {name!r} is code outside dmplay; if you trust it, add --trust"
-            )
+            remedy = "if you trust it, add --trust"
+            raise BadParameter(f"problem {name!r} is code outside dmplay; {remedy}")
         raise UnknownName("problem", name, problem_names())
     result = source.load(name)
     if not parameters:
         return LoadedProblem(result.name, result.problem, {}, result.origin)
     problem = with_parameters(result.problem, parameters)
-    defaults = parameter_values(result.problem)
-    changed = {
-        key: value for key, value in parameter_values(problem).items() if value != defaults[key]
-    }
+    values, defaults = parameter_values(problem), parameter_values(result.problem)
+    changed = {key: value for key, value in values.items() if value != defaults[key]}
     return LoadedProblem(result.name, problem, changed, result.origin)
 
 
@@ -243,9 +240,8 @@ def _load_installed(name: str) -> LookupResult:
     attribute_name = entry_point_targets()[_base_name(name)].partition(":")[2]
     module = _installed_module(name)
     if attribute_name and not variant:
-        return LookupResult(
-            name, problem_module_exports.to_problem(name, getattr(module, attribute_name))
-        )
+        problem = problem_module_exports.to_problem(name, getattr(module, attribute_name))
+        return LookupResult(name, problem)
     return LookupResult(name, _problem_of_module(module, base, variant))
 
 
@@ -259,9 +255,8 @@ def _load_user_problem(name: str) -> LookupResult:
     attribute_name, _, variant = selection.partition(":")
     names = [key for key, value in vars(module).items() if isinstance(value, Problem)]
     names += problem_module_exports.problem_classes(module)
-    return LookupResult(
-        name, _problem_of_module(module, source, variant or attribute_name, tuple(names))
-    )
+    problem = _problem_of_module(module, source, variant or attribute_name, tuple(names))
+    return LookupResult(name, problem)
 
 
 def is_problem_name(word: str) -> bool:
@@ -277,10 +272,8 @@ def depends_on_location(name: str) -> bool:
 def _raise_unknown_problem(name: str) -> LookupResult:
     """Raise UnknownName, or BadParameter for a file of another kind."""
     if Path(name).suffix and os.path.isfile(name):
-        kinds = ", ".join((PYTHON_SUFFIX, *DATA_SUFFIXES))
-        raise BadParameter(
-            f"{name}: got a file of another kind, expected a name that ends in {kinds}"
-        )
+        expected = f"a name that ends in {', '.join((PYTHON_SUFFIX, *DATA_SUFFIXES))}"
+        raise BadParameter(f"{name}: got a file of another kind, expected {expected}")
     if os.path.isfile(os.path.join(name, f"{RULES}.py")):
         path = name if "/" in name else os.path.join(os.curdir, name)
         raise BadParameter(f"{name}: got a folder, expected {path}/ for the problem in it")
@@ -317,9 +310,8 @@ PROBLEM_SOURCES = (
     ProblemSource(names_python_file, _load_user_problem, user_code.load_named_module),
     ProblemSource(names_data_file, problem_files.load_data_problem, safe=True),
     ProblemSource(library_problems.names_external_problem, library_problems.load_external_problem),
-    ProblemSource(
-        _is_installed, _load_installed, _installed_module
-    ),  # scanning entry points is slow
+    # after those above, because scanning entry points is slow
+    ProblemSource(_is_installed, _load_installed, _installed_module),
     ProblemSource(user_code.names_module, _load_user_problem, user_code.load_named_module),
     ProblemSource(lambda name: True, _raise_unknown_problem),
 )

@@ -37,12 +37,9 @@ def load_named_attribute(name: str) -> Any:
     if hasattr(user_module, attribute_name):
         return getattr(user_module, attribute_name)
     public = {key: value for key, value in vars(user_module).items() if not key.startswith("_")}
-    defined_names = [
-        key for key, value in public.items() if inspect.getmodule(value) is user_module
-    ]
-    valid_names = defined_names or [*public]
+    is_defined = {key: inspect.getmodule(value) is user_module for key, value in public.items()}
+    valid_names = [key for key in public if is_defined[key]] or [*public]
     if attribute_name or not valid_names:
         raise UnknownName("attribute", attribute_name, valid_names, error_prefix=source)
-    raise BadParameter(
-        f"{source}: expected the name of an object in it, such as {source}:{valid_names[-1]}"
-    )
+    expected = f"expected the name of an object in it, such as {source}:{valid_names[-1]}"
+    raise BadParameter(f"{source}: {expected}")

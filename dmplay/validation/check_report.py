@@ -44,11 +44,8 @@ def report_violations(name: str, parameters: Mapping[str, object], *, json: bool
         return Printout(format_json_report(data), exit_code=exit_code)
     if not violations:
         return Printout("\n".join([f"ok {name}: all invariants hold", *notes]))
-    lines = [
-        *(violation.format_with_name(name) for violation in violations),
-        f"{name}: {format_count(len(violations), 'violation')}",
-        *notes,
-    ]
+    lines = [violation.format_with_name(name) for violation in violations]
+    lines += [f"{name}: {format_count(len(violations), 'violation')}", *notes]
     return Printout("\n".join(lines), exit_code=exit_code)
 
 

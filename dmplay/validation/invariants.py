@@ -47,15 +47,10 @@ from dmplay.simulation.random_play import (
 MAX_LISTED_TURNS = 24  # maximum number of turns whose outcomes are listed
 ROUNDING_TOLERANCE = 1e-12  # difference of numbers that is due to rounding alone
 MIN_PROBABILITY = -1e-15  # lowest probability that rounding can cause
+# the method behind each array of `evaluate_batch`
 RESPONSIBLE_METHODS = (
-    "initial_states",
-    "resolve_events",
-    "resolve_events",
-    "resolve_events",
-    "terminal",
-    "legal_actions_mask",
-    "state_indices",
-)  # the method behind each array of `evaluate_batch`
+    "initial_states", *["resolve_events"] * 3, "terminal", "legal_actions_mask", "state_indices"
+)  # fmt: skip
 
 
 def _is_close(first: Array | float, second: Array | float) -> bool:
@@ -120,10 +115,10 @@ def check_row_independence(
 
     `expected` has the whole batch's results for the rows of `subset`.
     """
-    expectation = (
-        " for the same row in two batches; expected it to be independent of the other rows"
+    remedy = "expected it to be independent of the other rows"
+    return _compare_batches(
+        problem, subset, expected, f" for the same row in two batches; {remedy}"
     )
-    return _compare_batches(problem, subset, expected, expectation)
 
 
 def check_determinism(
@@ -138,9 +133,8 @@ def _compare_batches(
     problem: Problem, turns: SampledTurns, expected: tuple[Array, ...], expectation: str
 ) -> CheckResults:
     """Yield checks that turns give the same bits as expected."""
-    for attribute, first, second in zip(
-        RESPONSIBLE_METHODS, expected, evaluate_batch(problem, turns), strict=True
-    ):
+    arrays = zip(RESPONSIBLE_METHODS, expected, evaluate_batch(problem, turns), strict=True)
+    for attribute, first, second in arrays:
         message = partial(_describe_difference, attribute, first, second, expectation)
         yield CheckResult(is_bitwise_equal(first, second), attribute, message)
 
@@ -159,30 +153,23 @@ def _describe_difference(attribute: str, first: Array, second: Array, expectatio
 def check_sampling(problem: Problem, turns: SampledTurns) -> CheckResults:
     """Yield checks that start states and steps are those that the sampled events give."""
     rows = len(turns.s)
-    states = problem.initial_states(
-        rows, sample_all(problem.initial_chance(rows), turns.start_uniforms)
-    )
+    start_events = sample_all(problem.initial_chance(rows), turns.start_uniforms)
+    states = problem.initial_states(rows, start_events)
     sampled = problem.sample_initial_states(turns.start_uniforms)
     got = "got a different state from the same random numbers, expected that of initial_states"
     yield require(is_bitwise_equal(states, sampled), f"sample_initial_states: {got}")
     events = sample_all(problem.chance(turns.s, turns.a), turns.u)
-    field_pairs = zip(
-        problem.resolve_events(turns.s, turns.a, events),
-        problem.step(turns.s, turns.a, turns.u),
-        strict=True,
-    )
+    resolved = problem.resolve_events(turns.s, turns.a, events)
+    outcome = problem.step(turns.s, turns.a, turns.u)
     got = "got a different outcome from the same random numbers, expected that of resolve_events"
-    yield require(all(is_bitwise_equal(*pair) for pair in field_pairs), f"step: {got}")
+    yield require(all(map(is_bitwise_equal, resolved, outcome)), f"step: {got}")
 
 
 def check_shapes(problem: Problem, turns: SampledTurns) -> CheckResults:
     """Yield checks that outcomes have the declared shapes, ranges and number of uniforms."""
-    uniforms_per_row = count_uniforms(problem, turns.s, turns.a)
-    message = (
-        f"chance: got distributions that consume {uniforms_per_row} random numbers, expected "
-        f"{problem.uniform_counts.step}, as in the first turn"
-    )
-    yield require(uniforms_per_row == problem.uniform_counts.step, message)
+    count, expected = count_uniforms(problem, turns.s, turns.a), problem.uniform_counts.step
+    got = f"chance: got distributions that consume {count} random numbers"
+    yield require(count == expected, f"{got}, expected {expected}, as in the first turn")
     yield from check_outcome(problem, turns.s, problem.step(turns.s, turns.a, turns.u))
 
 
@@ -225,16 +212,10 @@ def check_terminal_states(problem: Problem, states: Array) -> CheckResults:
         next_states, rewards, _ = step_turn(problem, terminal_states, a, turn)
         has_changed = (next_states != terminal_states).reshape(len(terminal_states), -1).any(axis=1)
         example = format_first_state(problem, terminal_states, has_changed)
-        message = (
-            "resolve_events: got a different state after the terminal state "
-            f"{example!r}, expected it not to change"
-        )
-        yield require(not has_changed.any(), message)
-        message = (
-            f"resolve_events: got rewards {rewards.min():g} to {rewards.max():g} "
-            "after a terminal state, expected 0"
-        )
-        yield require((rewards == 0).all(), message)
+        got = f"resolve_events: got a different state after the terminal state {example!r}"
+        yield require(not has_changed.any(), f"{got}, expected it not to change")
+        got = f"resolve_events: got rewards {rewards.min():g} to {rewards.max():g}"
+        yield require((rewards == 0).all(), f"{got} after a terminal state, expected 0")
         message = "terminal: got False after a terminal state, expected True"
         yield require(problem.terminal(next_states).all(), message)
 
@@ -242,9 +223,8 @@ def check_terminal_states(problem: Problem, states: Array) -> CheckResults:
 def check_action_labels(problem: Problem, turns: SampledTurns) -> CheckResults:
     """Yield checks that the action labels of a state are distinct names that can be typed."""
     for s in turns.s[:MAX_LISTED_TURNS]:
-        for labels, action_space in zip(
-            problem.action_labels(s) or (), problem.actions, strict=False
-        ):
+        spaces = zip(problem.action_labels(s) or (), problem.actions, strict=False)
+        for labels, action_space in spaces:
             is_valid = isinstance(labels, Labels) and len(labels) == len(action_space.labels)
             expected = f"Labels with a name for each of {action_space!r}"
             yield expect(is_valid, "action_labels", labels, expected)
@@ -292,32 +272,26 @@ def check_table_rows(problem: Problem, s: Array, a: Array) -> CheckResults:
 
 def check_tabulation(problem: Problem, turns: SampledTurns) -> CheckResults:
     """Yield checks of the tables of a problem with few states, on the first sampled turns."""
-    has_few_states = (
-        isinstance(problem.state_count, int) and problem.state_count <= MAX_ENUMERATED_STATES
-    )
+    count = problem.state_count
+    has_few_states = isinstance(count, int) and count <= MAX_ENUMERATED_STATES
     if has_few_states and all(problem.action_counts):
         s = turns.s[:MAX_LISTED_TURNS]
-        yield from check_table_rows(
-            problem, s, random_joint_actions(problem, s, WALK_LENGTH, len(s))
-        )
+        a = random_joint_actions(problem, s, WALK_LENGTH, len(s))
+        yield from check_table_rows(problem, s, a)
 
 
 def check_belief_update(problem: Problem, turns: SampledTurns) -> CheckResults:
     """Yield checks that an overridden `joint_belief_update` agrees with the listed outcomes."""
-    if type(problem).joint_belief_update is Problem.joint_belief_update or not isinstance(
-        problem.state_count, int
-    ):
+    is_inherited = type(problem).joint_belief_update is Problem.joint_belief_update
+    if is_inherited or not isinstance(problem.state_count, int):
         return
     state_indices = problem.state_indices(turns.s[:: max(len(turns.s) // 29, 1)])
     belief = np.bincount(state_indices, minlength=problem.state_count) / len(state_indices)
     for joint_action, observations in _iter_partial_knowledge(problem, turns.a[0]):
         updated = problem.joint_belief_update(belief, joint_action, observations)
         expected = Problem.joint_belief_update(problem, belief, joint_action, observations)
-        message = (
-            "joint_belief_update: got a belief that differs from "
-            "the enumerated outcomes, expected the same"
-        )
-        yield require(_is_close(updated, expected), message)
+        got = "joint_belief_update: got a belief that differs from the enumerated outcomes"
+        yield require(_is_close(updated, expected), f"{got}, expected the same")
 
 
 def _iter_partial_knowledge(
@@ -349,11 +323,8 @@ def check_extreme_uniforms(problem: Problem, turns: SampledTurns) -> CheckResult
             state = problem.step(s, a, u).state[0]
             is_equal = outcomes.state[0][p[0] > 0] == state
             is_possible = is_equal.reshape(len(is_equal), -1).all(axis=1).any()
-            message = (
-                f"chance: got {problem.format_state(state)!r}, which has probability 0, "
-                "expected a possible state"
-            )
-            yield require(is_possible, message)
+            got = f"chance: got {problem.format_state(state)!r}, which has probability 0"
+            yield require(is_possible, f"{got}, expected a possible state")
 
 
 INVARIANTS: tuple[Callable[[Problem, SampledTurns], CheckResults], ...] = (
