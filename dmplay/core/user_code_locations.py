@@ -19,8 +19,9 @@ INSTALLED_PREFIXES = (PACKAGE_FOLDER, STDLIB_FOLDER, *LIBRARY_PATHS, "<")
 # folders of installed packages, also in other environments
 LIBRARY_FOLDERS = {"site-packages", "dist-packages"}
 
-# the name of a module of a file, which contains its path, and the path after it in import errors
-FILE_MODULE_PATTERN = re.compile(r"[\w.]+\.(file|folder)_((?:[0-9a-f]{2})+)([.\w]*)")
+# the name of a module of a file, which contains its path, and the path after it in import errors;
+# starting only at the start of a word keeps the time of a long word linear
+FILE_MODULE_PATTERN = re.compile(r"(?<![\w.])[\w.]+\.(file|folder)_((?:[0-9a-f]{2})+)([.\w]*)")
 
 
 def describe_error_location(error: BaseException) -> str:
