@@ -1,5 +1,8 @@
 """Quantities of algorithms: sweeps of value iteration, searches, and the games of agents."""
 
+from collections import Counter
+from collections.abc import Mapping
+
 import numpy as np
 
 from dmplay.core.arrays import Array, Bools, Reals
@@ -11,15 +14,15 @@ from dmplay.core.typed_text import parse_number
 from dmplay.core.uniforms import SeededUniforms
 from dmplay.errors import BadParameter
 from dmplay.game.position import Position
+from dmplay.registry import agents
 from dmplay.solvers.mdp.mdp_values import (
     compute_action_values,
     compute_finite_horizon_values,
     compute_optimal_q,
 )
-from dmplay.tutor.positions import PositionInGame, load_agent, play_ghost
+from dmplay.tutor.positions import PositionInGame, play_ghost
 from dmplay.tutor.state_quantities import (
     describe_worst_outcome,
-    find_state,
     find_state_index,
     list_action_values,
     list_state_names,
@@ -101,56 +104,57 @@ def largest_later_change(position: PositionInGame, sweep: int) -> Truth:
     return Truth(bound, explain, comparison=calculation)
 
 
-def search_error_share(position: PositionInGame, state: str, simulations: int) -> Truth:
+def search_error_share(position: Position, simulations: int) -> Truth:
     """Return the share of 20 tree searches that choose an action with a regret of 0.05 or more.
 
     With rewards below 1 the limit is as much smaller.
     """
-    q = list_action_values(position.ask(state=state))
-    counts = _count_choices(position, state, simulations, q)
-    min_error = MIN_ERROR * position.problem.reward_scale
-    wrong_count = sum(counts[label] for label in q if max(q.values()) - q[label] >= min_error)
-    tally = ", ".join(f"{count} chose {label}" for label, count in counts.items() if count)
-    searches = f"of {SEARCH_RUNS} searches with {simulations} simulations, {tally}"
+    q, counts = list_action_values(position), _count_choices(position, simulations)
+    min_loss = MIN_ERROR * position.problem.reward_scale
+    wrong_count = sum(
+        count for label, count in counts.items() if max(q.values()) - q[label] >= min_loss
+    )
+    searches = _describe_choices(simulations, ", ", counts)
     reason = f"{searches}; {_describe_best_two(np.array([*q.values()]))}"
     return Truth(wrong_count / SEARCH_RUNS, lambda _: reason)
 
 
-def search_choice(position: PositionInGame, state: str, simulations: int) -> Truth:
+def search_choice(position: Position, simulations: int) -> Truth:
     """Return the action that most of 20 tree searches choose."""
-    knowledge = position.ask(state=state)
-    q = list_action_values(knowledge)
-    counts = _count_choices(position, state, simulations, q)
-    most = frozenset(label for label, count in counts.items() if count == max(counts.values()))
+    q, counts = list_action_values(position), _count_choices(position, simulations)
+    most = {label: count for label, count in counts.items() if count == max(counts.values())}
 
     def explain(answer: str) -> str:
         """Return the value of the answer, and its worst outcome, without its count."""
-        value = f"{answer} is worth {format_number(q[answer])}"
-        worst = describe_worst_outcome(knowledge, answer)
-        return f"{value}, but the averages of the searches contain bad actions later; {worst}"
+        value, worst = format_number(q[answer]), describe_worst_outcome(position, answer)
+        averages = "the averages of the searches contain bad actions later"
+        return f"{answer} is worth {value}, but {averages}; {worst}"
 
-    tally = " and ".join(f"{counts[label]} chose {label}" for label in sorted(most))
-    searches = f"of {SEARCH_RUNS} searches with {simulations} simulations, {tally}"
-    return Truth(most, explain, tuple(q), f"{searches}; {list_values(q)}")
+    searches = _describe_choices(simulations, " and ", most)
+    return Truth(frozenset(most), explain, tuple(q), f"{searches}; {list_values(q)}")
 
 
-def _count_choices(
-    position: PositionInGame, state: str, simulations: int, q: dict[str, float]
-) -> dict[str, int]:
-    """Return the number of 20 tree searches from a state that choose each action of `q`.
+def _count_choices(position: Position, simulations: int) -> dict[str, int]:
+    """Return the number of 20 tree searches that choose each action, if any do.
 
     The searches have different random numbers. Each tries every action once at least.
     """
-    if not len(q) <= simulations <= MAX_SIMULATIONS:
-        expected = f"{len(q)} (one for each action) to {MAX_SIMULATIONS}"
+    problem, seat, action_count = position.problem, position.seat, len(position.legal_actions)
+    if not action_count <= simulations <= MAX_SIMULATIONS:
+        expected = f"{action_count} (one for each action) to {MAX_SIMULATIONS}"
         raise BadParameter(f"got {simulations} simulations, expected {expected}")
-    policy = load_agent(position, position.seat, f"search:simulations={simulations}")
-    states = np.repeat(find_state(position, state)[None], SEARCH_RUNS, axis=0)
+    policy = agents.load_agent(problem, seat, f"search:simulations={simulations}")
+    states = np.repeat(position.state[None], SEARCH_RUNS, axis=0)
     source = SeededUniforms(0)
     u = [source.generate_uniforms(1, turn, 0, policy.uniform_count) for turn in range(SEARCH_RUNS)]
     choices = policy.choose(policy.initial_memory(states), None, np.concatenate(u))
-    labels = [position.problem.format_action(position.seat, choice) for choice in choices]
-    return {label: labels.count(label) for label in q}
+    return Counter(problem.format_action(seat, choice) for choice in sorted(choices))
+
+
+def _describe_choices(simulations: int, link: str, counts: Mapping[str, int]) -> str:
+    """Return the number of searches that chose each action as text."""
+    tally = link.join(f"{count} chose {label}" for label, count in counts.items())
+    return f"of {SEARCH_RUNS} searches with {simulations} simulations, {tally}"
 
 
 def forward_search_action(position: Position, depth: int) -> Truth:

@@ -6,7 +6,7 @@ from dmplay.core.arrays import Reals
 from dmplay.core.best_actions import mark_best_actions
 from dmplay.core.tabular import tabulate
 from dmplay.core.text import format_count
-from dmplay.core.typed_text import find_label, parse_history, parse_number
+from dmplay.core.typed_text import find_label, parse_belief, parse_history, parse_number
 from dmplay.errors import BadParameter
 from dmplay.game.position import Position
 from dmplay.registry.problem_module_exports import name_problem
@@ -117,6 +117,7 @@ def best_action_boundary(position: Position, below: str, above: str, state: str)
 def fewest_turns(position: PositionInGame, action: str, belief: str) -> Truth:
     """Return the fewest turns left with which an action is best in a belief."""
     label, scale = find_action(position, action), position.problem.reward_scale
+    parse_belief(position.problem, belief)  # which checks that it is not empty
     values_by_turns = [  # the longest plan first, which contains the others
         list_action_values(position.ask(belief=belief, turns_left=turns))
         for turns in range(MAX_COMPARED_TURNS, 0, -1)

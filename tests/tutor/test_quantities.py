@@ -423,6 +423,18 @@ def test_replacing_a_broken_machine_pays_with_six_turns_left() -> None:
     )
 
 
+def test_turns_left_count_from_the_history_of_a_hidden_state() -> None:
+    position = open_problem("crying-baby", turns=10)
+    arguments = {"action": "feed", "belief": "hungry 0.4 sated 0.6", "turns_left": 2}
+    value = number(position, "action-value", **arguments)
+    assert value == pytest.approx(0.6 * -5 + 0.4 * -15)
+    history = ["ignore quiet", "feed quiet", "ignore crying"]
+    hungry = number(position, "belief", state="hungry", history=history)
+    arguments = {"action": "feed", "history": history, "turns_left": 2}
+    value = number(position, "action-value", **arguments)
+    assert value == pytest.approx((1 - hungry) * -5 + hungry * -15)
+
+
 def test_a_wrong_push_is_explained_by_its_cost_without_noise() -> None:
     regulator = open_problem("simple-regulator", turns=3)
     arguments = {"theta1": -0.5, "state": 2.0, "turns_left": 3}
@@ -612,6 +624,12 @@ def test_an_argument_that_is_no_number_can_be_asked_for(
         ("hexworld", "action-value", {"action": "up"}, "unknown action 'up'"),
         ("hexworld", "best-action", {"belief": "(1,1) 1"}, "expected a problem with hidden states"),
         ("crying-baby", "best-action", {"state": "sated"}, "expected a history or a belief"),
+        (
+            "machine-replacement",
+            "fewest-turns",
+            {"action": "replace", "belief": ""},
+            "expected 3 numbers: the probabilities of 0, 1 and 2",
+        ),
         ("hexworld", "largest-later-change", {"sweep": 0}, "sweep: got 0, expected 1 to 1000"),
         (
             "hexworld",
