@@ -66,11 +66,10 @@ def _iter_observation_boards(view: View[Problem], options: DrawOptions) -> Itera
     drawing = ""
     if draw_observation and view.problem.partially_observable:
         drawing = draw_observation(view.observation)
-    yield from (
-        _iter_picture_boards(view, options, sanitize_drawing(drawing))
-        if drawing
-        else _iter_text_boards(view, options)
-    )
+    if drawing:
+        yield from _iter_picture_boards(view, options, sanitize_drawing(drawing))
+    else:
+        yield from _iter_text_boards(view, options)
 
 
 def _iter_picture_boards(
@@ -248,10 +247,8 @@ def describe_turn(view: View[Problem]) -> str:
 
     A long observation is left out if the problem draws pictures.
     """
-    omits_observation = (
-        hasattr(view.problem, "draw_state")
-        and len(format_last_observation(view)) > MAX_TEXT_BESIDE_PICTURE
-    )
+    is_long = len(format_last_observation(view)) > MAX_TEXT_BESIDE_PICTURE
+    omits_observation = hasattr(view.problem, "draw_state") and is_long
     observation = "" if omits_observation else _describe_observation(view).rstrip()
     kind = "observed" if view.problem.partially_observable else "state"
     result = observation and f" {kind} {observation}"

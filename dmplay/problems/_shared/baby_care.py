@@ -48,20 +48,12 @@ class BabyCare(Tabular):
         fed = [FEED in joint_action for joint_action in joint]
         sated = [[1.0, 0.0] if is_fed else unfed for is_fed in fed]
         hungry = [[1.0, 0.0] if is_fed else [0.0, 1.0] for is_fed in fed]
-        effort = np.array(
-            [[efforts[i][a] for i, a in enumerate(joint_action)] for joint_action in joint]
-        )
-        cries = np.array([self._cry_probabilities[SING in joint_action] for joint_action in joint])
+        effort = np.array([[efforts[i][a] for i, a in enumerate(actions)] for actions in joint])
+        without_song = self.cries_sated, self.cries_hungry
+        with_song = self.cries_sated_sung, self.cries_hungry_sung
+        cries = np.array([with_song if SING in actions else without_song for actions in joint])
         observation_model = np.zeros((len(joint), 2, len(SOUNDS) ** len(efforts)))
         # all observe crying, or all quiet
         observation_model[:, :, 0], observation_model[:, :, -1] = cries, 1.0 - cries
         rewards = np.stack([effort, effort + self.hungry_reward])
         return Tables(np.array([sated, hungry]), rewards, observation_model)
-
-    @property
-    def _cry_probabilities(self) -> tuple[tuple[float, ...], ...]:
-        """The probability of crying, indexed by singing (no, yes), then by the state."""
-        return (
-            (self.cries_sated, self.cries_hungry),
-            (self.cries_sated_sung, self.cries_hungry_sung),
-        )

@@ -77,10 +77,9 @@ def _draw_board(view: View[Bandit], options: DrawOptions, detail: int) -> Text:
 
 def _format_pulls(view: View[Bandit], options: DrawOptions) -> str:
     """Return the last pulls that fit, each with a mark for a win or a loss."""
-    pulls = [
-        f"{view.problem.format_action(view.seat, action)}{'✓' if int(outcome) == SUCCESS else '✗'}"
-        for action, outcome in zip(view.actions, view.observations[1:], strict=True)
-    ]
+    labels = view.problem.actions[view.seat].labels
+    pairs = zip(view.actions, view.observations[1:], strict=True)
+    pulls = [f"{labels[int(a)]}{'✓' if int(outcome) == SUCCESS else '✗'}" for a, outcome in pairs]
     while pulls and len(" ".join(pulls)) + 7 > options.width:
         pulls = pulls[1:]
     return " ".join(pulls) or "none yet"
@@ -114,10 +113,8 @@ def lesson(view: View[Bandit]) -> Lesson:
 def panel_rows(view: View[Bandit]) -> list[tuple[str, str]]:
     """Return the side panel's rows: wins, pulls and the discount."""
     wins, pulls = _count_pulls(view)
-    return [
-        ("wins", f"{wins.sum()} of {pulls.sum()}"),
-        ("discount", f"{view.problem.discount:.2f}"),
-    ]
+    discount = f"{view.problem.discount:.2f}"
+    return [("wins", f"{wins.sum()} of {pulls.sum()}"), ("discount", discount)]
 
 
 def describe_turn(view: View[Bandit]) -> str:

@@ -146,10 +146,7 @@ def _draw_column_chart(  # noqa: PLR0913 - a canvas, a position and the content
 ) -> int:
     """Draw a column for each distance, a fraction of `chart_rows` high; return the next row."""
     for row in range(chart_rows):
-        fills = [
-            min(max(chart_rows * float(fraction) - (chart_rows - 1 - row), 0.0), 1.0)
-            for fraction in fractions
-        ]
+        fills = (chart_rows * fractions - (chart_rows - 1 - row)).clip(0.0, 1.0).tolist()
         glyph_fills = zip(format_sparkline(fills, ascii_only), fills, strict=True)
         bars = [(cell_columns - 2) * glyph if fill > 0.0 else "" for glyph, fill in glyph_fills]
         _draw_distance_cells(canvas, y + row, bars, style, cell_columns)

@@ -1,5 +1,7 @@
 """Figures F.8 and F.9 of the book: an encounter, and its values on a grid."""
 
+from itertools import product
+
 import numpy as np
 
 from dmplay.core.arrays import Array
@@ -74,22 +76,19 @@ def _plot_slices(subject: PlottedProblem, *contents: str) -> Plot:
     q = grid.compute_optimal_q(problem)
     no_advisory = list(ADVISED_RATES).index(0.0)
     panels: list[Panel] = []
-    for content in contents:
-        for rate in PLOTTED_CLIMB_RATES:
-            j = int(np.searchsorted(grid.CLIMB_RATES, rate))
-            q_slice = q[:, no_advisory, :, j]  # [time, height, action]
-            title = f"climb rate {rate:g} m/s"
-            if content == "values":
-                values = q_slice.max(axis=-1)
-                panels.append(GridPanel(title, TIMES, HEIGHTS, values, VALUE_LABEL))
-                continue
-            best = select_greedy_actions(q_slice)
-            # No advisory is chosen if it is among the best.
-            best = np.where(mark_best_actions(q_slice)[..., no_advisory], no_advisory, best)
-            categories = problem.actions[0].labels
-            panels.append(
-                GridPanel(title, TIMES, HEIGHTS, best.astype(float), categories=categories)
-            )
+    for content, rate in product(contents, PLOTTED_CLIMB_RATES):
+        j = int(np.searchsorted(grid.CLIMB_RATES, rate))
+        q_slice = q[:, no_advisory, :, j]  # [time, height, action]
+        title = f"climb rate {rate:g} m/s"
+        if content == "values":
+            values = q_slice.max(axis=-1)
+            panels.append(GridPanel(title, TIMES, HEIGHTS, values, VALUE_LABEL))
+            continue
+        best = select_greedy_actions(q_slice)
+        # No advisory is chosen if it is among the best.
+        best = np.where(mark_best_actions(q_slice)[..., no_advisory], no_advisory, best)
+        categories = problem.actions[0].labels
+        panels.append(GridPanel(title, TIMES, HEIGHTS, best.astype(float), categories=categories))
     nouns = {"values": "values", "policy": "best advisories"}
     names = " and ".join(nouns[content] for content in contents)
     notes = ["no advisory is active before; ties are shown as no advisory"]

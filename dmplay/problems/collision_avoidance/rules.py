@@ -88,21 +88,17 @@ class CollisionAvoidance(RealStateProblem):
         next_rate = dh + (self._compute_acceleration(dh, advised) + gust)
         collides = (abs(h) < COLLISION_DISTANCE) & (t_col == 0)
         cost = COLLISION_COST * collides + ADVISORY_CHANGE_COST * (advised != a_prev)
-        next_states = keep_rows(
-            t_col < 0, s, stack_columns((h + dh, next_rate, advised, t_col - 1.0))
-        )
+        moved = stack_columns((h + dh, next_rate, advised, t_col - 1.0))
+        next_states = keep_rows(t_col < 0, s, moved)
         return Outcome(next_states, stack_columns([0.0 - cost * (t_col >= 0)]), next_states)
 
     def _compute_acceleration(self, dh: Array, advised: Array) -> Array:
         """Return the acceleration by which the aircraft follows the advised rate (F.9)."""
         difference = advised - dh
         small_response = difference if self.repaired else advised
-        response = select(
-            abs(difference) < MAX_ACCELERATION,
-            small_response,
-            clip(difference, -MAX_ACCELERATION, MAX_ACCELERATION),
-        )
-        return select(advised == 0, 0.0, response)
+        large_response = clip(difference, -MAX_ACCELERATION, MAX_ACCELERATION)
+        is_small = abs(difference) < MAX_ACCELERATION
+        return select(advised == 0, 0.0, select(is_small, small_response, large_response))
 
     def terminal(self, s: Array) -> Bools:
         """Return whether the time is over, so that the aircraft have passed."""

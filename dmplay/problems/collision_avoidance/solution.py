@@ -17,10 +17,8 @@ def solve_collision_avoidance(problem: Problem) -> Solution:
         for h in (0.0, 100.0):
             state = np.array([[h, 0.0, 0.0, float(time)]])
             values = interpolate_values(q, time, state)[0]
-            rows.append(
-                {"seconds": time, "height": h, "value": float(values.max())}
-                | {"best": format_action_names(problem, mark_best_actions(values))}
-            )
+            best = format_action_names(problem, mark_best_actions(values))
+            rows.append({"seconds": time, "height": h, "value": float(values.max()), "best": best})
     summary = "21 heights x 21 rates x 3 advisories x 41 seconds; listed: level flight, no advisory"
     return Solution("backward induction on a grid", summary, rows)
 

@@ -160,13 +160,12 @@ def _format_hint(options: DrawOptions, width: int) -> str:
         forms = [format_condition(options.forecast, f"advise {name}"), f"if {name}", name]
         texts = [f"{form}: rate {rates_text}" for form in forms]
         return next((text for text in texts if len(text) <= width), texts[-1])
-    hints = [
-        (names, row)
-        for names in (ACTION_NAMES, PATH_GLYPHS)
-        for row in format_regret_rows(options._replace(width=width), names)
-    ]
-    complete_rows = (row for names, row in hints if all(name in row for name in names))
-    return next(complete_rows, hints[-1][1] if hints else "")
+    row = ""
+    for names in (ACTION_NAMES, PATH_GLYPHS):
+        (row,) = format_regret_rows(options._replace(width=width), names) or [""]
+        if all(name in row for name in names):
+            break
+    return row
 
 
 def _make_time_line(layout: EncounterLayout) -> NumberLine:
@@ -345,13 +344,11 @@ def lesson(view: View[CollisionAvoidance]) -> Lesson:
 def _describe_response(problem: CollisionAvoidance) -> str:
     """Return a clause on how the rate follows an advisory."""
     down, _, up = ADVISED_RATES
-    clause = (
+    exception = f" (by {up:g} m/s if the rate is less than {MAX_ACCELERATION:g} m/s from there)"
+    return (
         f"an advisory changes the rate by {MAX_ACCELERATION:g} m/s each second, towards {up:g} or "
-        f"{down:g} m/s"
+        f"{down:g} m/s{exception * (not problem.repaired)}"
     )
-    if problem.repaired:
-        return clause
-    return f"{clause} (by {up:g} m/s if the rate is less than {MAX_ACCELERATION:g} m/s from there)"
 
 
 def panel_rows(view: View[CollisionAvoidance]) -> list[tuple[str, str]]:

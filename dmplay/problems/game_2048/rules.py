@@ -70,12 +70,9 @@ class Game2048(Problem):
         """Return the outcome of a slide, with the new tile if anything moved."""
         result = packed_boards.slide_boards(s, a.ravel())
         cell, tile = (event.astype(np.uint64) for event in events)
-        new_tile = (
-            packed_boards.select_nth_bit(packed_boards.compute_empty_cell_bits(result.after), cell)
-            * (tile + 1)
-            * (result.after != result.before)
-        )
-        next_boards = result.cells_with_tiles(new_tile)
+        empty_cells = packed_boards.compute_empty_cell_bits(result.after)
+        new_tile = packed_boards.select_nth_bit(empty_cells, cell) * (tile + 1)
+        next_boards = result.cells_with_tiles(new_tile * (result.after != result.before))
         return Outcome(next_boards, result.scores.astype(float)[:, None], next_boards)
 
     def legal_actions_mask(self, s: Array) -> Bools:

@@ -151,10 +151,8 @@ def iter_sliding_tiles(board: Array, action: int, motion_progress: float) -> Ite
             merges = exponent == previous
             target, previous = (target, 0) if merges else (target + 1, exponent)
             end = _locate_cell(action, line, target)
-            row, column = (
-                (1 - motion_progress) * a + motion_progress * b
-                for a, b in zip(start, end, strict=True)
-            )
+            pairs = zip(start, end, strict=True)
+            row, column = ((1 - motion_progress) * a + motion_progress * b for a, b in pairs)
             yield DrawnTile(row, column, exponent, _format_tile(exponent))
 
 
@@ -290,10 +288,8 @@ def describe_turn(view: View[Game2048]) -> str:
 
 def describe_situation(view: View[Game2048]) -> str:
     """Return a description of the rows, from the top, and of the legal slides."""
-    rows = [
-        f"row {number}: {' '.join('empty' if not e else _format_tile(int(e)) for e in row)}."
-        for number, row in enumerate(view.observation, 1)
-    ]
+    cells = [[_format_tile(int(e)) if e else "empty" for e in row] for row in view.observation]
+    rows = [f"row {number}: {' '.join(texts)}." for number, texts in enumerate(cells, 1)]
     legal_actions = view.problem.actions[view.seat].describe_actions(view.legal_actions_mask)
     is_over = view.end_reason or not legal_actions
     return " ".join([*rows, "the game is over." if is_over else f"legal: {legal_actions}."])

@@ -75,13 +75,8 @@ def iter_boards(view: View[HexWorld], options: DrawOptions) -> Iterator[Text]:
             return key_cell
         if hex_ == ghost:
             return HexCell("&", note, "&", "dim")
-        if (
-            options.show_keys
-            and not (options.overlay and (mark or size.text_rows < 2))
-            and hex_ in adjacent
-            and position_now
-            and reward is None
-        ):
+        has_space = not (options.overlay and (mark or size.text_rows < 2)) and reward is None
+        if options.show_keys and has_space and hex_ in adjacent and position_now:
             mark, style = hexgrid.get_direction_key(options, adjacent.index(hex_)), style or "green"
         return HexCell(mark, note, dot, style)
 
@@ -129,8 +124,7 @@ def _describe_last_move(view: View[HexWorld]) -> tuple[str, str]:
     if after is None:
         exit_text = f"exit {format_signed(dict(view.problem.rewards)[before])}"
         return exit_text, f"took {exit_text}"
-    result = hexgrid.classify_move(view.problem.hexes, before, after, int(view.actions[-1]))
-    return result.short_text, result.description
+    return hexgrid.describe_move(view.problem.hexes, before, after, int(view.actions[-1]))
 
 
 def goal_lines(view: View[HexWorld]) -> list[str]:

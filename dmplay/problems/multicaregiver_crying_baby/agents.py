@@ -65,11 +65,8 @@ class BestResponse(BestResponseInTeam):
             for part in self._cached_transitions(action).values():
                 transition[part.source, action, part.target] += part.weight
         observation_model = np.eye(N_OBSERVATIONS)[np.maximum(observations, 0)]
-        return Tables(
-            transition,
-            self.rewards.T[:, :, None],
-            np.repeat(observation_model[None], action_count, axis=0),
-        )
+        observation_model = np.repeat(observation_model[None], action_count, axis=0)
+        return Tables(transition, self.rewards.T[:, :, None], observation_model)
 
     @cached_property
     def _alpha_vectors(self) -> AlphaVectorStage:

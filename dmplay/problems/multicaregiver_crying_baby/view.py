@@ -15,11 +15,6 @@ goal_lines, lesson, panel_rows = crying_baby.goal_lines, crying_baby.lesson, cry
 describe_turn = crying_baby.describe_turn
 
 
-def get_partner_name(view: View[MulticaregiverCryingBaby]) -> str:
-    """Return the name of the other caregiver."""
-    return view.problem.agents[1 - view.seat]
-
-
 def iter_boards(view: View[MulticaregiverCryingBaby], options: DrawOptions) -> Iterator[Text]:
     """Yield each board for one caregiver with a note about the other caregiver, then without it.
 
@@ -29,7 +24,7 @@ def iter_boards(view: View[MulticaregiverCryingBaby], options: DrawOptions) -> I
     if view.beliefs is None:
         yield from crying_baby.iter_boards(view, options)
         return
-    name = get_partner_name(view)
+    name = view.problem.agents[1 - view.seat]
     assumption = options.forecast.other_players if options.forecast else ""
     note = f"bars: your belief, computed as if {name} acted at random"
     short_note = f"belief as if {name} acted at random"
@@ -46,7 +41,6 @@ def iter_boards(view: View[MulticaregiverCryingBaby], options: DrawOptions) -> I
 
 def describe_situation(view: View[MulticaregiverCryingBaby]) -> str:
     """Return a description of the last observation, the belief and its assumption."""
-    text = crying_baby.describe_situation(view)
-    name = get_partner_name(view)
+    text, name = crying_baby.describe_situation(view), view.problem.agents[1 - view.seat]
     belief = "" if view.beliefs is None else "; the belief assumes uniformly random actions"
     return f"{text} {name} is hidden{belief}."

@@ -184,8 +184,7 @@ def _describe_last_move(view: View[PredatorPrey], seat: int) -> tuple[str, str]:
         return "caught", "was caught, reappeared"
     before, after = _list_positions(view, -2)[seat], _list_positions(view)[seat]
     action = _get_last_action(view, seat)
-    result = hexgrid.classify_move(view.problem.hexes, before, after, action)
-    return result.short_text, result.description
+    return hexgrid.describe_move(view.problem.hexes, before, after, action)
 
 
 def _describe_action_and_move(view: View[PredatorPrey], seat: int) -> str:
@@ -313,12 +312,10 @@ def describe_situation(view: View[PredatorPrey]) -> str:
     if is_watched:
         sentences = [f"{view.player_label} at {format_hex(position)}."]
     if _flag_feeding_agents(view)[view.seat] and not is_watched:
-        is_predator = view.seat in problem.predator_seats
-        sentences.append(
-            "the prey is here: any action eats it and stays."
-            if is_predator
-            else "you are caught: after any action you reappear on a random hex."
-        )
+        sentence = "you are caught: after any action you reappear on a random hex."
+        if view.seat in problem.predator_seats:
+            sentence = "the prey is here: any action eats it and stays."
+        sentences.append(sentence)
 
     def describe_hex(hex_: Hex) -> str:
         """Return the names of the agents on a hex, or `free`."""

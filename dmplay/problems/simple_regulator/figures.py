@@ -1,5 +1,7 @@
 """The value and the best action of the simple regulator over its states."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from dmplay.game.plot_kinds import Figure
@@ -7,28 +9,21 @@ from dmplay.plots.plot_data import LinePanel, Plot, Series, make_value_axis
 from dmplay.plots.plotted_problem import VALUE_LABEL, PlottedProblem
 from dmplay.views.toolkit.plots import Axis
 
-from . import linear_policy_evaluation
+from .linear_policy_evaluation import OPTIMAL_POLICY, evaluate_policy
 from .rules import SimpleRegulator
 
 STATES = np.linspace(-2.0, 2.0, 81)
+STATE_AXIS = Axis("state s", -2.0, 2.0)
 
 
 def _plot_values(subject: PlottedProblem) -> Plot:
     """Return the curve of the value function of the simple regulator."""
-    problem, policy = subject.problem, linear_policy_evaluation.OPTIMAL_POLICY
+    problem = subject.problem
     assert isinstance(problem, SimpleRegulator)
-    value = (
-        linear_policy_evaluation.evaluate_infinite_horizon(problem, policy)
-        if subject.horizon is None
-        else linear_policy_evaluation.evaluate_finite_horizon(problem, policy, subject.horizon)
-    )
+    value = evaluate_policy(problem, OPTIMAL_POLICY, subject.horizon)
     returns = np.array([value.evaluate_at(float(s)) for s in STATES])
-    panel = LinePanel(
-        "",
-        Axis("state s", float(STATES[0]), float(STATES[-1])),
-        make_value_axis(VALUE_LABEL, returns),
-        [Series("", STATES, returns)],
-    )
+    values = make_value_axis(VALUE_LABEL, returns)
+    panel = LinePanel("", STATE_AXIS, values, [Series("", STATES, returns)])
     notes = [f"U(s) = -({value.curvature:.4g} s^2 + {value.constant:.4g})", *subject.horizon_notes]
     return Plot(f"{subject.title}: value, {subject.horizon_text}", [panel], notes=notes)
 
@@ -36,14 +31,9 @@ def _plot_values(subject: PlottedProblem) -> Plot:
 def _plot_policy(subject: PlottedProblem) -> Plot:
     """Return the line of the best action of the simple regulator, which cancels the state."""
     subject.refuse_turns("policy", "the best action is the same for every number of turns left")
-    gain = linear_policy_evaluation.OPTIMAL_POLICY.theta1
-    low, high = float(STATES[0]), float(STATES[-1])
-    panel = LinePanel(
-        "",
-        Axis("state s", low, high),
-        Axis("best action a", low, high),
-        [Series("", STATES, gain * STATES)],
-    )
+    gain = OPTIMAL_POLICY.theta1
+    actions = replace(STATE_AXIS, label="best action a")
+    panel = LinePanel("", STATE_AXIS, actions, [Series("", STATES, gain * STATES)])
     return Plot(f"{subject.title}: best action, any horizon", [panel], notes=["a = -s"])
 
 

@@ -37,6 +37,15 @@ class QuadraticValue(NamedTuple):
 OPTIMAL_POLICY = LinearGaussianPolicy(-1.0, 0.0)
 
 
+def evaluate_policy(
+    problem: SimpleRegulator, policy: LinearGaussianPolicy, turns: int | None
+) -> QuadraticValue:
+    """Return the value of a policy for this number of turns, or for an infinite horizon if None."""
+    if turns is None:
+        return evaluate_infinite_horizon(problem, policy)
+    return evaluate_finite_horizon(problem, policy, turns)
+
+
 def evaluate_finite_horizon(
     problem: SimpleRegulator, policy: LinearGaussianPolicy, turns: int
 ) -> QuadraticValue:

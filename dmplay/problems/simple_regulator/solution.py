@@ -3,27 +3,16 @@
 from dmplay.core.text import format_count
 from dmplay.evaluation.solutions.solution import Row, Solution
 
-from .linear_policy_evaluation import (
-    OPTIMAL_POLICY,
-    evaluate_finite_horizon,
-    evaluate_infinite_horizon,
-)
+from .linear_policy_evaluation import OPTIMAL_POLICY, evaluate_policy
 from .rules import SimpleRegulator
 
 
 def solve_simple_regulator(problem: SimpleRegulator) -> Solution:
     """Return the value function in closed form."""
-    turns = problem.horizon
-    value = (
-        evaluate_infinite_horizon(problem, OPTIMAL_POLICY)
-        if problem.discount < 1.0
-        else evaluate_finite_horizon(problem, OPTIMAL_POLICY, turns)
-    )
-    rows: list[Row] = [
-        {"state": s, "value": value.evaluate_at(s), "best": 0.0 - s}
-        for s in (-1.0, -0.3, 0.0, 0.3, 1.0)
-    ]
-    span = "infinite horizon" if problem.discount < 1.0 else format_count(turns, "turn")
+    turns = None if problem.discount < 1.0 else problem.horizon
+    value, states = evaluate_policy(problem, OPTIMAL_POLICY, turns), (-1.0, -0.3, 0.0, 0.3, 1.0)
+    rows: list[Row] = [{"state": s, "value": value.evaluate_at(s), "best": 0.0 - s} for s in states]
+    span = "infinite horizon" if turns is None else format_count(turns, "turn")
     summary = f"U(s) = -({value.curvature:.6g} s^2 + {value.constant:.6g}), a = -s"
     return Solution(f"closed form, {span}", summary, rows)
 

@@ -165,19 +165,15 @@ def _draw_triangle(picture: AlphaVectorSet, options: DrawOptions) -> Text:
 def _draw_vector_table(picture: AlphaVectorSet, options: DrawOptions) -> Text:
     """Return a row for each vector that is best at some belief: its action and its numbers."""
     canvas = Canvas()
-    rows = [index for index in range(len(picture.vectors)) if not picture.dominated[index]]
-    rows.sort(
-        key=lambda index: (
-            -float(picture.vectors[index] @ picture.belief) if picture.belief is not None else index
-        )
-    )
+    rows = np.flatnonzero(~picture.dominated).tolist()
+    if picture.belief is not None:
+        rows.sort(key=lambda index: -float(picture.vectors[index] @ picture.belief))
     label_columns = max((len(picture.action_labels[index]) for index in rows), default=0) + 1
     heading = f"vectors ({', '.join(picture.state_labels)})"
     heading += ", best at the belief first" if picture.belief is not None else ""
     canvas.write_text(0, 0, heading[: options.width], "dim")
     for y, index in enumerate(rows[: max(options.height - 1, 1)], 1):
         numbers = " ".join(map(format_score, picture.vectors[index].tolist()))
-        canvas.write_text(
-            0, y, f"{picture.action_labels[index]:<{label_columns}} {numbers}"[: options.width]
-        )
+        text = f"{picture.action_labels[index]:<{label_columns}} {numbers}"
+        canvas.write_text(0, y, text[: options.width])
     return canvas.to_text()

@@ -79,10 +79,8 @@ def compose_pictures(step: Step, problem: Problem, options: DrawOptions) -> list
         if not columns and len(step.pictures) > 1 and options.width >= MIN_WIDE_COLUMNS:
             size = size._replace(width=options.width - MIN_SECOND_COLUMNS - 3)
         if columns:
-            size = size._replace(
-                width=min(free_columns, MAX_SECOND_COLUMNS),
-                height=min(options.height, MAX_SECOND_ROWS),
-            )
+            width = min(free_columns, MAX_SECOND_COLUMNS)
+            size = size._replace(width=width, height=min(options.height, MAX_SECOND_ROWS))
         if free_columns >= MIN_SECOND_COLUMNS or not rows:
             drawing = split_rows(draw_algorithm_picture(picture, problem, size))
             rows = _join_beside(rows, drawing, columns)

@@ -59,13 +59,11 @@ class Canvas:
 
     def to_text(self) -> Text:
         """Return the drawing as text, one line per row, without trailing blanks."""
-        rows = [("".join(glyphs).rstrip(), styles) for glyphs, styles in self._rows]
-        return Text("\n", no_wrap=True).join(
-            [
-                _make_row(plain, _build_spans(plain, (*styles[: len(plain)],)))
-                for plain, styles in rows
-            ]
-        )
+        rows = []
+        for glyphs, styles in self._rows:
+            plain = "".join(glyphs).rstrip()
+            rows.append(_make_row(plain, _build_spans(plain, (*styles[: len(plain)],))))
+        return Text("\n", no_wrap=True).join(rows)
 
 
 @lru_cache(MAX_CACHED_ROWS)

@@ -68,24 +68,6 @@ class HexSize(NamedTuple):
     slope_rows: int = 1
 
 
-class HexMove(NamedTuple):
-    """The result of a move: its direction, '' after a bump, and whether it slipped."""
-
-    direction: str
-    has_slipped: bool
-
-    @property
-    def short_text(self) -> str:
-        """The result in short: `NE`, `slip E`, `bump` or `slip bump`."""
-        return f"{'slip ' * self.has_slipped}{self.direction or 'bump'}"
-
-    @property
-    def description(self) -> str:
-        """The result in words, such as `moved NE` or `slipped, bumped, stayed`."""
-        result = f"moved {self.direction}" if self.direction else "bumped, stayed"
-        return f"{'slipped, ' * self.has_slipped}{result}"
-
-
 LARGE_SIZES = HexSize(18, 4, 4), HexSize(14, 4, 3), HexSize(10, 3, 2), HexSize(8, 3, 2)
 NORMAL_SIZE = HexSize(6, 2)
 COMPACT_SIZE = HexSize(4, 1)
@@ -226,14 +208,10 @@ def _list_holes(hexes: Sequence[Hex]) -> list[Hex]:
     Those beyond the outermost hexes of the map are left out.
     """
     columns = [2 * q + r for q, r in hexes]
-    neighbour_counts = Counter(
-        neighbour for hex_ in hexes for neighbour in hex_neighbours(hex_) if neighbour not in hexes
-    )
-    return [
-        (q, r)
-        for (q, r), count in neighbour_counts.items()
-        if count >= MIN_HOLE_NEIGHBOURS and min(columns) <= 2 * q + r <= max(columns)
-    ]
+    counts = Counter(hex_ for neighbours in map(hex_neighbours, hexes) for hex_ in neighbours)
+    surrounded = (hex_ for hex_, count in counts.items() if count >= MIN_HOLE_NEIGHBOURS)
+    holes = [hex_ for hex_ in surrounded if hex_ not in hexes]
+    return [(q, r) for q, r in holes if min(columns) <= 2 * q + r <= max(columns)]
 
 
 def _draw_hex_border(canvas: Canvas, x: int, y: int, size: HexSize) -> None:
@@ -311,11 +289,8 @@ def format_wall_regrets(hexes: Sequence[Hex], position: Hex, options: DrawOption
     No hex shows the regret of a move into a wall.
     """
     adjacent = hex_neighbours(position)
-    parts = [
-        f"{DIRECTIONS[a]} {format_regret(options, a)}"
-        for a in sort_regrets(options)
-        if adjacent[a] not in hexes
-    ]
+    walls = [a for a in sort_regrets(options) if adjacent[a] not in hexes]
+    parts = [f"{DIRECTIONS[a]} {format_regret(options, a)}" for a in walls]
     caption = "numbers and bars: how much less than the best action"
     return f"{caption}\nmoves into a wall: {', '.join(parts)}" if parts else caption
 
@@ -332,14 +307,11 @@ def describe_slips(slip: float) -> str:
 
 def describe_step_chances(slip: float) -> tuple[str, ...]:
     """Return sentences on slips and walls, without their full stops."""
-    wall = "A step or a slip into a wall leaves the agent where it is"
-    if not slip:
-        return (wall,)
-    return (
+    slips = (
         f"A step slips to each of the two directions beside it with probability {slip / 2:g}; "
-        "NE, for example, slips to E or NW",
-        wall,
+        "NE, for example, slips to E or NW"
     )
+    return *([slips] if slip else []), "A step or a slip into a wall leaves the agent where it is"
 
 
 def describe_map(hexes: Sequence[Hex]) -> list[str]:
@@ -379,14 +351,21 @@ def format_distance(hexes: Sequence[Hex], start: Hex, end: Hex) -> str:
     return "no path" if steps == len(hexes) else format_count(steps, "step")
 
 
-def classify_move(hexes: Sequence[Hex], before: Hex, after: Hex, chosen_direction: int) -> HexMove:
-    """Return the result of a move between two hexes of a map.
+def describe_move(
+    hexes: Sequence[Hex], before: Hex, after: Hex, chosen_direction: int
+) -> tuple[str, str]:
+    """Return the result of a move between two hexes, in short and as a clause.
 
-    It slipped if it was not in the chosen direction. A bump is a slip if the chosen neighbour is on
-    the map. If that neighbour is not on the map, the hexes do not show whether the bump was a slip.
+    It is such as `slip E` and `slipped, moved E`. It slipped if it was not in the chosen direction.
+    A bump is a slip if the chosen neighbour is on the map. If that neighbour is not on the map, the
+    hexes do not show whether the bump was a slip.
     """
     neighbours = hex_neighbours(before)
     if after == before:
-        return HexMove("", neighbours[chosen_direction] in hexes)
-    direction = neighbours.index(after)
-    return HexMove(DIRECTIONS[direction].upper(), direction != chosen_direction)
+        has_slipped = neighbours[chosen_direction] in hexes
+        short_text, clause = "bump", "bumped, stayed"
+    else:
+        direction = neighbours.index(after)
+        has_slipped, short_text = direction != chosen_direction, DIRECTIONS[direction].upper()
+        clause = f"moved {short_text}"
+    return (f"slip {short_text}", f"slipped, {clause}") if has_slipped else (short_text, clause)

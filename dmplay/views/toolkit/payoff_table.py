@@ -48,12 +48,9 @@ def iter_boards(view: View[MatrixGame], options: DrawOptions) -> Iterator[Text]:
         if cell_rows > CELL_ROWS:
             yield _draw_large_board(view, options, cell_rows, with_replies=True)
         yield _draw_large_board(view, options)
-    names = view.problem.actions[view.seat]
-    yield from iter_with_and_without_rows(
-        _iter_small_boards(view, options),
-        [*format_regret_rows(options, names), *_format_reply_payoffs(view, options)],
-        options,
-    )
+    rows = format_regret_rows(options, view.problem.actions[view.seat])
+    rows += _format_reply_payoffs(view, options)
+    yield from iter_with_and_without_rows(_iter_small_boards(view, options), rows, options)
 
 
 def _iter_small_boards(view: View[MatrixGame], options: DrawOptions) -> Iterator[Text]:
@@ -123,10 +120,8 @@ def _draw_named_table(
     canvas.write_text(0, 0, "" if last_row is None else "> last round", "dim")
     canvas.write_text(0, 1, row_agent if len(row_agent) <= ROW_LABEL_COLUMNS else names[0])
     canvas.write_text(ROW_LABEL_COLUMNS + 2, 0, column_agent)
-    regret_texts = [
-        format_less(format_regret(options, action))
-        for action in range(len(problem.actions[view.seat]))
-    ]
+    own_actions = range(len(problem.actions[view.seat]))
+    regret_texts = [format_less(format_regret(options, action)) for action in own_actions]
     for j, name in enumerate(columns):
         x = ROW_LABEL_COLUMNS + (CELL_COLUMNS + 1) * j
         _draw_action_label(canvas, x + 1, 1, name, is_last_choice=j == last_column)

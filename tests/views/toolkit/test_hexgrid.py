@@ -5,36 +5,19 @@ from rich.text import Text
 from dmplay.problems.hexworld.rules import HexWorld
 from dmplay.views.protocol import DrawOptions
 from dmplay.views.toolkit.canvas import measure_text as measured
-from dmplay.views.toolkit.hexgrid import (
-    HexCell,
-    HexMove,
-    HexSize,
-    classify_move,
-    format_distance,
-    iter_maps,
-)
+from dmplay.views.toolkit.hexgrid import HexCell, HexSize, describe_move, format_distance, iter_maps
 
 
 def test_a_move_is_straight_a_slip_or_a_bump() -> None:
     hexes = [(2, 1), (2, 2)]
-    assert classify_move(hexes, (2, 1), (2, 2), 1) == HexMove("NE", has_slipped=False)
-    assert classify_move(hexes, (2, 1), (2, 2), 0) == HexMove("NE", has_slipped=True)
-    assert classify_move(hexes, (2, 1), (2, 1), 0) == HexMove("", has_slipped=False)
+    assert describe_move(hexes, (2, 1), (2, 2), 1) == ("NE", "moved NE")
+    assert describe_move(hexes, (2, 1), (2, 2), 0) == ("slip NE", "slipped, moved NE")
+    assert describe_move(hexes, (2, 1), (2, 1), 0) == ("bump", "bumped, stayed")
 
 
 def test_a_bump_is_a_slip_if_the_chosen_hex_is_on_the_map() -> None:
-    move = classify_move([(2, 1), (2, 2)], (2, 1), (2, 1), 1)
-    assert move == HexMove("", has_slipped=True)
-    assert (move.short_text, move.description) == ("slip bump", "slipped, bumped, stayed")
-
-
-def test_a_move_has_a_description() -> None:
-    moves = HexMove("NE", False), HexMove("E", True), HexMove("", False)
-    assert [move.description for move in moves] == [
-        "moved NE",
-        "slipped, moved E",
-        "bumped, stayed",
-    ]
+    move = describe_move([(2, 1), (2, 2)], (2, 1), (2, 1), 1)
+    assert move == ("slip bump", "slipped, bumped, stayed")
 
 
 def test_a_map_too_wide_for_the_screen_is_blank_and_has_the_same_size() -> None:
