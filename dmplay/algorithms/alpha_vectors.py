@@ -49,9 +49,8 @@ class PlanSet(NamedTuple):
 
 def make_one_step_plans(tables: Tables) -> PlanSet:
     """Return a plan for each action; its alpha vector is the reward R(s, a)."""
-    return PlanSet(
-        [ConditionalPlan(a) for a in range(tables.rewards.shape[1])], tables.rewards[:, :, 0].T
-    )
+    plans = [ConditionalPlan(a) for a in range(tables.rewards.shape[1])]
+    return PlanSet(plans, tables.rewards[:, :, 0].T)
 
 
 def expand(tables: Tables, discount: float, previous: PlanSet) -> PlanSet:
@@ -204,19 +203,16 @@ def _describe_pruning(
     needed_count = len(dominated) - dominated_count
     sentences = ["No plan is removed: each is the best at some belief."]
     if dominated_count:
-        kept_plans = (
-            "the kept plan" if needed_count == 1 else f"one of the {needed_count:,} kept plans"
-        )
+        kept_plans = f"one of the {needed_count:,} kept plans"
+        if needed_count == 1:
+            kept_plans = "the kept plan"
         sentences = [
             f"Removed: {dominated_count:,} of {format_count(len(dominated), 'plan', ',')}; at each "
             f"belief, {kept_plans} is at least as good.",
             "This also holds after each observation, so longer plans never need a removed one.",
         ]
-    return [
-        *sentences,
-        f"With {format_count(turns, 'turn')} left, the best plan at the marked belief begins with "
-        f"{action}.",
-    ]
+    left = f"With {format_count(turns, 'turn')} left"
+    return [*sentences, f"{left}, the best plan at the marked belief begins with {action}."]
 
 
 def _describe_best_plan(

@@ -16,6 +16,7 @@ from dmplay.core.uniforms import NATURE_STREAM, generate_uniforms
 
 DEFAULT_ROUNDS = 100
 GAIN_LABEL = "largest gain from a best response"
+GAIN_SENTENCE = "An agent that leaves its own frequencies for a best response gains at most {:.3g}."
 
 
 def find_obstacle(problem: Problem) -> str:
@@ -59,16 +60,11 @@ def iterate_steps(request: WatchRequest) -> Iterator[Step]:
                 f"{game.format_actions(problem, played)}.",
                 f"Best responses to these frequencies: {game.format_actions(problem, actions)}.",
                 *game.describe_ties(problem, payoffs, mixes),
-                *([] if is_last else [_describe_gain(gains[-1])]),
+                *([] if is_last else [GAIN_SENTENCE.format(gains[-1])]),
             ),
             game.format_response_value(problem, payoffs, mixes, seat, actions[seat]),
             (game.picture_mixes(problem, mixes, actions), Curve(GAIN_LABEL, tuple(gains))),
         )
-
-
-def _describe_gain(gain: float) -> str:
-    """Return a sentence about the largest gain of an agent."""
-    return f"An agent that leaves its own frequencies for a best response gains at most {gain:.3g}."
 
 
 def _describe_end(gain: float, scale: float) -> str:

@@ -41,10 +41,11 @@ def iterate_steps(request: WatchRequest) -> Iterator[Step]:
         mixes = game.make_pure_mixes(problem, actions)
         gains.append(game.compute_largest_gain(payoffs, mixes))
         cycle_length = round_number - first_rounds.setdefault(actions, round_number)
+        responses = game.choose_best_responses(payoffs, mixes)
         sentences = [
             f"The agents switched to {game.format_actions(problem, actions)}.",
             _describe_progress(cycle_length, gains[-1]),
-            f"Best responses to these: {_format_responses(problem, payoffs, mixes)}.",
+            f"Best responses to these: {game.format_actions(problem, responses)}.",
         ]
         if round_number == 1:
             sentences.append(game.ONE_ROUND_SENTENCE)
@@ -72,11 +73,6 @@ def _make_step(  # noqa: PLR0913, PLR0917 - the parts of one step
         game.format_response_value(problem, payoffs, mixes, seat, actions[seat]),
         (game.picture_mixes(problem, mixes, actions), Curve(GAIN_LABEL, tuple(gains))),
     )
-
-
-def _format_responses(problem: Problem, payoffs: Reals, mixes: Sequence[Reals]) -> str:
-    """Return the best responses to the mixes as text."""
-    return game.format_actions(problem, game.choose_best_responses(payoffs, mixes))
 
 
 def _describe_progress(cycle_length: int, gain: float) -> str:

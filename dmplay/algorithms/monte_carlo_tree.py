@@ -102,11 +102,9 @@ class MonteCarloTree:
         """Add the node after these decisions to the tree if it is new."""
         if not decisions:
             return
-        decision = decisions[-1]
-        statistics = decision.node.actions.setdefault(
-            decision.action, ActionStatistics(decision.action_label)
-        )
-        statistics.outcomes.setdefault(decision.outcome_label, SearchHistory())
+        node, action, label, _, outcome = decisions[-1]
+        statistics = node.actions.setdefault(action, ActionStatistics(label))
+        statistics.outcomes.setdefault(outcome, SearchHistory())
 
     def play_out(self, state: Array, turns: int) -> list[float]:
         """Return the rewards of at most this many turns in which the seat acts at random."""
@@ -139,22 +137,17 @@ class MonteCarloTree:
 
         The other agents act uniformly at random.
         """
-        problem, seat = self.problem, self.seat
-        legal = problem.legal_actions_mask(state[None])
-        joint = [
-            action_set.sample_actions(
-                self.rng.random(1), None if legal is None else legal[:, other]
-            )[0]
-            for other, action_set in enumerate(problem.actions)
-        ]
+        problem, seat, joint = self.problem, self.seat, []
+        mask = problem.legal_actions_mask(state[None])
+        for other, action_set in enumerate(problem.actions):
+            legal = None if mask is None else mask[:, other]
+            joint.append(action_set.sample_actions(self.rng.random(1), legal)[0])
         joint[seat] = problem.actions[seat].candidate_actions()[action]
         uniforms = self.rng.random((1, problem.uniform_counts.step))
         outcome = problem.step(state[None], np.array([joint]), uniforms)
-        label = (
-            problem.observations[seat].format_observation(outcome.observations[0, seat])
-            if problem.partially_observable
-            else problem.format_state(outcome.state[0])
-        )
+        label = problem.format_state(outcome.state[0])
+        if problem.partially_observable:
+            label = problem.observations[seat].format_observation(outcome.observations[0, seat])
         return outcome.state[0], float(outcome.rewards[0, seat]), label
 
     def format_action(self, state: Array, action: int) -> str:

@@ -49,9 +49,8 @@ def _has_listed_payoffs(problem: Problem) -> bool:
     state = problem.enumerate_states()
     legal = problem.legal_actions_mask(state)
     chances = problem.chance(state, joint_actions(problem)[:1])
-    return (legal is None or bool(legal.all())) and all(
-        isinstance(chance, FINITE_CHANCE_TYPES) for chance in chances
-    )
+    is_finite = all(isinstance(chance, FINITE_CHANCE_TYPES) for chance in chances)
+    return is_finite and (legal is None or bool(legal.all()))
 
 
 def compute_payoffs(problem: Problem) -> Reals:
@@ -94,9 +93,8 @@ def describe_ties(problem: Problem, payoffs: Reals, mixes: Sequence[Reals]) -> l
     """Return sentences about the agents with several best responses, of which the first counts."""
     seats_by_actions: dict[str, list[str]] = {}
     for seat, agent in enumerate(problem.agents):
-        is_best = mark_best_actions(
-            compute_response_values(payoffs, mixes, seat)[None], compute_reward_scale(payoffs)
-        )[0]
+        values = compute_response_values(payoffs, mixes, seat)
+        is_best = mark_best_actions(values[None], compute_reward_scale(payoffs))[0]
         best = np.flatnonzero(is_best).tolist()
         if len(best) < 2:
             continue

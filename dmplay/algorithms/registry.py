@@ -36,7 +36,5 @@ def check_algorithm_fits(algorithm: Algorithm, problem: Problem, problem_name: s
     obstacle = algorithm.find_obstacle(problem)
     if obstacle:
         fitting = ", ".join(list_fitting_algorithms(problem)) or "none"
-        raise BadParameter(
-            f"{algorithm.name} does not fit {problem_name}: {obstacle}; "
-            f"algorithms that fit it: {fitting}"
-        )
+        fault = f"{algorithm.name} does not fit {problem_name}: {obstacle}"
+        raise BadParameter(f"{fault}; algorithms that fit it: {fitting}")

@@ -26,17 +26,12 @@ MAX_PATH_CHARACTERS = 24  # characters of a path after which its other turns are
 
 def find_obstacle(problem: Problem) -> str:
     """Return why tree search does not fit a problem; '' if it fits."""
-    if problem.partially_observable and not _has_beliefs(problem):
-        return (
-            "tree search draws hidden states from a belief, but this problem has too many states "
-            "to list, or observations without names"
-        )
-    return ""
-
-
-def _has_beliefs(problem: Problem) -> bool:
-    """Return whether games of a problem show beliefs over its hidden states."""
-    return Session(problem, SeededUniforms(0)).has_visible_beliefs
+    if not problem.partially_observable or Session(problem, SeededUniforms(0)).has_visible_beliefs:
+        return ""
+    return (
+        "tree search draws hidden states from a belief, but this problem has too many states "
+        "to list, or observations without names"
+    )
 
 
 def iterate_steps(request: WatchRequest) -> Iterator[Step]:
@@ -139,18 +134,14 @@ class TreePainter:
         """Return an action of a node, with its outcomes, and its score once it has been tried."""
         statistics = node.actions[action]
         chosen = path.get((node, action)) if path else None
-        outcomes = tuple(
-            self._draw_node(
-                child,
-                _format_outcome(self.search.problem, outcome),
-                path if outcome == chosen else None,
-            )
-            for outcome, child in statistics.outcomes.items()
-        )
+        children: list[TreeNode] = []
+        for outcome, child in statistics.outcomes.items():
+            label = _format_outcome(self.search.problem, outcome)
+            children.append(self._draw_node(child, label, path if outcome == chosen else None))
         value, score = None, None
         if statistics.visits:
             value, score = statistics.mean, self.search.compute_score(node, action)
-        is_on_path = chosen is not None
+        is_on_path, outcomes = chosen is not None, tuple(children)
         return TreeNode(statistics.label, statistics.visits, value, score, is_on_path, outcomes)
 
 
@@ -190,9 +181,8 @@ def _describe_start(request: WatchRequest, search: MonteCarloTree) -> tuple[str,
             "A node is a history of actions and observations.",
         ]
     if others:
-        sentences.append(
-            f"All values are against {' and '.join(others)} acting uniformly at random."
-        )
+        names = " and ".join(others)
+        sentences.append(f"All values are against {names} acting uniformly at random.")
     return tuple(sentences)
 
 
@@ -223,10 +213,8 @@ def _describe_selection(
             f"c = {format_score(search.exploration)} is {meaning}.",
         ]
     if last.action not in last.node.actions:
-        node_text = "in the root" if len(decisions) == 1 else "there"
-        sentences.append(
-            f"{last.action_label} was untried {node_text}, and untried actions come first."
-        )
+        untried = f"was untried {'in the root' if len(decisions) == 1 else 'there'}"
+        sentences.append(f"{last.action_label} {untried}, and untried actions come first.")
     elif _is_new(last):
         outcome = _format_outcome(search.problem, last.outcome_label)
         sentences.append(f"{last.action_label} led to {outcome} for the first time: the path ends.")

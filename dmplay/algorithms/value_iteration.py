@@ -39,17 +39,14 @@ def iterate_steps(request: WatchRequest) -> Iterator[Step]:
         previous, values = values, np.where(mdp.terminal, 0.0, q.max(axis=1))  # Bellman backup
         change = np.abs(values - previous)
         residuals.append(float(change.max()))
-        has_converged = not request.iterations and is_converged(
-            mdp.discount, residuals[-1], problem.reward_scale
-        )
+        is_close = is_converged(mdp.discount, residuals[-1], problem.reward_scale)
+        has_converged = is_close and not request.iterations
         is_last = sweep == last_sweep or has_converged
         focus = mdp.choose_focus(request.session, change)
         state, action = format_state_name(problem, mdp.states[focus]), int(greedy[focus])
         reason = _describe_choice_of_state(request, mdp, change)
-        turns_sentence = (
-            f"V is now {'about ' * bool(mdp.note)}the value of a game with "
-            f"{format_count(sweep, 'turn')} left."
-        )
+        name = f"{'about ' * bool(mdp.note)}the value of a game"
+        turns_sentence = f"V is now {name} with {format_count(sweep, 'turn')} left."
         sentences = (
             *([] if has_converged else [turns_sentence]),
             *(_describe_end(mdp.discount, residuals[-1], problem.reward_scale) if is_last else []),
@@ -59,11 +56,9 @@ def iterate_steps(request: WatchRequest) -> Iterator[Step]:
             *([_describe_formula(mdp.discount)] if sweep == 1 else []),
         )
         formula = mdp.format_lookahead(format_value_name(state), focus, action, previous)
-        pictures = (
-            _picture(mdp, values, greedy, change, focus),
-            Curve("residual", tuple(residuals)),
-        )
-        yield Step(f"sweep {sweep}", sentences, formula, pictures)
+        picture = _picture(mdp, values, greedy, change, focus)
+        curve = Curve("residual", tuple(residuals))
+        yield Step(f"sweep {sweep}", sentences, formula, (picture, curve))
         if is_last:
             return
 
@@ -92,13 +87,10 @@ def _picture(
 ) -> StateValues:
     """Return the values of the drawn states, with the greedy actions."""
     rows = mdp.drawn
-    return StateValues(
-        mdp.states[rows],
-        values[rows],
-        None if greedy is None else greedy[rows],
-        None if change is None else change[rows] > 0,
-        int(np.flatnonzero(rows == focus)[0]) if focus in rows else None,
-    )
+    actions = None if greedy is None else greedy[rows]
+    changed = None if change is None else change[rows] > 0
+    focus_row = int(np.flatnonzero(rows == focus)[0]) if focus in rows else None
+    return StateValues(mdp.states[rows], values[rows], actions, changed, focus_row)
 
 
 def _describe_turns_left(request: WatchRequest) -> str:
@@ -146,9 +138,8 @@ def _describe_focus(  # noqa: PLR0913, PLR0917 - the parts of one sentence
     others = np.delete(q, action)
     if not np.isfinite(others).any():
         return (f"The formula is for {name} {position}.",)
-    equal_count = np.count_nonzero(
-        others > q[action] - VALUE_TOLERANCE * request.problem.reward_scale
-    )
+    tolerance = VALUE_TOLERANCE * request.problem.reward_scale
+    equal_count = np.count_nonzero(others > q[action] - tolerance)
     if equal_count:
         are_good = "1 other action is" if equal_count == 1 else f"{equal_count} other actions are"
         if equal_count == np.count_nonzero(np.isfinite(others)):

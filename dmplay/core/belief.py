@@ -71,9 +71,6 @@ def _impossible_observation_message(
 ) -> str:
     """Return the error message for observations that have probability 0 after these actions."""
     acts = [problem.format_action(i, a) for i, a in enumerate(actions) if a is not None]
-    obs = [
-        problem.observations[i].format_observation(np.array(o))
-        for i, o in enumerate(observations)
-        if o is not None
-    ]
+    pairs = zip(problem.observations, observations, strict=True)
+    obs = [space.format_observation(np.array(o)) for space, o in pairs if o is not None]
     return f"observation {', '.join(obs)} after {', '.join(acts)} has probability 0 in this belief"

@@ -112,9 +112,9 @@ class StateFile:
         warn_once(f"{self.purpose}: {path}: {fault}; dmplay keeps the old file as {aside}")
 
 
-def require_whole_number(value: object, high: int = MAX_WHOLE_NUMBER, low: int = 0) -> int:
-    """Return a whole number from `low` to `high`; raise ValueError for any other value."""
-    if not isinstance(value, int) or isinstance(value, bool) or not low <= value <= high:
+def require_whole_number(value: object, high: int = MAX_WHOLE_NUMBER) -> int:
+    """Return a whole number from 0 to `high`; raise ValueError for any other value."""
+    if not isinstance(value, int) or isinstance(value, bool) or not 0 <= value <= high:
         raise ValueError(value)
     return value
 

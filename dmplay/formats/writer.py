@@ -100,7 +100,8 @@ def _iter_markov_lines(problem: Problem, description: str, *, team: bool) -> Ite
     line_count = len(tables.transition.columns) * (2 + len(observations)) + len(rewards)
     budget = Budget("writing the file", "try a smaller problem")
     budget.check_memory(float(BYTES_PER_LINE) * line_count)
-    yield from _iter_comment_lines(description)
+    for line in description.strip().splitlines():
+        yield f"# {line.strip()}".rstrip() + "\n"
     if team:
         yield f"agents: {len(problem.agents)}\n"
     yield f"discount: {float(problem.discount)!r}\nvalues: reward\n"
@@ -181,12 +182,6 @@ def _format_start_line(problem: Problem, states: Sequence[str], separator: str) 
     if p.max() == 1 and not states[int(p.argmax())].isdecimal():
         return f"start: {states[int(p.argmax())]}\n"
     return f"start:{separator}{' '.join(repr(float(probability)) for probability in p)}\n"
-
-
-def _iter_comment_lines(description: str) -> Iterator[str]:
-    """Yield the description as comment lines."""
-    for line in description.strip().splitlines():
-        yield f"# {line.strip()}".rstrip() + "\n"
 
 
 def _format_names(names: Sequence[str]) -> str:

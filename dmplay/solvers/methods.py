@@ -78,23 +78,15 @@ def can_plan_jointly(problem: Problem) -> bool:
         return False
     if not all(isinstance(space, Labels) for space in problem.observations):
         return False
-    joint_action_count = prod(problem.action_counts)
-    joint_observation_count = prod(problem.observation_counts)
-    if (
-        problem.state_count
-        * joint_action_count
-        * (problem.state_count + 2 * joint_observation_count)
-        > MAX_ARRAY_ELEMENTS
-    ):
+    column_count = problem.state_count + 2 * prod(problem.observation_counts)
+    row_count = problem.state_count * prod(problem.action_counts)
+    if row_count * column_count > MAX_ARRAY_ELEMENTS:
         return False
     states = problem.enumerate_states()
     # nothing is observed before the first turn
     starts_unobserved = bool((problem.initial_observations(states) == -1).all())
-    return starts_unobserved and problem.legal_actions_mask(states) is None and _has_tables(problem)
-
-
-def _has_tables(problem: Problem) -> bool:
-    """Return whether the problem has arrays or can be tabulated."""
+    if not starts_unobserved or problem.legal_actions_mask(states) is not None:
+        return False
     return isinstance(problem, Tabular) or succeeds(lambda: tabulate(problem))
 
 
@@ -118,11 +110,8 @@ def _is_shared_reward_team(problem: Problem) -> bool:
 
 def _is_finite_single_agent(problem: Problem) -> bool:
     """Return whether one agent with labelled actions has finitely many states."""
-    return (
-        len(problem.agents) == 1
-        and isinstance(problem.state_count, int)
-        and bool(problem.action_counts[0])
-    )
+    has_actions = len(problem.agents) == 1 and bool(problem.action_counts[0])
+    return has_actions and isinstance(problem.state_count, int)
 
 
 def _is_finite_mdp(problem: Problem) -> bool:
@@ -139,17 +128,13 @@ def _is_finite_pomdp(problem: Problem) -> bool:
         return False
     from dmplay.solvers.pomdp.legal_action_leak import has_legal_action_leak
 
-    return (
-        not has_legal_action_leak(problem)
-        and succeeds(lambda: problem.observation_counts)
-        and succeeds(lambda: _enumerate_first_outcomes(problem))
-    )
+    def enumerate_first_outcomes() -> object:
+        """Return the possible observations and the outcomes of one action in one state."""
+        first_action = problem.actions[0].candidate_actions()[:1, None]
+        outcomes = enumerate_outcomes(problem, problem.enumerate_states()[:1], first_action)
+        return problem.observation_counts, outcomes
 
-
-def _enumerate_first_outcomes(problem: Problem) -> object:
-    """Return the possible outcomes of the first action in the first state."""
-    first_action = problem.actions[0].candidate_actions()[:1, None]
-    return enumerate_outcomes(problem, problem.enumerate_states()[:1], first_action)
+    return not has_legal_action_leak(problem) and succeeds(enumerate_first_outcomes)
 
 
 def is_turn_based(problem: Problem) -> bool:
@@ -158,14 +143,14 @@ def is_turn_based(problem: Problem) -> bool:
     If a state is the whole history of a game, the game must also be small enough to enumerate.
     """
     start_states = _list_start_states(problem)
-    if (
-        start_states is None
-        or (mark_inactive_agents(problem, start_states).sum(axis=1) < len(problem.agents) - 1).any()
-    ):
+    if start_states is None:
         return False
-    return start_states.dtype.kind != "O" or (
-        prod(problem.action_counts) <= MAX_JOINT_ACTIONS and _can_enumerate_game(problem)
-    )
+    inactive_counts = mark_inactive_agents(problem, start_states).sum(axis=1)
+    if (inactive_counts < len(problem.agents) - 1).any():
+        return False
+    if start_states.dtype.kind != "O":
+        return True
+    return prod(problem.action_counts) <= MAX_JOINT_ACTIONS and _can_enumerate_game(problem)
 
 
 @memoize
@@ -183,9 +168,8 @@ def _can_enumerate_game(problem: Problem) -> bool:
 
 def is_discounted_simultaneous(problem: Problem) -> bool:
     """Return whether several agents see the state, act at once, and the discount is below 1."""
-    return (
-        problem.discount < 1.0 and _has_numeric_start_states(problem) and not is_turn_based(problem)
-    )
+    is_discounted = problem.discount < 1.0 and _has_numeric_start_states(problem)
+    return is_discounted and not is_turn_based(problem)
 
 
 def is_zero_sum_simultaneous(problem: Problem) -> bool:
@@ -193,10 +177,10 @@ def is_zero_sum_simultaneous(problem: Problem) -> bool:
 
     The rewards are tested on turns of random play. The game must have an end or a discount below 1.
     """
-    has_two_agents = len(problem.agents) == 2 and (
-        problem.discount < 1.0 or problem.horizon is not None
-    )
-    if not has_two_agents or not _has_numeric_start_states(problem) or is_turn_based(problem):
+    has_finite_values = problem.discount < 1.0 or problem.horizon is not None
+    if len(problem.agents) != 2 or not has_finite_values:
+        return False
+    if not _has_numeric_start_states(problem) or is_turn_based(problem):
         return False
     from dmplay.solvers.games.shapley import compute_loss_ratio
 

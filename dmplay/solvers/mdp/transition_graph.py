@@ -265,10 +265,9 @@ def gather_ranges(starts: Ints, indices: Ints) -> tuple[Ints, Ints]:
 def _build_tabular_graph(problem: Tabular, states: Array) -> TransitionGraph:
     """Return the graph of a tabular problem in which every action is legal."""
     transitions, choices = problem.sparse_tables.transition, joint_actions(problem)
-    make_planning_budget().check_memory(
-        BYTES_PER_JOINT_ACTION * len(transitions.row_starts)
-        + 2.0 * BYTES_PER_OUTCOME * len(transitions.values)
-    )
+    outcome_bytes = 2.0 * BYTES_PER_OUTCOME * len(transitions.values)
+    action_bytes = BYTES_PER_JOINT_ACTION * len(transitions.row_starts)
+    make_planning_budget().check_memory(action_bytes + outcome_bytes)
     rewards = problem.sparse_tables.expected_rewards(len(states))
     actions = np.tile(_to_int32(choices), (len(states), 1))
     graph = TransitionGraph(

@@ -71,11 +71,8 @@ def _iter_indistinguishable_states(problem: Problem, states: Array, legal: Bools
     is_active = ~problem.terminal(states)
     initial_observations = problem.initial_observations(states)[:, 0]
     p, start_states = initial_state_distribution(problem)
-    is_start, start_indices = (
-        np.zeros(len(states), bool),
-        checked_state_indices(problem, start_states),
-    )
-    is_start[start_indices[p > PROBABILITY_TOLERANCE]] = True
+    is_start = np.zeros(len(states), bool)
+    is_start[checked_state_indices(problem, start_states)[p > PROBABILITY_TOLERANCE]] = True
     masks = [
         is_start & (initial_observations == observation)
         for observation in np.unique(initial_observations[is_start])
