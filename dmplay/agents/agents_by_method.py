@@ -40,15 +40,18 @@ def build_roster(problem: Problem, seat: int) -> Roster:
 
             agents = {"optimal": BackwardInductionPolicy}
         case [Method.SHAPLEY_ITERATION, *others]:
-            from dmplay.agents.fully_observable_problems import BestReplyEquilibrium, MaximinPolicy
+            from dmplay.agents.fully_observable_problems import (
+                BestResponseEquilibrium,
+                MaximinPolicy,
+            )
 
             agents = {"optimal": MaximinPolicy}
             if Method.BEST_RESPONSES in others:
-                agents["equilibrium"] = BestReplyEquilibrium
+                agents["equilibrium"] = BestResponseEquilibrium
         case [Method.BEST_RESPONSES]:
-            from dmplay.agents.fully_observable_problems import BestReplyEquilibrium
+            from dmplay.agents.fully_observable_problems import BestResponseEquilibrium
 
-            agents = {"equilibrium": BestReplyEquilibrium}
+            agents = {"equilibrium": BestResponseEquilibrium}
     hint_agent = next((name for name in ("optimal", "equilibrium") if name in agents), "search")
     return Roster(agents, hint_provider=hint_agent, finite_horizon_hint_provider=turn_planner)
 

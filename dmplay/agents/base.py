@@ -188,13 +188,13 @@ class SeatPolicy(Policy):
         """Return this policy adapted to the turn limit and the players of a game."""
         return self
 
-    def with_policy_lookup(self, policy_lookup: "PolicyLookup") -> Self:
-        """Return this policy with a function that looks up the policies of other seats."""
+    def with_policy_maker(self, policy_maker: "PolicyMaker") -> Self:
+        """Return this policy with a function that makes the policies of other seats by name."""
         return self
 
 
-# (seat, name) -> policy of that seat; None for random play
-PolicyLookup = Callable[[int, str], SeatPolicy | None]
+# (seat, name) -> a policy for that seat, None for random play
+PolicyMaker = Callable[[int, str], SeatPolicy | None]
 
 
 def models_opponents(policy: SeatPolicy) -> bool:

@@ -10,7 +10,7 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from dmplay.agents.base import AdviceQuestion, GreedyPolicy, PolicyLookup, SeatPolicy
+from dmplay.agents.base import AdviceQuestion, GreedyPolicy, PolicyMaker, SeatPolicy
 from dmplay.agents.belief_policy import BeliefPolicy
 from dmplay.agents.horizon import HorizonPolicy
 from dmplay.agents.partner_machine import PartnerMachine, build_partner_machine
@@ -40,14 +40,14 @@ class PartnerBeliefPolicy(BeliefPolicy):
     """
 
     to: str = parameter("random", "assumed partner: an agent or an action")
-    policy_lookup: PolicyLookup | None = field(default=None, compare=False, repr=False)
+    policy_maker: PolicyMaker | None = field(default=None, compare=False, repr=False)
 
     max_belief_size: ClassVar[int] = 20_000  # maximum number of nodes times states
     splits_observations: ClassVar[bool] = False  # whether a node has one last observation
 
-    def with_policy_lookup(self, policy_lookup: PolicyLookup) -> Self:
+    def with_policy_maker(self, policy_maker: PolicyMaker) -> Self:
         """Return this policy with a function that makes the partner named by `to`."""
-        policy = replace(self, policy_lookup=policy_lookup)
+        policy = replace(self, policy_maker=policy_maker)
         _ = policy.machine  # raises an error for an unknown name
         return policy
 
@@ -68,7 +68,7 @@ class PartnerBeliefPolicy(BeliefPolicy):
         """Return the policy `to` of the partner in its seat; None if there is none."""
         if self.to == "random":
             return Random(self.problem, seat)
-        return self.policy_lookup(seat, self.to) if self.policy_lookup else None
+        return self.policy_maker(seat, self.to) if self.policy_maker else None
 
     @cached_property
     def machine(self) -> PartnerMachine:
@@ -198,14 +198,14 @@ class BestResponseInTeam(HorizonPolicy, GreedyPolicy, PartnerBeliefPolicy):
         if turns_left is None:
             raise BadPolicy("best-response: needs a number of turns")
         budget = Budget("best response", "try fewer turns", MAX_WORK)
-        return self._look_up_values(info_state, turns_left, budget)
+        return self._find_or_compute_values(info_state, turns_left, budget)
 
     @cached_property
     def _cached_values(self) -> dict[tuple[int, bytes], Reals]:
         """The values of each action by turns left and belief that were computed before."""
         return {}
 
-    def _look_up_values(self, b: Reals, turns_left: int, budget: Budget) -> Reals:
+    def _find_or_compute_values(self, b: Reals, turns_left: int, budget: Budget) -> Reals:
         """Return Q `[B, A]` of beliefs `[B, N * S]`, of equal beliefs computed once."""
         budget.spend_work(BELIEF_WORK * len(b))
         keys = [(turns_left, row.tobytes()) for row in np.round(b, BELIEF_DECIMALS)]
@@ -233,7 +233,7 @@ class BestResponseInTeam(HorizonPolicy, GreedyPolicy, PartnerBeliefPolicy):
         next_beliefs = np.concatenate(beliefs)
         if not len(next_beliefs):  # The script of the partner is over, and so is the game.
             return q
-        next_q = self._look_up_values(next_beliefs, turns_left - 1, budget)
+        next_q = self._find_or_compute_values(next_beliefs, turns_left - 1, budget)
         weights = np.concatenate(likelihoods) * next_q.max(axis=1)
         future = np.bincount(np.concatenate(cells), weights, q.size).reshape(q.shape)
         return np.asarray(q + self.problem.discount * future)

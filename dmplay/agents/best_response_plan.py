@@ -122,12 +122,14 @@ class BestResponsePlan(GreedyPolicy, SeatPolicy):
     def action_values(self, memory: Memory) -> Reals:
         """Return Q of each action with the turns left; -inf for illegal actions."""
         if self.horizon is None:
-            return self._look_up_values(memory[1:], None)
+            return self._find_or_compute_values(memory[1:], None)
         q = np.zeros((len(memory[0]), self.problem.action_counts[self.seat]))
         turns_left = self.horizon - memory[0] % self.horizon
         for turns in np.unique(turns_left).tolist():
             rows = np.flatnonzero(turns_left == turns)
-            q[rows] = self._look_up_values(tuple(array[rows] for array in memory[1:]), turns)
+            q[rows] = self._find_or_compute_values(
+                tuple(array[rows] for array in memory[1:]), turns
+            )
         return q
 
     def _split_memories(self, nodes: Memory) -> Iterator[tuple[SeatPolicy, Memory]]:
@@ -174,8 +176,11 @@ class BestResponsePlan(GreedyPolicy, SeatPolicy):
         """The plans that were made before."""
         return []
 
-    def _look_up_values(self, nodes: Memory, turns_left: int | None) -> Reals:
-        """Return Q `[B, A]` of nodes, from a plan that includes them or from a new one."""
+    def _find_or_compute_values(self, nodes: Memory, turns_left: int | None) -> Reals:
+        """Return Q `[B, A]` of nodes of a plan; make a new plan if no earlier one has them.
+
+        `turns_left` is None without a turn limit.
+        """
         keys = _list_keys(nodes)
         for plan in self._plans:
             rows = np.array([plan.node_index.get(key, -1) for key in keys])

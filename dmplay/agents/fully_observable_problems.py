@@ -202,7 +202,7 @@ class MaximinPolicy(_GameTurnsPolicy):
 
 
 @dataclass(frozen=True)
-class BestReplyEquilibrium(ReactivePolicy):
+class BestResponseEquilibrium(ReactivePolicy):
     """Plays its policy from best-response dynamics; `dmplay solve` shows the regrets.
 
     The values are against the other agents' policies, for an infinite horizon.
@@ -219,7 +219,7 @@ class BestReplyEquilibrium(ReactivePolicy):
         return basis._replace(accuracy=Accuracy.ESTIMATED, ignores_turn_limit=is_limited)
 
     def choice_probabilities(self, memory: Memory) -> Reals:
-        """Return the mixed strategy of each row `[B, A]`."""
+        """Return the mixed strategy `[B, A]` in the state of each memory."""
         return self.predict_actions(memory, self.seat)
 
     def predict_actions(self, memory: Memory, seat: int) -> Reals:
@@ -230,7 +230,7 @@ class BestReplyEquilibrium(ReactivePolicy):
     @cached_property
     def _solution(self) -> BestResponseResult:
         """The policies that best-response dynamics lead to, over the reachable states."""
-        return _find_best_reply_equilibrium(self.problem)
+        return _find_best_response_equilibrium(self.problem)
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
         """Return actions drawn from the mixed strategy in each state."""
@@ -243,7 +243,7 @@ class BestReplyEquilibrium(ReactivePolicy):
 
 
 @memoize
-def _find_best_reply_equilibrium(problem: Problem) -> BestResponseResult:
+def _find_best_response_equilibrium(problem: Problem) -> BestResponseResult:
     """Return the policies that best-response dynamics lead to, over the reachable states."""
     graph = transition_graph.build_reachable_graph(problem)
     return best_response_dynamics.find_equilibrium(problem, graph)

@@ -8,7 +8,7 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from dmplay.agents.base import AdviceQuestion, GreedyPolicy, PolicyLookup, SeatPolicy
+from dmplay.agents.base import AdviceQuestion, GreedyPolicy, PolicyMaker, SeatPolicy
 from dmplay.agents.best_response_plan import BestResponsePlan
 from dmplay.agents.random_agent import Random
 from dmplay.core.action_values import Accuracy, ValuesBasis
@@ -36,14 +36,14 @@ class RepeatedGamePlan(GreedyPolicy, SeatPolicy):
 
     to: str = parameter("", "rule that the opponent plays; empty: unknown")
     horizon: int = parameter(10, "rounds of a game", 1, MAX_PLANNED_ROUNDS)
-    policy_lookup: PolicyLookup | None = field(default=None, compare=False, repr=False)
+    policy_maker: PolicyMaker | None = field(default=None, compare=False, repr=False)
 
     plans_whole_game = True
     candidate_rules: ClassVar[Mapping[str, type[SeatPolicy]]] = {}  # set by each problem
 
-    def with_policy_lookup(self, policy_lookup: PolicyLookup) -> Self:
+    def with_policy_maker(self, policy_maker: PolicyMaker) -> Self:
         """Return this plan with a function that makes the opponent named by `to`."""
-        policy = replace(self, policy_lookup=policy_lookup)
+        policy = replace(self, policy_maker=policy_maker)
         if self.to:
             _ = policy._rules  # raises an error for an unknown name
         return policy
@@ -111,7 +111,7 @@ class RepeatedGamePlan(GreedyPolicy, SeatPolicy):
             return [(name, self.candidate_rules[name](self.problem, opponent)) for name in names]
         if self.to == "random":
             return [(self.to, Random(self.problem, opponent))]
-        policy = self.policy_lookup(opponent, self.to) if self.policy_lookup else None
+        policy = self.policy_maker(opponent, self.to) if self.policy_maker else None
         if policy is None:
             raise BadPolicy(f"plan-rounds: no rule {self.to!r} of the opponent")
         return [(self.to, policy)]

@@ -9,7 +9,7 @@ import numpy as np
 
 from dmplay.agents._particle_filter import N_PARTICLES, ParticleFilter, sample_states
 from dmplay.agents.available_agents import HINT_PROVIDER_ROLE, PARTNER_ROLE
-from dmplay.agents.base import AdviceQuestion, PolicyLookup
+from dmplay.agents.base import AdviceQuestion, PolicyMaker
 from dmplay.agents.belief_policy import BeliefPolicy
 from dmplay.core import belief
 from dmplay.core.action_values import UNKNOWN_BASIS, Accuracy, ActionValues, ValuesBasis
@@ -73,7 +73,7 @@ class TreeSearch(BeliefPolicy):
     horizon: int = parameter(
         0, "turns of a game; 0: the problem's horizon, if any", 0, MAX_GAME_TURNS
     )
-    policy_lookup: PolicyLookup | None = field(default=None, compare=False, repr=False)
+    policy_maker: PolicyMaker | None = field(default=None, compare=False, repr=False)
 
     plans_whole_game = True
     uniform_count = 1  # one uniform, from which all its random numbers are derived
@@ -122,12 +122,12 @@ class TreeSearch(BeliefPolicy):
         names = "their default agents" if self.others == USUAL_AGENT else self.others
         return basis._replace(assumed_players=f"if the other agents play {names}")
 
-    def with_policy_lookup(self, policy_lookup: PolicyLookup) -> Self:
-        """Return a policy that looks up the other agents by `policy_lookup`.
+    def with_policy_maker(self, policy_maker: PolicyMaker) -> Self:
+        """Return a policy that gets the other agents and its rollout policy from `policy_maker`.
 
         Raises an error if `others` or `rollout` names an unknown agent.
         """
-        policy = replace(self, policy_lookup=policy_lookup)
+        policy = replace(self, policy_maker=policy_maker)
         if (self.others, self.rollout) != (USUAL_AGENT, USUAL_AGENT):
             _ = policy._opponent_model  # raises an error for unknown names
         return policy
@@ -192,9 +192,9 @@ class TreeSearch(BeliefPolicy):
     def _resolve_policy(self, seat: int, name: str, default_name: str) -> Policy | None:
         """Return the policy of a seat by name; None for uniformly random play."""
         policy_name = default_name if name == USUAL_AGENT else name
-        if not self.policy_lookup or policy_name == "random":
+        if not self.policy_maker or policy_name == "random":
             return None
-        policy = self.policy_lookup(seat, policy_name)
+        policy = self.policy_maker(seat, policy_name)
         if not policy or not self.horizon:
             return policy
         return policy.adapt_to_game(AdviceQuestion(seat, self.game_turns))
@@ -270,7 +270,7 @@ class TreeSearch(BeliefPolicy):
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
         """Return actions with the greatest mean return; ties are broken at random."""
         blocks = []
-        for rows in self._config.split_rows(len(u)):
+        for rows in self._config.make_row_slices(len(u)):
             block_memory = tuple(array[rows] for array in memory)
             block_legal = None if legal is None else legal[rows]
             blocks.append(self._choose_rows(block_memory, block_legal, u[rows, 0]))
@@ -310,7 +310,7 @@ class TreeSearch(BeliefPolicy):
         search = self._outcome_search
         samples = [
             search._sample_returns(memory, first_actions[rows], uniforms[rows])
-            for rows in search._config.split_rows(len(first_actions))
+            for rows in search._config.make_row_slices(len(first_actions))
         ]
         returns = np.concatenate(samples).reshape(len(actions), count)
         # Rare outcomes may be missing: the extreme ones count once more.

@@ -196,7 +196,7 @@ def _picture_vectors(
 def _describe_pruning(
     problem: Problem, plan_set: PlanSet, dominated: Bools, belief: Reals, turns: int
 ) -> list[str]:
-    """Return the sentences about the dominated plans, and about the best plan at the belief."""
+    """Return sentences on the dominated plans, and on the best at the belief with `turns` left."""
     best = plan_set.plans[int(np.argmax(plan_set.vectors @ belief))]
     action = problem.format_action(0, best.action)
     dominated_count = int(dominated.sum())

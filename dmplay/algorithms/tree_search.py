@@ -15,7 +15,7 @@ from dmplay.algorithms.step import Algorithm, Step, TreeNode, WatchRequest
 from dmplay.core.problem import Problem
 from dmplay.core.session import Session
 from dmplay.core.text import describe_end_reason, format_count, format_score
-from dmplay.core.uniforms import SeededUniforms, make_generator
+from dmplay.core.uniforms import SeededUniforms, make_numpy_generator
 from dmplay.errors import EpisodeOver
 
 DEFAULT_SIMULATIONS = 50
@@ -97,7 +97,9 @@ def build_search(session: Session, seat: int, seed: int) -> MonteCarloTree:
         beliefs = session.view(seat).beliefs
         assert beliefs is not None
         states, probabilities = problem.enumerate_states(), beliefs[-1]
-    return MonteCarloTree(problem, seat, states, probabilities, turns_left, make_generator(seed))
+    return MonteCarloTree(
+        problem, seat, states, probabilities, turns_left, make_numpy_generator(seed)
+    )
 
 
 Path = dict[tuple[SearchHistory, int], str]  # the outcome of each action of a simulation
@@ -166,7 +168,7 @@ def _is_new(decision: Decision) -> bool:
 
 
 def _describe_start(request: WatchRequest, search: MonteCarloTree) -> tuple[str, ...]:
-    """Return the sentences of the first step: the root, the information, and the other agents."""
+    """Return the first step's sentences: root, simulations, belief, and the other agents' play."""
     problem, agent = request.problem, request.problem.agents[request.seat]
     others = [name for name in problem.agents if name != agent]
     position = "the position of your game" if request.session else "the start of a game"

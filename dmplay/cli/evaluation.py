@@ -50,12 +50,12 @@ def _make_request(
     terminal_options: TerminalOptions,
     agent: str = "",
 ) -> Any:
-    """Return the evaluation request for a problem and the values of the batch options."""
-    from dmplay.game.launch_requests import name_variant
+    """Return the request for a problem, with the batch options by parameter; '' is no agent."""
+    from dmplay.game.launch_requests import format_variant_name
     from dmplay.output.evaluation_request import EvaluationRequest
 
     return EvaluationRequest(
-        name_variant(problem, batch_options["variant"]),
+        format_variant_name(problem, batch_options["variant"]),
         batch_options["set_"],
         agent,
         other_agent=batch_options.get("vs", ""),

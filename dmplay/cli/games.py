@@ -57,7 +57,7 @@ def play(
       printf 'ignore\\nfeed\\nquit\\n' | dmplay play crying-baby
     """
     from dmplay.game.command_line_results import PlayCommand
-    from dmplay.game.launch_requests import AnyGameRequest, GameRequest, name_variant
+    from dmplay.game.launch_requests import AnyGameRequest, GameRequest, format_variant_name
     from dmplay.output.tables import format_name
 
     if str(record) == "-" and not quiet:
@@ -70,8 +70,8 @@ def play(
     if "rate" in typed_options and not terminal_options.motion:
         raise BadParameter("--rate: real time needs motion; leave out --no-motion")
     typed_request = GameRequest(
-        name_variant(problem, variant), tuple(set_), seed, episode, agent=agent, other_agent=vs,
-        seats=tuple(seat), ghost_agent=ghost, prediction=predict, turns=turns,
+        format_variant_name(problem, variant), tuple(set_), seed, episode, agent=agent,
+        other_agent=vs, seats=tuple(seat), ghost_agent=ghost, prediction=predict, turns=turns,
         record_path=record, kept_megabytes=keep, record_frames=frames, force=force,
         strict="hints" if strict_hints else strict, reveal=reveal, player=player,
         key_preferences=options.configured_keys(keys),

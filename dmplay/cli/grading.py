@@ -40,7 +40,7 @@ def assign(
     """
     from dmplay.core.uniforms import new_seed
     from dmplay.evaluation.assignment import write_assignment
-    from dmplay.game.launch_requests import GameRequest, name_variant
+    from dmplay.game.launch_requests import GameRequest, format_variant_name
 
     if seeds and not all(number.strip().isdecimal() for number in seeds.split(",")):
         raise BadParameter(f"--seeds: got {seeds!r}, expected whole numbers, such as 7,8")
@@ -51,8 +51,8 @@ def assign(
             f"--games: got {games}, but --seeds has {len(seed_values)}; leave out one option"
         )
     request = GameRequest(
-        name_variant(problem, variant), set_, agent=agent, other_agent=vs, seats=seat, turns=turns,
-        strict="hints" if strict_hints else strict,
+        format_variant_name(problem, variant), set_, agent=agent, other_agent=vs, seats=seat,
+        turns=turns, strict="hints" if strict_hints else strict,
     )  # fmt: skip
     return write_assignment(request, seed_values, output, force=force)
 

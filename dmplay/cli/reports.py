@@ -111,14 +111,14 @@ def solve(
       dmplay solve ./hallway.pomdp --work 10
     """
     from dmplay.evaluation.solutions.options import SolveOptions
-    from dmplay.game.launch_requests import name_variant, parse_settings
+    from dmplay.game.launch_requests import format_variant_name, parse_settings
     from dmplay.output import solution_report
 
     solve_options = SolveOptions(
         episodes, turns, options.parse_workers(workers) if workers else None, work
     )
     return solution_report.report_solution(
-        name_variant(problem, variant),
+        format_variant_name(problem, variant),
         parse_settings(set_, "--set"),
         solve_options,
         json=terminal_options.json,
@@ -142,11 +142,11 @@ def convert(
       dmplay convert hexworld --set slip=0.2 -o hexworld.mdp
       dmplay convert prisoners-dilemma -o dilemma.nfg
     """
-    from dmplay.game.launch_requests import name_variant, parse_settings
+    from dmplay.game.launch_requests import format_variant_name, parse_settings
     from dmplay.output.problem_export import convert_problem
 
     parameters = parse_settings(set_, "--set")
-    return convert_problem(name_variant(problem, variant), parameters, output, force=force)
+    return convert_problem(format_variant_name(problem, variant), parameters, output, force=force)
 
 
 def agents(problem: options.ProblemName, json: options.JsonFlag = False) -> object:
@@ -206,10 +206,10 @@ def check(
       dmplay check crying-baby --agent ./calm.py:Calm
       dmplay check prisoners-dilemma --agent tit-for-tat --seat agent2
     """
-    from dmplay.game.launch_requests import name_variant, parse_settings
+    from dmplay.game.launch_requests import format_variant_name, parse_settings
     from dmplay.validation import check_report
 
-    name, parameters = name_variant(problem, variant), parse_settings(set_, "--set")
+    name, parameters = format_variant_name(problem, variant), parse_settings(set_, "--set")
     if agent:
         return check_report.report_agent_trial(name, parameters, agent, seat, json=json)
     if seat:

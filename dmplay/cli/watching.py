@@ -101,11 +101,13 @@ def watch(
     watched = watching.watch_target(algorithm, target, iterations, seed)
     index = None if step is None else watched.find_typed_step(step)
     if chosen:
-        from dmplay.output.step_export import StepExport, export_steps
+        from dmplay.output.step_export import StepExport, export_algorithm_steps
         from dmplay.views.protocol import DrawOptions
 
         size = DrawOptions(terminal_options.width or 80, height, terminal_options.ascii)
-        return export_steps(watched, StepExport(chosen[0], size, index), output, force=force)
+        return export_algorithm_steps(
+            watched, StepExport(chosen[0], size, index), output, force=force
+        )
     if current_terminal(terminal_options).full_screen:
         return WatchCommand(watched, terminal_options, speed, index or 0)
     from dmplay.ui.watch.step_lines import iter_json_lines, iter_lines

@@ -67,8 +67,8 @@ def _check_member_kinds(problem: Problem) -> CheckResults:
             yield CheckResult(False, name, message, independent=True)
 
 
-def _check_agents(problem: Problem) -> CheckResults:
-    """Yield a check that the agents have distinct names."""
+def _check_agent_names(problem: Problem) -> CheckResults:
+    """Yield the check that `agents` is a tuple of distinct names."""
     yield _check_names("agents", problem.agents)
 
 
@@ -384,7 +384,7 @@ def _outcome_result(holds: object, name: str, array: Array, expected: str) -> Ch
 # each stage relies on those before it
 CHECK_STAGES: tuple[tuple[Callable[[Problem], CheckResults], ...], ...] = (
     (_check_member_kinds,),
-    (_check_agents,),
+    (_check_agent_names,),
     (_check_actions, _check_observations, _check_spaces, _check_parameters),
     (table_checks.check_tables,),
     table_checks.TABLE_CHECKS,

@@ -41,14 +41,14 @@ class SparseMatrix(NamedTuple):
         array[self.row_indices, self.columns] = self.values
         return array
 
-    def entry_index(self, rows: Array, nth: Array) -> Array:
-        """Return the index of the nth entry of each row, or of its last entry if it has fewer."""
+    def find_nth_entry_index(self, rows: Array, nth: Array) -> Array:
+        """Return the index in `values` of each row's entry number `nth` from 0, or of its last."""
         return np.minimum(self.row_starts.take(rows) + nth, self.row_starts.take(rows + 1) - 1)
 
     def padded_rows(self, rows: Ints, width: int) -> tuple[Ints, Reals]:
         """Return the columns and values `[..., width]` of these rows, padded with value 0."""
         nth = np.arange(width)
-        entries = np.asarray(self.entry_index(rows[..., None], nth))
+        entries = np.asarray(self.find_nth_entry_index(rows[..., None], nth))
         is_entry = nth < self.row_lengths[rows][..., None]
         return self.columns[entries], np.where(is_entry, self.values[entries], 0.0)
 

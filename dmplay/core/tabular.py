@@ -246,14 +246,16 @@ class Tabular(Problem):
         transition, rewards, observation_model = self.sparse_tables
         row = self._transition_row(s, a)
         state_rank, observation_rank = divmod(events[0], self._max_support[1])
-        entry = transition.entry_index(row, state_rank)
+        entry = transition.find_nth_entry_index(row, state_rank)
         next_states = transition.columns.take(entry)
         has_expected_rewards = len(rewards) == len(transition.row_starts) - 1
         if observation_model is None:
             reward_row = row if has_expected_rewards else entry
             return Outcome(next_states, rewards.take(reward_row, axis=0), next_states)
         observation_row = self._observation_rows(row, next_states)
-        observation_entry = observation_model.entry_index(observation_row, observation_rank)
+        observation_entry = observation_model.find_nth_entry_index(
+            observation_row, observation_rank
+        )
         observation = observation_model.columns.take(observation_entry)
         reward_row = row
         if not has_expected_rewards:
@@ -316,7 +318,7 @@ class Tabular(Problem):
 
 
 def joint_actions(problem: Problem) -> Ints:
-    """Return every joint action `[A, n]`; the last agent's action varies fastest."""
+    """Return the A joint actions of n agents, `[A, n]`; the last agent's action varies fastest."""
     return np.array(list(product(*map(range, problem.action_counts))))
 
 

@@ -80,7 +80,7 @@ def count_probability_decimals(probabilities: Iterable[float], decimals: int = 2
 
 
 def align_columns(rows: Sequence[Sequence[str]]) -> list[str]:
-    """Return rows of words as lines in which each column is as wide as its widest word."""
+    """Return rows of words as lines, in columns of the widest word with two spaces between them."""
     widths = [max(map(display_width, column)) for column in zip(*rows, strict=True)]
     sized_rows = (zip(row, widths, strict=True) for row in rows)
     return [

@@ -175,8 +175,8 @@ def new_seed() -> int:
     return int.from_bytes(os.urandom(8), "big") % NEW_SEED_LIMIT
 
 
-def make_generator(seed: int) -> np.random.Generator:
-    """Return a NumPy generator with this seed, for games that are never replayed."""
+def make_numpy_generator(seed: int) -> np.random.Generator:
+    """Return a NumPy generator with this seed; games to be replayed use `SeededUniforms`."""
     return np.random.Generator(np.random.PCG64(seed))
 
 
@@ -187,5 +187,5 @@ def expand_uniforms(u: Reals, count: int) -> Reals:
     """
     result = np.empty((len(u), count))
     for row, seed in enumerate((u * UNIFORM_STEPS).round().astype(np.int64)):
-        result[row] = make_generator(int(seed)).random(count)
+        result[row] = make_numpy_generator(int(seed)).random(count)
     return result

@@ -56,10 +56,10 @@ class TournamentResult(NamedTuple):
     # of each entrant per game, over all its pairings and seats
     return_estimates: tuple[Estimate, ...]
     # of each entrant: the best entrants if it holds all other seats; several if they tie
-    best_replies: tuple[tuple[int, ...], ...] | None
+    best_responses: tuple[tuple[int, ...], ...] | None
     # [K] per seat; for more than two seats, an approximate one
     equilibrium: tuple[Reals, ...] | None
-    regrets: Reals | None  # [K], loss against the best reply in the equilibrium, mean over seats
+    regrets: Reals | None  # [K], loss against the best response to the equilibrium, mean over seats
     exploitability: float | None  # greatest gain of a seat in the equilibrium by another entrant
     # loss of each entrant against the exact equilibrium, if that is played
     exact_regrets: tuple[Estimate, ...] | None
@@ -223,9 +223,9 @@ def _summarize_tournament(
     exact_regrets = None
     if seat_count == 2:
         exact_regrets = _estimate_exact_regrets(entrant_count, returns_by_seating)
-    best_replies = _find_best_replies(table, resampled_tables)
+    best_responses = _find_best_responses(table, resampled_tables)
     return TournamentResult(
-        names, table, estimates, best_replies, equilibrium, regrets, gain, exact_regrets,
+        names, table, estimates, best_responses, equilibrium, regrets, gain, exact_regrets,
         share_errors, regret_errors, len(equilibria), _has_infinite_equilibria(table),
         has_all_equilibria,
     )  # fmt: skip
@@ -250,7 +250,7 @@ def _resample_tables(table: Reals, returns_by_seating: ReturnsBySeating) -> Real
     return tables
 
 
-def _find_best_replies(table: Reals, resampled_tables: Reals) -> tuple[tuple[int, ...], ...]:
+def _find_best_responses(table: Reals, resampled_tables: Reals) -> tuple[tuple[int, ...], ...]:
     """Return the entrants that earn most, over all seats, if each entrant holds all others.
 
     The best one is the first; others tie with it if they earn less by at most two standard errors.

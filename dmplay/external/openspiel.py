@@ -296,7 +296,7 @@ class OpenSpielEnvironment(ExternalEnvironment):
         )
 
     def _legal_actions(self, player: int, *, over: bool) -> Sequence[int]:
-        """Return a player's legal actions: to wait if it is not to act, () if the game is over."""
+        """Return a player's legal actions: to wait if out of turn, none if the game is over."""
         if over:
             return ()
         wait_actions = (_load_game(self._name).num_distinct_actions(),)

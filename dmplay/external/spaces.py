@@ -21,7 +21,7 @@ class ActionSpaceAdapter:
         self.action_set = self._make_action_set(problem_name, names)
 
     def _make_action_set(self, problem_name: str, names: Sequence[str]) -> Labels | Interval:
-        """Return labels for a discrete space, or the interval of a box with one finite number.
+        """Return labels for a discrete space, or the interval of a box of one bounded number.
 
         Raises BadParameter for all other spaces.
         """

@@ -39,8 +39,8 @@ def make_reading_budget() -> Budget:
 def decode_text(path: str, raw: bytes) -> str:
     """Return the text of a file, with `\\n` at the end of each line.
 
-    UTF-16 is read if the file begins with its mark. Raise BadFile for other text that is not UTF-8,
-    and for XML.
+    A file that begins with the mark of UTF-16 is read as such. Raise BadFile for other text that is
+    not UTF-8, and for XML, which is another format under the same file name.
     """
     has_mark = raw.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
     text = raw.decode("utf-16" if has_mark else "utf-8-sig", "replace")

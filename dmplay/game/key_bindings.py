@@ -58,7 +58,7 @@ def resolve_key_maps(problem: Problem, preferences: KeyPreferences) -> KeyMaps:
         **{key: label for key, label in view_module.KEYS.items() if key not in preset_keys},
     }
     source, overrides = "", dict[str, str]()
-    for family in _list_key_families(problem):
+    for family in _list_config_names(problem):
         if family in preferences.overrides:
             file, file_overrides = preferences.overrides[family]
             source, overrides = f"{file}: keys.{family}", {**overrides, **file_overrides}
@@ -67,9 +67,9 @@ def resolve_key_maps(problem: Problem, preferences: KeyPreferences) -> KeyMaps:
     return KeyMaps(keys, vi_keys if preferences.preset == "left" else second_player_keys)
 
 
-def _list_key_families(problem: Problem) -> list[str]:
-    """Return the config names under which a problem's keys are set, the most general first."""
-    name = problem_module_exports.find_folder_name(problem)
+def _list_config_names(problem: Problem) -> list[str]:
+    """Return the config names of a problem's keys: its KEY_FAMILY if any, then its own name."""
+    name = problem_module_exports.get_command_line_name(problem)
     family: str = getattr(load_view_module(problem), "KEY_FAMILY", name)
     return list(dict.fromkeys((family, name)))
 

@@ -127,7 +127,7 @@ class ReplayRequest:
 AnyGameRequest = GameRequest | ResumeRequest | BranchRequest | ReplayRequest
 
 
-def name_variant(problem: str, variant: str) -> str:
+def format_variant_name(problem: str, variant: str) -> str:
     """Return the name of a problem's variant, `NAME` or `NAME:VARIANT`."""
     return f"{problem}:{variant}" if variant else problem
 

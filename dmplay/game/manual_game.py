@@ -57,7 +57,7 @@ class ManualGame(NotebookDisplay):
         return encode_observation(self.session.problem, seat, observation)
 
     def position(self, agent: str = "") -> Position:
-        """Return a seat's knowledge at this turn, which answers questions about its actions."""
+        """Return the knowledge of an agent, by default the first manual one, and its hints."""
         seat = self._seat_index(agent)
         question = AdviceQuestion.about(self.session, seat, self._players)
         return Position.of_session(self.session, question)

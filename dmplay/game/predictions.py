@@ -215,7 +215,7 @@ class Predictor:
 
     def _score_outcome(self, question: Question, answer: Answer, turn: Turn) -> ScoredPrediction:
         """Return the Brier score of the probability of an outcome."""
-        outcome = name_outcome(self._session.problem, self._seat, turn)
+        outcome = format_outcome(self._session.problem, self._seat, turn)
         happened = float(outcome == answer.outcome)
         score = (answer.number - happened) ** 2
         verb = f"{outcome} happened, as you predicted" if happened else f"{outcome} happened"
@@ -275,7 +275,7 @@ class Predictor:
         return {"kind": self.kind, "count": len(scores), "mean_score": mean}
 
 
-def name_outcome(problem: Problem, seat: int, turn: Turn) -> str:
+def format_outcome(problem: Problem, seat: int, turn: Turn) -> str:
     """Return the outcome of a turn that a seat sees: an observation, actions, or the state."""
     if problem.partially_observable:
         return problem.observations[seat].format_observation(turn.observations[seat])

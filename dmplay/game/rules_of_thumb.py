@@ -267,7 +267,7 @@ def _repeat_success(position: Position) -> int | None:
 
 
 def _reply_to_last(position: Position) -> int | None:
-    """Choose the best reply to the other agent's last action."""
+    """Choose the best response to the other agent's last action."""
     last = get_last_actions(position)
     if last is None:
         return None
@@ -276,7 +276,7 @@ def _reply_to_last(position: Position) -> int | None:
 
 
 def _reply_to_counts(position: Position) -> int | None:
-    """Choose the best reply to how often the other agent chose each action, from two rounds on."""
+    """Choose the best response to the other agent's frequencies of actions, from two rounds on."""
     replies = [int(actions[1 - position.seat]) for actions in position.view.joint_actions or ()]
     if len(replies) < 2:
         return None

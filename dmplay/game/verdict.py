@@ -20,7 +20,7 @@ from dmplay.core.work_budget import ComputationStopped, limit_total_work, stop_a
 from dmplay.errors import DmplayError
 from dmplay.game.background_tasks import TaskInfo, run_cancellable
 from dmplay.game.hints.ghost_agent import Ghost, describe_ghost_result
-from dmplay.game.hints.hint_provider import count_decimals, format_fixed
+from dmplay.game.hints.hint_provider import choose_decimals, format_fixed
 from dmplay.game.hints.review import ReviewedAction, append_scope, run_review, total_regret
 from dmplay.game.position import ADVICE_WORK_LIMIT, SEARCH_AGENT
 from dmplay.registry import agents
@@ -58,7 +58,10 @@ class SeatChoices:
     scale: float = 1.0  # of the problem's rewards
 
     def lines(self, prefix: str = "") -> list[str]:
-        """Return one line on the choices, and with exact values one each on luck and worst turn."""
+        """Return a line on the choices; with exact values also one each on luck and worst turn.
+
+        Each line begins with the prefix.
+        """
         share = f"best action {self.best_count} of {format_count(self.count, 'time')}"
         if self.regret is None:
             # ratings are not called points here
@@ -68,7 +71,7 @@ class SeatChoices:
                 text = f"{name}, which ignore the turn limit"
             return [f"{prefix}choices: {share} by the {text}"]
         numbers = [self.regret, self.luck or 0.0, self.start_value or 0.0]
-        decimals = count_decimals(numbers, self.scale)
+        decimals = choose_decimals(numbers, self.scale)
         regret_text = format_fixed(self.regret, decimals)
         cost = f"; expected score lost: {regret_text} (regret)" * (self.regret > 0)
         rows = [f"{prefix}choices: {share}{cost}"]
@@ -359,7 +362,7 @@ def compare_score(
     return tuple(comparisons)
 
 
-def name_compared_agent(provider: agents.HintAgent) -> str:
+def find_compared_agent(provider: agents.HintAgent) -> str:
     """Return the agent whose scores are compared with a person's: a hint agent or a quicker one."""
     policy = provider.policy
     substitute = agents.load_roster(policy.problem, policy.seat).batch_agent
@@ -398,7 +401,7 @@ def _iter_compared_players(
         provider = agents.find_hint_provider(problem, question)
         if provider is None:
             return
-        label = name_compared_agent(provider)
+        label = find_compared_agent(provider)
         strong[seat] = (
             provider.policy if label == provider.label else agents.load_agent(problem, seat, label)
         )

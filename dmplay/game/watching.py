@@ -12,7 +12,7 @@ from dmplay.core.text import format_count
 from dmplay.errors import BadParameter
 from dmplay.game.background_tasks import TaskInfo, run_cancellable
 from dmplay.game.game import Game
-from dmplay.game.launch_requests import name_variant, parse_settings
+from dmplay.game.launch_requests import format_variant_name, parse_settings
 from dmplay.game.playback import Playback
 from dmplay.registry.problems import is_problem_name, load_problem
 
@@ -121,7 +121,7 @@ def watch_target(
     else:
         if target.turn is not None:
             raise BadParameter("--at: only with a transcript")
-        name = name_variant(target.name, target.variant)
+        name = format_variant_name(target.name, target.variant)
         problem = load_problem(name, **parse_settings(target.settings, "--set"))
     seat = find_seat(problem, target.seat) if target.seat else 0
     return WatchedSteps(algorithm, WatchRequest(problem, seat, session, iterations, seed), name)

@@ -121,7 +121,7 @@ def _format_columns(width_name: str, column: int, column_count: int) -> str:
 
 
 def _format_text(style_class: str, text: str) -> str:
-    """Return the text element of a row, without the blanks at its ends."""
+    """Return the SVG text element of a row; blanks at its left become its position."""
     content = text.strip()
     columns = _format_columns("textLength", len(text) - len(text.lstrip()), len(content))
     # SVG merges plain spaces that follow each other.

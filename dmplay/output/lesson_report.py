@@ -9,8 +9,8 @@ from dmplay.tutor.lesson_list import LessonOutline, list_builtin_outlines, load_
 from dmplay.tutor.progress import (
     REVEALED,
     LessonProgress,
-    count_finished,
     find_next_lesson,
+    format_finished_count,
     load_all_progress,
 )
 
@@ -49,7 +49,7 @@ def _format_table(lessons: LessonList, progress: Sequence[LessonProgress], sourc
 
 def _describe_next(lessons: LessonList, progress: Sequence[LessonProgress], source: str) -> str:
     """Return the number of finished lessons, and the command that opens the next one."""
-    text, next_lesson = count_finished(progress), find_next_lesson(lessons, progress)
+    text, next_lesson = format_finished_count(progress), find_next_lesson(lessons, progress)
     if next_lesson is None:
         return f"{text}."
     words = " ".join(filter(None, ("dmplay learn", source, str(next_lesson.number))))

@@ -15,7 +15,7 @@ from dmplay.output.html_markup import (
     escape_html,
     render_html_rows,
 )
-from dmplay.registry.problem_module_exports import name_problem
+from dmplay.registry.problem_module_exports import get_problem_name
 from dmplay.views.protocol import DrawOptions, fit_board, load_view_module
 
 DRAW_OPTIONS = DrawOptions(80, 24, allow_large=True)
@@ -38,7 +38,7 @@ def mime_bundle(game: Session | Playback) -> dict[str, str]:
     session, is_revealed = (game.session, True) if isinstance(game, Playback) else (game, game.over)
     is_private = session.problem.partially_observable and not is_revealed
     seat = _visible_seat(session, secret=is_private)
-    title = f"dmplay {name_problem(session.problem)}"
+    title = f"dmplay {get_problem_name(session.problem)}"
     if seat is None:
         message = f"turn {len(session.turns)}. each seat has its own view: call view(seat)."
         return {

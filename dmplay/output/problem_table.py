@@ -44,8 +44,8 @@ def format_load_failures() -> str:
     return "\n".join(lines)
 
 
-def rows_of_kind(kind: str) -> list[dict[str, str]]:
-    """Return the rows of table F.1 whose kind begins with `kind`, such as MDP or simple.
+def list_rows_of_kind(kind: str) -> list[dict[str, str]]:
+    """Return the rows of table F.1 whose kind begins with `kind` in either case, such as mdp.
 
     Raise UnknownName if there are none.
     """
@@ -98,7 +98,7 @@ def _shorten_cell(cell: str) -> str:
 
 def report_problem_table(kind: str, terminal_options: TerminalOptions) -> "Text | str":
     """Return table F.1, or its problems of one kind, with a note of the columns left out."""
-    rows = rows_of_kind(kind)
+    rows = list_rows_of_kind(kind)
     if terminal_options.json:
         return format_json_report({"problems": rows})
     width = terminal_options.width or shutil.get_terminal_size((PIPE_COLUMNS, 0)).columns

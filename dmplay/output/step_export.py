@@ -76,12 +76,12 @@ STEP_RENDERERS: dict[str, Callable[[WatchedSteps, StepExport], Iterator[str]]] =
 }
 
 
-def export_steps(
+def export_algorithm_steps(
     watched: WatchedSteps, export: StepExport, output: Path | None, *, force: bool
 ) -> Printout:
-    """Return the steps in a format, to be printed, or write them to a file.
+    """Write the steps of an algorithm to a file, or return them as text to be printed.
 
-    On a terminal, which cannot show a picture's code, a new file is written.
+    If a terminal would get the code of a picture, a new file is written and its path returned.
     """
     check_extension_fits_format(output, export.format_name)
     if export.format_name == "film" and export.step is not None:

@@ -212,8 +212,8 @@ def _standing_rows(tournament: TournamentResult) -> list[Row]:
     ).tolist():
         estimate = tournament.return_estimates[index]
         row: Row = {"entrant": tournament.entrants[index]} | estimate_row(estimate)
-        if tournament.best_replies is not None:
-            replies = [tournament.entrants[reply] for reply in tournament.best_replies[index]]
+        if tournament.best_responses is not None:
+            replies = [tournament.entrants[reply] for reply in tournament.best_responses[index]]
             row["best reply to it"] = " or ".join(replies)
         if tournament.equilibrium is not None and tournament.regrets is not None:
             equilibrium_share = float(np.mean([mix[index] for mix in tournament.equilibrium]))

@@ -10,7 +10,7 @@ from dmplay.core.text import align_columns, escape_newlines
 from dmplay.core.work_budget import report_progress_to
 from dmplay.errors import BadParameter, UnknownName
 from dmplay.game.command_line_results import Printout
-from dmplay.game.launch_requests import ReplayRequest, name_variant
+from dmplay.game.launch_requests import ReplayRequest, format_variant_name
 from dmplay.game.plot_kinds import (
     PICTURE_FORMATS,
     PLOT_KINDS,
@@ -133,7 +133,7 @@ def _load_subject(request: PlotRequest, name: str) -> "PlottedProblem":
     """Return the problem of a request with its variant, its settings and its turns."""
     from dmplay.plots.plotted_problem import load_plotted_problem
 
-    problem_name = name_variant(name, request.variant)
+    problem_name = format_variant_name(name, request.variant)
     return load_plotted_problem(problem_name, request.settings, request.turns)
 
 
@@ -171,7 +171,7 @@ def _build_returns_plot(request: PlotRequest, bar: ProgressBar) -> Plot:
     from dmplay.plots.returns import plot_returns
 
     evaluation_request = EvaluationRequest(
-        name_variant(request.subject, request.variant),
+        format_variant_name(request.subject, request.variant),
         request.settings,
         request.agent,
         other_agent=request.vs,

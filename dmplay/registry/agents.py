@@ -37,7 +37,7 @@ from dmplay.registry.problem_name_kinds import names_bot
 from dmplay.registry.problems import load_problem
 from dmplay.registry.user_code import load_named_attribute, may_name_code
 
-NON_PARAMETER_FIELDS = ("problem", "seat", "policy_lookup", "opponents")
+NON_PARAMETER_FIELDS = ("problem", "seat", "policy_maker", "opponents")
 MAX_LISTED_PROBLEMS = 4  # maximum number of problems listed for an agent that does not fit
 
 
@@ -269,7 +269,7 @@ def _make_best_response(problem: Problem, question: AdviceQuestion) -> tuple[Sea
         script = find_script(question, 1 - seat)
         horizon = turns or (len(script.actions) if script else 0)
         team_policy = BestResponseInTeam(problem, seat, to=names[0], horizon=horizon)
-        return team_policy.with_policy_lookup(make_partner), np.full(1, -1)
+        return team_policy.with_policy_maker(make_partner), np.full(1, -1)
     from dmplay.agents.best_response_plan import BestResponsePlan
 
     others = [other for other in range(len(problem.agents)) if other != seat]
@@ -371,7 +371,7 @@ def _make_roster_agent(problem: Problem, seat: int, name: str) -> SeatPolicy:
         raise UnknownName("agent", base, _valid_agent_names(problem, seat))
     parameters = _parse_parameters(agents[base], parameter_text, base)
     agent = agents[base](problem, seat, **parameters)
-    return agent.with_policy_lookup(partial(_make_opponent, problem))
+    return agent.with_policy_maker(partial(_make_opponent, problem))
 
 
 def _valid_agent_names(problem: Problem, seat: int) -> list[str]:
@@ -441,7 +441,7 @@ def make_bot(problem: Problem, seat: int, name: str, turn_limit: int | None = No
         pair, _, command = command.partition(",")
         key, _, value = pair.partition("=")
         options[key] = parse_parameter(key, value, getattr(Bot, key))
-    label = problem_module_exports.name_problem(problem)
+    label = problem_module_exports.get_problem_name(problem)
     return Bot(problem, seat, command, label, turn_limit, **options)  # type: ignore[arg-type]
 
 

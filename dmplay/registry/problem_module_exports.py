@@ -250,13 +250,13 @@ def load_exported_list(problem: Problem, name: str, kind: type[Item]) -> list[It
     return list(exported)
 
 
-def name_problem(problem: Problem) -> str:
-    """Return the name of a problem by its folder, or its class if it has no folder."""
-    return find_folder_name(problem) or type(problem).__name__
+def get_problem_name(problem: Problem) -> str:
+    """Return the command-line name of a problem, or the name of its class if it has none."""
+    return get_command_line_name(problem) or type(problem).__name__
 
 
-def find_folder_name(problem: Problem) -> str:
-    """Return the command-line name of a problem by its folder; '' if it has no folder."""
+def get_command_line_name(problem: Problem) -> str:
+    """Return the name of a problem's folder with hyphens; '' if its code is in a single file."""
     rules = sys.modules.get(type(problem).__module__)
     if rules is None or not _is_part(rules, RULES):
         return ""

@@ -51,7 +51,7 @@ def names_data_file(name: str) -> bool:
 
 
 def rebase_name(name: str, old_folder: Path, new_folder: Path) -> str:
-    """Return a name with its path made relative to another folder, unchanged if it has no path."""
+    """Return a name with its path made relative to `new_folder`, unchanged if it has no path."""
     source, colon, remainder = (name, "", "") if names_data_file(name) else name.partition(":")
     has_path = names_data_file(source) or names_python_file(source)
     if not has_path or names_bot(name) or _is_same_folder(old_folder, new_folder, source):

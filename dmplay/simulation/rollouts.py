@@ -272,7 +272,7 @@ def _efficient_block_size(
 
 
 def _allocate_rollout(template: Rollout, keep: Sequence[str], episodes: int) -> Rollout:
-    """Return uninitialized arrays for the episodes, without rows in those that are not kept."""
+    """Return uninitialized arrays `[episodes, ...]`; arrays that are not in `keep` have no rows."""
     arrays = []
     for name, array in template._asdict().items():
         row_count = episodes if name in keep else 0

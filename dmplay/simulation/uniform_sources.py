@@ -7,7 +7,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from dmplay.core.arrays import Ints, Reals
-from dmplay.core.uniforms import generate_uniforms, make_generator
+from dmplay.core.uniforms import generate_uniforms, make_numpy_generator
 
 # episodes generated together, and the number of cached blocks
 EPISODES_PER_BLOCK, MAX_CACHED_BLOCKS = 1024, 512
@@ -99,7 +99,7 @@ class FastUniforms:
     """
 
     def __init__(self, seed: int) -> None:
-        self._generator = make_generator(seed)
+        self._generator = make_numpy_generator(seed)
 
     def seed_rows(self, sequences: Mapping[int, EpisodeSequence]) -> None:
         """Do nothing, because all rows share one generator."""

@@ -326,10 +326,10 @@ class _ProcessPool(ProcessPoolExecutor):
 def _initialize_worker(lifeline: Connection) -> None:
     """Ignore Ctrl-C in a worker, and start the thread that ends it with its parent."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    Thread(target=_exit_with_parent, args=[lifeline], daemon=True).start()
+    Thread(target=_wait_for_parent_then_exit, args=[lifeline], daemon=True).start()
 
 
-def _exit_with_parent(lifeline: Connection) -> None:
+def _wait_for_parent_then_exit(lifeline: Connection) -> None:
     """Exit the worker process when the parent closes its end of the connection."""
     lifeline.poll(None)
     os._exit(1)

@@ -129,8 +129,11 @@ def _can_encode_unicode(stdout: TextIO) -> bool:
 
 
 @contextlib.contextmanager
-def mute_typed_keys(stdin: TextIO) -> Iterator[None]:
-    """Run the block while typed keys are not echoed and send no signals, but stay readable."""
+def disable_echo_and_signals(stdin: TextIO) -> Iterator[None]:
+    """Run the block while typed keys are neither echoed nor sent as signals or held back by line.
+
+    They can be read one by one. Anything but a terminal stays unchanged.
+    """
     import termios
 
     fd = stdin.fileno()

@@ -223,7 +223,7 @@ class _Verifier:
         uniform_source: SeededUniforms,
         formatter: TurnFormatter,
     ) -> None:
-        """Compare the facts, the frame and the uniforms of a turn or of the start."""
+        """Add a finding for each fact, frame or uniform of a turn, or the start, that differs."""
         turn = len(session.turns)
         self._compare_uniforms(block, session, uniform_source, turn)
         recorded_frame = "\n".join(block.frame)

@@ -27,7 +27,7 @@ from dmplay.tutor.state_quantities import (
     list_action_values,
     list_state_names,
 )
-from dmplay.tutor.truth import Truth, format_number, list_best_labels, list_values
+from dmplay.tutor.truth import Truth, format_number, format_values, list_best_labels
 
 MAX_SWEEPS = 1000
 MAX_SIMULATIONS = 2000  # of one search, so that an answer is checked within seconds
@@ -131,7 +131,7 @@ def search_choice(position: Position, simulations: int) -> Truth:
         return f"{answer} is worth {value}, but {averages}; {worst}"
 
     searches = _describe_choices(simulations, " and ", most)
-    return Truth(frozenset(most), explain, tuple(q), f"{searches}; {list_values(q)}")
+    return Truth(frozenset(most), explain, tuple(q), f"{searches}; {format_values(q)}")
 
 
 def _count_choices(position: Position, simulations: int) -> dict[str, int]:
@@ -177,7 +177,7 @@ def forward_search_action(position: Position, depth: int) -> Truth:
         turns = format_count(depth - 1, "more turn")
         return f"{answer} scores {reward} now, and the best play adds {later} on average in {turns}"
 
-    return Truth(list_best_labels(q, problem.reward_scale), explain, tuple(q), list_values(q))
+    return Truth(list_best_labels(q, problem.reward_scale), explain, tuple(q), format_values(q))
 
 
 def _search_forward(problem: Problem, s: Array, depth: int) -> Reals:

@@ -47,14 +47,14 @@ def describe_expected_answer(
         return f"probabilities, for example {pairs}"
     if isinstance(truth.value, tuple):
         return f"the names {' '.join(sorted(truth.labels))} in the right order"
-    return _list_labels(truth.labels) if isinstance(truth.value, frozenset) else "a number"
+    return _format_labels(truth.labels) if isinstance(truth.value, frozenset) else "a number"
 
 
 def _describe_expected_argument(position: PositionInGame, prediction: Prediction) -> str:
     """Return the kind of argument of the quantity to type."""
     annotation = _find_quantity(position, prediction).parameters[prediction.asks].annotation
     if prediction.asks == "action":
-        return _list_labels(position.problem.actions[position.seat].labels)
+        return _format_labels(position.problem.actions[position.seat].labels)
     if prediction.asks == "state":
         return f"a state, such as {format_example(position.problem, position.session.state)}"
     if prediction.asks == "belief":
@@ -196,7 +196,7 @@ def _check_order(truth: Truth, text: str) -> AnswerCheck:
     return AnswerCheck(not explanation, explanation or truth.comparison)
 
 
-def _list_labels(labels: tuple[str, ...]) -> str:
+def _format_labels(labels: tuple[str, ...]) -> str:
     """Return labels as a list with `or`; only some of many."""
     if len(labels) > MAX_LISTED_LABELS:
         are_numbers = labels[0].isdecimal() and labels[-1].isdecimal()

@@ -9,7 +9,7 @@ from dmplay.core.text import format_count
 from dmplay.core.typed_text import find_label, parse_belief, parse_history, parse_number
 from dmplay.errors import BadParameter
 from dmplay.game.position import Position
-from dmplay.registry.problem_module_exports import name_problem
+from dmplay.registry.problem_module_exports import get_problem_name
 from dmplay.solvers.pomdp.exact_pomdp import solve_stages
 from dmplay.tutor.positions import PositionInGame
 from dmplay.tutor.state_quantities import find_action, list_action_values, list_state_names
@@ -192,7 +192,7 @@ def _describe_mistake(position: Position, index: int, answer: float) -> str:
 def get_belief(position: Position) -> Reals:
     """Return the belief `[S]` of a position; raise BadParameter if it has none."""
     if position.view.beliefs is None:
-        raise BadParameter(f"{name_problem(position.problem)} has no beliefs at this position")
+        raise BadParameter(f"{get_problem_name(position.problem)} has no beliefs at this position")
     return position.view.belief
 
 

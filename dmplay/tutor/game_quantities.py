@@ -24,7 +24,7 @@ from dmplay.solvers.games.lemke_howson import find_equilibrium
 from dmplay.tutor.belief_quantities import describe_belief
 from dmplay.tutor.positions import PositionInGame, load_agent
 from dmplay.tutor.state_quantities import find_state
-from dmplay.tutor.truth import Truth, format_number, list_best_labels, list_values
+from dmplay.tutor.truth import Truth, format_number, format_values, list_best_labels
 
 UNIFORM = "uniform"
 EQUILIBRIUM_AGENTS = ("equilibrium", "nash")
@@ -35,14 +35,14 @@ def expected_payoff(position: PositionInGame, action: str, opponent: str) -> Tru
 
     `opponent` is an action, "uniform", or probabilities such as "rock 0.5 paper 0.5".
     """
-    values = _payoffs(position)[0] @ _parse_mix(position, opponent)
+    values = _payoffs(position)[0] @ _parse_mixed_strategy(position, opponent)
     reason = "it is the average reward, weighted by the probabilities of the other's actions"
     return Truth(float(values[_index(position, action)]), lambda _: reason)
 
 
 def best_reply(position: PositionInGame, opponent: str) -> Truth:
     """Return the actions with the greatest expected reward in one round against a strategy."""
-    mix = _parse_mix(position, opponent)
+    mix = _parse_mixed_strategy(position, opponent)
     payoffs = map(float, _payoffs(position)[0] @ mix)
     values = dict(zip(_labels(position), payoffs, strict=True))
     average = " on average" * bool(mix.max() < 1.0)
@@ -53,7 +53,7 @@ def best_reply(position: PositionInGame, opponent: str) -> Truth:
         return f"{answer} pays {loss} less{average} than a best reply"
 
     best = list_best_labels(values, position.problem.reward_scale)
-    return Truth(best, explain, tuple(values), list_values(values, f"pays{average}"))
+    return Truth(best, explain, tuple(values), format_values(values, f"pays{average}"))
 
 
 def level_k_action(position: PositionInGame, level: int) -> Truth:
@@ -331,8 +331,11 @@ def _require_equal(numbers: Sequence[float], scale: float) -> float:
     return float(numbers[0])
 
 
-def _parse_mix(position: PositionInGame, text: str) -> Reals:
-    """Return the mixed strategy `[A]` of the other agent that a text describes."""
+def _parse_mixed_strategy(position: PositionInGame, text: str) -> Reals:
+    """Return the mixed strategy `[A]` of the other agent: `uniform`, an action or probabilities.
+
+    Raise BadParameter for any other text.
+    """
     labels = _labels(position, 1)
     if text == UNIFORM:
         return np.full(len(labels), 1.0 / len(labels))

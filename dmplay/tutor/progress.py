@@ -126,7 +126,7 @@ def find_next_lesson(
     return next((lesson for lesson, results in pairs if not results.is_finished), None)
 
 
-def count_finished(progress: Sequence[LessonProgress]) -> str:
+def format_finished_count(progress: Sequence[LessonProgress]) -> str:
     """Return the number of lessons that are finished as text, such as "3 of 17 done"."""
     return f"{sum(results.is_finished for results in progress)} of {len(progress)} done"
 

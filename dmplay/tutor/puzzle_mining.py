@@ -262,7 +262,7 @@ def _choose_next_action(game: PositionInGame, position: Position, rule: RuleOfTh
 
 
 def _select_different(candidates: Sequence[Candidate]) -> list[Candidate]:
-    """Return the candidates with the greatest losses, at most four that teach the same."""
+    """Return the candidates, greatest loss first, with at most four of each `lesson_key`."""
     counts = Counter[object]()
     selected = []
     for candidate in sorted(candidates, key=lambda candidate: -candidate.loss):

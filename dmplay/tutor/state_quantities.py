@@ -14,9 +14,9 @@ from dmplay.core.typed_text import parse_distribution, parse_number, parse_state
 from dmplay.errors import BadParameter
 from dmplay.game.position import Position
 from dmplay.game.rules_of_thumb import merge_by_text
-from dmplay.registry.problem_module_exports import name_problem
+from dmplay.registry.problem_module_exports import get_problem_name
 from dmplay.tutor.positions import PositionInGame
-from dmplay.tutor.truth import Truth, format_number, list_best_labels, list_values
+from dmplay.tutor.truth import Truth, format_number, format_values, list_best_labels
 
 MAX_TERMS = 6  # of a calculation
 
@@ -82,7 +82,7 @@ def best_action(position: Position) -> Truth:
         sentence = f"{answer} scores {loss} less on average than the best action"
         return f"{sentence}; {worst}" if worst else sentence
 
-    return Truth(best, explain, tuple(values), list_values(values))
+    return Truth(best, explain, tuple(values), format_values(values))
 
 
 def action_loss(position: Position, action: str) -> Truth:
@@ -127,7 +127,7 @@ def order_of_values(position: PositionInGame, states: Sequence[str]) -> Truth:
         return reason * bool(wrong_count)
 
     ranked = sorted(values, key=lambda name: -values[name])
-    return Truth(tuple(ranked), explain, tuple(values), list_values(values))
+    return Truth(tuple(ranked), explain, tuple(values), format_values(values))
 
 
 def outcomes(position: PositionInGame, action: str, state: str = "") -> Truth:
@@ -211,7 +211,7 @@ def list_action_values(position: Position) -> dict[str, float]:
 
     Raise BadParameter if that agent has no values of this game, or only upper bounds.
     """
-    agent, name = position.agent, name_problem(position.problem)
+    agent, name = position.agent, get_problem_name(position.problem)
     values = position.values()
     if agent is None or values is None:
         raise BadParameter(f"{name} has no agent with values of actions")
@@ -237,9 +237,10 @@ def list_outcomes(position: PositionInGame, action: str, state: str = "") -> dic
 
 
 def describe_worst_outcome(position: Position, action: str) -> str:
-    """Return a clause on the worst next state after an action, without its name.
+    """Return a clause on the value and probability of the worst next state after an action.
 
-    A lesson may ask for that state. The clause is empty with hidden states and several agents.
+    It does not name the state, for which a lesson may ask. It is '' if states are hidden or there
+    are several agents.
     """
     has_states = not position.problem.partially_observable and len(position.problem.agents) == 1
     breakdown = position.break_down(action) if has_states else None

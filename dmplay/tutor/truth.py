@@ -42,7 +42,7 @@ def list_best_labels(values: Mapping[str, float], scale: float) -> frozenset[str
     return frozenset(label for label, best in zip(values, is_best, strict=True) if best)
 
 
-def list_values(values: Mapping[str, float], verb: str = "") -> str:
+def format_values(values: Mapping[str, float], verb: str = "") -> str:
     """Return labels with their values, the greatest first; only the first ones of many.
 
     With a verb, each label is its subject, as in "paper pays 1".

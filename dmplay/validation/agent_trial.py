@@ -111,7 +111,7 @@ def _iter_choices_of_processes(trial: AgentTrial) -> Iterator[list[Choices] | Vi
 
 def _send_choices(trial: AgentTrial, random_state: int, sender: Connection) -> None:
     """Send the choices of an agent, or its violation; drop the output of this process."""
-    Thread(target=_exit_with_parent, daemon=True).start()
+    Thread(target=_wait_for_parent_then_exit, daemon=True).start()
     null_device = os.open(os.devnull, os.O_WRONLY)
     os.dup2(null_device, 1)
     os.dup2(null_device, 2)
@@ -121,8 +121,8 @@ def _send_choices(trial: AgentTrial, random_state: int, sender: Connection) -> N
     sender.send(checked if isinstance(checked, Violation) else checked.choices)
 
 
-def _exit_with_parent() -> None:
-    """Exit this process, in which the agent may hang, when its parent process has ended."""
+def _wait_for_parent_then_exit() -> None:
+    """Wait until the parent process ends, then exit this one, in which the agent may hang."""
     if parent := parent_process():
         parent.join()
         os._exit(1)

@@ -25,9 +25,9 @@ from dmplay.plots.plotted_problem import PlottedProblem, draw_figure
 from dmplay.registry.problem_module_exports import (
     defines_export,
     find_export,
+    get_problem_name,
     load_exported_list,
     locate_export,
-    name_problem,
 )
 from dmplay.registry.problems import LoadedProblem
 from dmplay.tutor import puzzle_mining
@@ -76,7 +76,7 @@ def _solve(problem: Problem) -> None:
 
 def _draw_figure(problem: Problem, name: str, figure: Figure) -> None:
     """Draw a figure, unless it refuses this variant of the problem."""
-    subject = PlottedProblem(problem, name_problem(problem))
+    subject = PlottedProblem(problem, get_problem_name(problem))
     try:
         draw_figure(subject, name, figure)
     except BadParameter as error:
@@ -84,8 +84,11 @@ def _draw_figure(problem: Problem, name: str, figure: Figure) -> None:
             raise
 
 
-def _apply_rule(problem: Problem, rule: RuleOfThumb) -> None:
-    """Play games in which a rule of thumb chooses actions, if their exact values are known."""
+def _play_by_rule_of_thumb(problem: Problem, rule: RuleOfThumb) -> None:
+    """Play games of a problem by a rule of thumb, if exact values are known, as puzzles do.
+
+    An error of the rule passes through.
+    """
     for setup in puzzle_mining.list_setups(problem):
         game = puzzle_mining.open_game(_load(problem), setup, 0)
         hint_agent = find_exact_agent(game.session, game.question)
@@ -142,7 +145,7 @@ def _choose_argument(
 
 def _load(problem: Problem) -> LoadedProblem:
     """Return a problem under its own name."""
-    return LoadedProblem(name_problem(problem), problem, {})
+    return LoadedProblem(get_problem_name(problem), problem, {})
 
 
 # the calls that try each name, by what the name defines; '' if it is a single thing
@@ -157,7 +160,7 @@ CALLS: dict[str, Callable[[Problem], dict[str, Callable[[], object]]]] = {
         for n, setup in enumerate(load_exported_list(problem, "PUZZLE_GAMES", GameSetup) or (), 1)
     },
     "RULES_OF_THUMB": lambda problem: {
-        f"rule of thumb {rule.text!r}": partial(_apply_rule, problem, rule)
+        f"rule of thumb {rule.text!r}": partial(_play_by_rule_of_thumb, problem, rule)
         for rule in list_rules(problem)
     },
     "PUZZLE_DAY": lambda problem: {"": partial(_check_puzzle_day, problem)},

@@ -84,21 +84,23 @@ def _iter_picture_boards(
         [with_rows], ["", *forecast_rows] if forecast_rows else [], options
     )
     remaining_rows = options.height - len(picture.plain.split("\n")) - 1
-    with_names = Text("\n\n").join([picture, _draw_action_names(view, options, remaining_rows)])
+    with_names = Text("\n\n").join(
+        [picture, _wrap_legal_action_names(view, options, remaining_rows)]
+    )
     yield from iter_with_and_without_rows(
         [with_names, picture], [*format_regret_rows(options, labels), *forecast_rows], options
     )
 
 
-def _draw_action_names(view: View[Problem], options: DrawOptions, rows: int) -> Text:
-    """Return the names of the legal actions, wrapped into at most `rows` rows."""
-    names = _list_legal_actions(view).replace(", ", "  ")
+def _wrap_legal_action_names(view: View[Problem], options: DrawOptions, rows: int) -> Text:
+    """Return the names of the legal actions, wrapped into `rows` rows; the rest is cut off."""
+    names = _format_legal_actions(view).replace(", ", "  ")
     canvas, columns = Canvas(), max(options.width, 20)
     canvas.write_rows(0, wrap(names, columns, break_on_hyphens=False, max_lines=max(rows, 1)))
     return canvas.to_text()
 
 
-def _list_legal_actions(view: View[Problem]) -> str:
+def _format_legal_actions(view: View[Problem]) -> str:
     """Return the legal actions in one line, separated by commas."""
     actions = view.action_labels or view.problem.actions[view.seat]
     return actions.describe_actions(view.legal_actions_mask)
@@ -122,7 +124,7 @@ def _iter_text_boards(view: View[Problem], options: DrawOptions) -> Iterator[Tex
     )
     if len(labels) > MAX_LISTED_ACTIONS:
         observation_text = small_canvas.to_text()
-        names = _draw_action_names(view, options, options.height - 2)
+        names = _wrap_legal_action_names(view, options, options.height - 2)
         yield Text("\n\n").join([observation_text, names])
     if not labels:
         _draw_actions(view, small_canvas, 2, options)
@@ -295,7 +297,7 @@ def _describe_actions(view: View[Problem]) -> str:
 def describe_situation(view: View[Problem]) -> str:
     """Return a description of the last observation, the belief and the legal actions."""
     facts = f"{_describe_observation(view).rstrip()}{_describe_belief(view)}"
-    return f"{facts} actions: {_list_legal_actions(view) or 'none'}.".lstrip()
+    return f"{facts} actions: {_format_legal_actions(view) or 'none'}.".lstrip()
 
 
 def _describe_belief(view: View[Problem]) -> str:

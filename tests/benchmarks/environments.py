@@ -7,7 +7,7 @@ from time import perf_counter
 import numpy as np
 
 import dmplay
-from dmplay.core.uniforms import make_generator
+from dmplay.core.uniforms import make_numpy_generator
 from dmplay.gym import Env, VectorEnv
 from dmplay.zoo import ParallelEnv
 
@@ -20,7 +20,7 @@ PlayTurn = Callable[[], object]
 def _make_bare_step(name: str, rows: int) -> PlayTurn:
     """Return a function that draws uniforms and steps the problem, and does nothing else."""
     problem = dmplay.load_problem(name)
-    random = make_generator(1).random
+    random = make_numpy_generator(1).random
     s = problem.sample_initial_states(random((rows, problem.uniform_counts.start)))
     a = np.zeros((rows, len(problem.agents)), np.int64)
     return lambda: problem.step(s, a, random((rows, problem.uniform_counts.step)))

@@ -170,7 +170,7 @@ def measure_unique_replies(runs: int) -> float:
     }
     unique = 0
     for seed in range(runs):
-        replies = run_tournament(problem, entrants, episodes=500, seed=seed).best_replies
+        replies = run_tournament(problem, entrants, episodes=500, seed=seed).best_responses
         assert replies is not None
         unique += len(replies[0]) == 1
     return unique / runs

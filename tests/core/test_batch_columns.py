@@ -15,7 +15,7 @@ from dmplay.core.batch_columns import (
     stack_columns,
     to_array,
 )
-from dmplay.core.uniforms import make_generator
+from dmplay.core.uniforms import make_numpy_generator
 
 ROWS = np.array([[0.1, -0.7], [np.nan, 2.0], [-np.inf, -0.0], [1e300, 0.5]])
 
@@ -51,7 +51,7 @@ def test_rows_are_kept_where_the_condition_holds() -> None:
 
 @pytest.mark.parametrize("name", ["cart-pole", "mountain-car:gym", "collision-avoidance"])
 def test_a_game_of_one_row_has_the_bits_of_its_row_in_a_batch(name: str) -> None:
-    problem, random = dmplay.load_problem(name), make_generator(5).random
+    problem, random = dmplay.load_problem(name), make_numpy_generator(5).random
     s = problem.sample_initial_states(random((50, problem.uniform_counts.start)))
     for _ in range(60):
         a = (random((50, 1)) * len(problem.actions[0].labels)).astype(int)
@@ -67,7 +67,7 @@ def test_a_game_of_one_row_has_the_bits_of_its_row_in_a_batch(name: str) -> None
 
 
 def test_a_board_alone_slides_as_it_does_in_a_batch() -> None:
-    problem, random = dmplay.load_problem("2048"), make_generator(5).random
+    problem, random = dmplay.load_problem("2048"), make_numpy_generator(5).random
     boards = (random((300, 4, 4)) * 17).astype(np.uint8)  # with tiles beyond those of the tables
     boards[:150] %= 3  # boards on which many tiles merge
     a, u = (random((300, 1)) * 4).astype(int), random((300, 2))

@@ -83,7 +83,7 @@ def test_the_cross_table_contains_the_rewards_of_the_game() -> None:
 
 def test_a_tournament_is_a_game_whose_actions_are_the_entrants() -> None:
     result = play_tournament("grim", "always-defect")
-    assert result.best_replies == ((0,), (1,))
+    assert result.best_responses == ((0,), (1,))
     assert result.equilibrium is not None
     assert result.equilibrium[0].tolist() == [1.0, 0.0]
     assert result.regrets is not None
@@ -101,9 +101,9 @@ def test_results_that_only_chance_separates_are_ties() -> None:
     ties = errors = 0
     for seed in range(10):
         result = run_tournament(problem, entrants, episodes=500, seed=seed)
-        assert result.best_replies is not None
-        assert 2 not in result.best_replies[1]  # frequency loses 2 games to beat-last
-        ties += len(result.best_replies[0]) > 1
+        assert result.best_responses is not None
+        assert 2 not in result.best_responses[1]  # frequency loses 2 games to beat-last
+        ties += len(result.best_responses[0]) > 1
         assert result.regret_errors is not None
         assert result.share_errors is not None
         errors += bool((result.regret_errors > 0).any() and (result.share_errors > 0).any())
@@ -115,7 +115,7 @@ def test_several_equilibria_are_counted() -> None:
     result = play_tournament("grim", "tit-for-tat", "always-defect")
     assert result.equilibrium_count > 1
     assert result.has_infinite_equilibria  # because two agents play equally
-    assert result.best_replies == ((0, 1), (0, 1), (2,))
+    assert result.best_responses == ((0, 1), (0, 1), (2,))
 
 
 def test_one_equilibrium_of_three_seats_may_not_be_the_only_one() -> None:
@@ -419,7 +419,7 @@ def test_three_seats_have_an_approximate_equilibrium_with_a_small_gain() -> None
         for reward in [float(len({*seats}) == 1) + 0.5 * (seats == (1, 1, 1))]
     }
     result = run_tournament(hunt, {"a": policy, "b": policy}, returns_by_seating=returns)
-    assert result.best_replies == ((0,), (1,))
+    assert result.best_responses == ((0,), (1,))
     assert result.equilibrium is not None
     assert result.regrets is not None
     assert result.exploitability is not None

@@ -8,7 +8,7 @@ import pytest
 
 from dmplay.errors import BadParameter
 from dmplay.game.watching import WatchedSteps, WatchTarget, watch_target
-from dmplay.output.step_export import MAX_FILM_STEPS, StepExport, export_steps
+from dmplay.output.step_export import MAX_FILM_STEPS, StepExport, export_algorithm_steps
 from dmplay.views.protocol import DrawOptions
 
 SIZE = DrawOptions(80, 24)
@@ -21,7 +21,7 @@ def watch(iterations: int | None = 3) -> WatchedSteps:
 
 def export(format_name: str, step: int | None = None, iterations: int | None = 3) -> str:
     """Return an export as one text."""
-    printout = export_steps(
+    printout = export_algorithm_steps(
         watch(iterations), StepExport(format_name, SIZE, step), None, force=False
     )
     return "".join(printout.text_chunks)
@@ -72,10 +72,10 @@ def test_a_page_opens_at_the_typed_step() -> None:
 
 def test_files_are_written_and_wrong_endings_refused(tmp_path: Path) -> None:
     file = tmp_path / "walk.svg"
-    export_steps(watch(), StepExport("svg", SIZE), file, force=False)
+    export_algorithm_steps(watch(), StepExport("svg", SIZE), file, force=False)
     assert file.read_text(encoding="utf-8").startswith("<svg")
     with pytest.raises(BadParameter, match=r"the format is HTML; name the file .*walk.html"):
-        export_steps(watch(), StepExport("html", SIZE), file, force=True)
+        export_algorithm_steps(watch(), StepExport("html", SIZE), file, force=True)
 
 
 def test_a_film_has_no_single_step() -> None:

@@ -16,7 +16,7 @@ from dmplay.core.uniforms import SeededUniforms
 from dmplay.problems import bandit
 from dmplay.registry import agents, module_loader
 from dmplay.registry import problem_module_exports as module_exports
-from dmplay.registry.problem_module_exports import find_folder_name
+from dmplay.registry.problem_module_exports import get_command_line_name
 from dmplay.registry.problem_name_kinds import rebase_name
 from dmplay.validation import check_report
 from dmplay.views.protocol import load_view_module
@@ -205,7 +205,7 @@ def test_a_folder_is_loaded_again_after_a_change_of_any_file(tmp_path: Path) -> 
 
 def test_a_folder_is_named_by_its_last_part(tmp_path: Path) -> None:
     problem = dmplay.load_problem(copy_folder(bandit, tmp_path / "three_arms"))
-    assert find_folder_name(problem) == "three-arms"
+    assert get_command_line_name(problem) == "three-arms"
     assert rebase_name("a/bandit/:equal", Path(), Path("b")) == "../a/bandit/:equal"
 
 

@@ -10,7 +10,7 @@ from dmplay.core.session import Session
 from dmplay.core.text import format_number
 from dmplay.core.uniforms import SeededUniforms
 from dmplay.evaluation.solutions.solve import solve
-from dmplay.game.hints.hint_provider import HintProvider, count_decimals, format_fixed
+from dmplay.game.hints.hint_provider import HintProvider, choose_decimals, format_fixed
 from dmplay.registry.problems import load_problem
 from tests.fuzz.reward_scales import KINDS, find_difference
 from tests.support.programs import run_dmplay
@@ -108,7 +108,7 @@ def test_hints_show_small_values(tmp_path: Path) -> None:
 def test_a_number_that_decimals_would_hide_has_an_exponent(
     values: list[float], texts: list[str]
 ) -> None:
-    decimals = count_decimals(values, scale=1e-9)
+    decimals = choose_decimals(values, scale=1e-9)
     assert [format_fixed(value, decimals) for value in values] == texts
 
 

@@ -51,7 +51,7 @@ def test_the_next_lesson_is_the_first_open_one() -> None:
     lessons = [FIRST, SECOND]
     loaded = progress.load_all_progress(lessons)
     assert progress.find_next_lesson(lessons, loaded) == SECOND
-    assert progress.count_finished(loaded) == "1 of 2 done"
+    assert progress.format_finished_count(loaded) == "1 of 2 done"
 
 
 def test_outlines_agree_with_the_lessons() -> None:

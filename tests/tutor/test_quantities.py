@@ -15,7 +15,7 @@ from dmplay.tutor.answers import check_answer, describe_right_answer
 from dmplay.tutor.lesson import PositionText, Prediction, QuantityCall
 from dmplay.tutor.positions import PositionInGame, open_position
 from dmplay.tutor.quantity import compute_truth
-from dmplay.tutor.truth import list_values
+from dmplay.tutor.truth import format_values
 
 
 def open_problem(problem: str, **facts: object) -> PositionInGame:
@@ -517,10 +517,10 @@ def test_the_score_of_ten_rounds_by_hand() -> None:
 
 def test_values_equal_to_the_last_one_of_a_list_are_not_lower() -> None:
     values = dict.fromkeys("abcdefg", 2.0) | {"h": 2.0, "i": 1.0, "j": 3.0}
-    assert list_values(values) == (
+    assert format_values(values) == (
         "the values are j: 3, a: 2, b: 2, c: 2, d: 2, e: 2 (also of 3 others); 1 other is lower"
     )
-    assert list_values({"a": 1.0, "b": 2.0}) == "the values are b: 2, a: 1"
+    assert format_values({"a": 1.0, "b": 2.0}) == "the values are b: 2, a: 1"
 
 
 def test_strategies_are_told_apart_by_their_replies() -> None:

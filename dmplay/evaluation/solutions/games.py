@@ -41,12 +41,12 @@ def solve_nash_equilibria(problem: Problem) -> Solution:
         largest_gain = max(float(bimatrix_game.compute_regrets(centered, profile).max()), 0.0)
         rewards = bimatrix_game.compute_utilities(payoffs, profile).tolist()
         summary = f"a Nash equilibrium of one round; {_format_largest_gain(largest_gain)}"
-        row = _build_strategy_row(problem, profile, rewards)
+        row = _build_strategy_profile_row(problem, profile, rewards)
         return Solution("Lemke-Howson algorithm", summary, [row])
     rows = []
     for profile in profiles:
         rewards = bimatrix_game.compute_utilities(payoffs, profile).tolist()
-        rows.append(_build_strategy_row(problem, profile, rewards, 0.0))
+        rows.append(_build_strategy_profile_row(problem, profile, rewards, 0.0))
     method, count = f"{'vertex' if extreme else 'support'} enumeration", len(rows)
     summary = f"{count} Nash equilibri{'um' if count == 1 else 'a'} of one round"
     if extreme_equilibria.has_mixtures(extreme):
@@ -68,7 +68,7 @@ def solve_many_player_game(problem: Problem) -> Solution:
     summary = f"one round; {_format_largest_gain(float(result.regrets.max()))}"
     if result.pure_count:
         summary += f"; {_describe_other_equilibria(result.pure_count - 1)}"
-    return Solution(method, summary, [_build_strategy_row(problem, strategies, rewards)])
+    return Solution(method, summary, [_build_strategy_profile_row(problem, strategies, rewards)])
 
 
 def _describe_other_equilibria(pure_count: int) -> str:
@@ -86,13 +86,13 @@ def _format_largest_gain(gain: float) -> str:
     return f"no agent gains{bound} by another action"
 
 
-def _build_strategy_row(
+def _build_strategy_profile_row(
     problem: Problem,
     strategies: Sequence[Reals],
     payoffs: Sequence[float],
     min_probability: float = MIN_SHOWN_PROBABILITY,
 ) -> Row:
-    """Return a row with the strategy and the payoff of each agent."""
+    """Return a row with the payoff and the strategy of each agent, from `min_probability` on."""
     row: Row = {}
     for seat, (agent, strategy) in enumerate(zip(problem.agents, strategies, strict=True)):
         row[agent] = format_mixed_strategy(problem, seat, strategy, min_probability)
@@ -126,7 +126,7 @@ def solve_zero_sum_game(problem: Problem) -> Solution:
     return Solution(method, f"{value_text}, {precision}", rows)
 
 
-def solve_best_replies(problem: Problem) -> Solution:
+def solve_best_responses(problem: Problem) -> Solution:
     """Return the result of best responses in a Markov game of several agents."""
     graph = transition_graph.build_reachable_graph(problem)
     result = best_response_dynamics.find_equilibrium(problem, graph)

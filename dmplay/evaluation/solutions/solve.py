@@ -26,7 +26,7 @@ SOLUTIONS = {  # `MODULE.FUNCTION` in this folder
     Method.POINT_BASED: "first_actions.solve_first_actions",
     Method.BACKWARD_INDUCTION: "mdps.solve_finite_horizon",
     Method.SHAPLEY_ITERATION: "games.solve_zero_sum_game",
-    Method.BEST_RESPONSES: "games.solve_best_replies",
+    Method.BEST_RESPONSES: "games.solve_best_responses",
 }
 SIMULATION = "simulated_returns.solve_by_simulation"  # for problems that no method fits
 

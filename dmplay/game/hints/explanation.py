@@ -29,7 +29,7 @@ MAJOR_SHARE = 0.5  # share of a difference that one reason must explain
 MIN_LEAD = 1e-9  # smaller leads of a probability over the next one are rounding errors
 MIN_BELIEF_CHANGE = 0.005  # smaller changes of a probability are not mentioned
 MAX_SENTENCE_WORDS = 25
-PLACE_PREFIX = " in the state "
+STATE_PREFIX = " in the state "
 RUNNER_UP = RuleChoice(-1, "the next best")
 VALUE_WORDS = {
     Accuracy.EXACT: "worth", Accuracy.CONDITIONAL: "worth", Accuracy.LOWER_BOUND: "worth at least",
@@ -68,7 +68,9 @@ def explain_action(provider: HintProvider, action: float | None = None) -> Expla
         name = "" if action is None else f"{format_real_action(provider, action)} "
         return Explanation(f"{name}({hint.basis})", (f"{hint.recommended_action}.",), hint.data)
     explained = hint.action if action is None else action
-    label = f"{format_real_action(provider, explained)}{_format_place(provider)} ({hint.basis})"
+    label = (
+        f"{format_real_action(provider, explained)}{_format_present_state(provider)} ({hint.basis})"
+    )
     if hint.values is None:
         data = {
             "by": hint.data["by"],
@@ -245,12 +247,14 @@ class _ValueExplainer:
             verb = "you observe" if is_observed else "next is"
             if self._session.problem.state_count == 1:
                 verb = f"{self._name_others()} chooses"
-            yield f"{verb} {self._list_outcomes(parts, ' with probability', has_belief=True)}"
-            yield f"{verb} {self._list_outcomes(parts, ' with probability')}"
-            yield f"probabilities: {self._list_outcomes(parts, '')}"
+            yield f"{verb} {self._format_outcomes(parts, ' with probability', has_belief=True)}"
+            yield f"{verb} {self._format_outcomes(parts, ' with probability')}"
+            yield f"probabilities: {self._format_outcomes(parts, '')}"
         yield from self._iter_summaries(parts)
 
-    def _list_outcomes(self, parts: ActionBreakdown, noun: str, *, has_belief: bool = False) -> str:
+    def _format_outcomes(
+        self, parts: ActionBreakdown, noun: str, *, has_belief: bool = False
+    ) -> str:
         """Return each outcome with its probability, its value and perhaps the belief after it."""
         decimals = count_probability_decimals([item.probability for item in parts.outcomes])
         entries = []
@@ -300,7 +304,7 @@ class _ValueExplainer:
     @property
     def _present_state(self) -> str:
         """The present state as text; '' if the agent does not see it, or it is not short."""
-        return _format_place(self._provider).removeprefix(PLACE_PREFIX)
+        return _format_present_state(self._provider).removeprefix(STATE_PREFIX)
 
     def _iter_summaries(self, parts: ActionBreakdown) -> Iterator[str]:
         """Yield clauses on many outcomes: the likeliest one and their range, then the range.
@@ -574,14 +578,14 @@ class _ValueExplainer:
         return data
 
 
-def _format_place(provider: HintProvider) -> str:
-    """Return the present state as ` in the state STATE`; '' if it is hidden or not short."""
+def _format_present_state(provider: HintProvider) -> str:
+    """Return the present state as ` in the state STATE`; '' if it is hidden or too long."""
     problem = provider.session.problem
     is_named = isinstance(problem.state_count, int) and problem.state_count > 1
     if problem.partially_observable or not is_named:
         return ""
     text = problem.describe_state(provider.session.state)
-    return f"{PLACE_PREFIX}{text}" if _is_short(text) else ""
+    return f"{STATE_PREFIX}{text}" if _is_short(text) else ""
 
 
 def _choose_short(sentences: Sequence[str]) -> str:

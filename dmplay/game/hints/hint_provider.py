@@ -33,7 +33,7 @@ WHOLE_NUMBER_SPREAD = 100.0  # values that differ by this or more are printed wi
 INTERVAL_RESOLUTION = 1e-4  # resolution of a printed real-valued action, as a share of its interval
 
 
-def count_decimals(values: Sequence[float], scale: float = 1.0) -> int:
+def choose_decimals(values: Sequence[float], scale: float = 1.0) -> int:
     """Return the number of decimals, at least 2, at which the largest difference of values shows.
 
     Equal values are compared with zero instead; nan and infinite values are ignored. There are at
@@ -46,10 +46,10 @@ def count_decimals(values: Sequence[float], scale: float = 1.0) -> int:
     return decimals if largest < MIN_FIXED else min(decimals, MAX_DECIMALS)
 
 
-def count_hint_decimals(values: Sequence[float], scale: float = 1.0) -> int:
+def choose_hint_decimals(values: Sequence[float], scale: float = 1.0) -> int:
     """Return the decimals for values: 0 for whole numbers and for spreads of 100 or more.
 
-    Otherwise it is that of `count_decimals`.
+    Otherwise it is that of `choose_decimals`.
     """
     are_integers = all(
         abs(value - round(value)) < VALUE_TOLERANCE * scale for value in values if isfinite(value)
@@ -57,7 +57,7 @@ def count_hint_decimals(values: Sequence[float], scale: float = 1.0) -> int:
     return (
         0
         if are_integers or _value_spread(values, scale) >= WHOLE_NUMBER_SPREAD
-        else count_decimals(values, scale)
+        else choose_decimals(values, scale)
     )
 
 
@@ -199,7 +199,7 @@ class Hint:
         if self.values.basis.accuracy is Accuracy.RATING:
             return 0
         listed = self.values.q[self._actions_by_value[:MAX_LISTED_VALUES]]
-        return count_decimals(listed.tolist(), self.values.scale)
+        return choose_decimals(listed.tolist(), self.values.scale)
 
     @cached_property
     def value_rows(self) -> list[tuple[str, str]]:
@@ -224,7 +224,7 @@ class Hint:
         listed = self.values.q[order].tolist()
         listed_errors = [] if errors is None else errors[order].tolist()
         are_short = ordered or self.values.basis.accuracy is Accuracy.RATING
-        count = count_hint_decimals if are_short and errors is None else count_decimals
+        count = choose_hint_decimals if are_short and errors is None else choose_decimals
         decimal_count = count([*listed, *listed_errors], self.values.scale)
         numbers = [format_fixed(value, decimal_count) for value in listed]
         for index, error in enumerate(listed_errors):

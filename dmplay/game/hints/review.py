@@ -13,7 +13,7 @@ from dmplay.core.session import SeatedPolicy, Session
 from dmplay.core.text import align_columns, format_count
 from dmplay.core.work_budget import Budget, scale_progress_part
 from dmplay.game.background_tasks import TaskInfo, run_cancellable
-from dmplay.game.hints.hint_provider import SAMPLED_VALUES, TOO_CLOSE, count_decimals, format_fixed
+from dmplay.game.hints.hint_provider import SAMPLED_VALUES, TOO_CLOSE, choose_decimals, format_fixed
 from dmplay.game.position import Position
 from dmplay.registry import agents
 
@@ -70,7 +70,7 @@ class ReviewedAction(NamedTuple):
     @property
     def decimal_count(self) -> int:
         """The number of decimals of its values and its regret."""
-        return _count_decimals([self], [*self.values.values()])
+        return _choose_decimals([self], [*self.values.values()])
 
     @property
     def data(self) -> dict[str, object]:
@@ -195,7 +195,7 @@ def format_summary(reviewed_actions: list[ReviewedAction]) -> str:
     is_discounted = any(move.discount_factor < 1.0 for move in reviewed_actions)
     lost = "rating" if _have_ratings(reviewed_actions) else "value"
     meaning = f"{'discounted ' * is_discounted}{lost} lost"
-    regret_text = format_fixed(total, _count_decimals(reviewed_actions, [total]))
+    regret_text = format_fixed(total, _choose_decimals(reviewed_actions, [total]))
     text = f"{text}, total {expected} regret ({meaning}) {regret_text}"
     if best_count == len(reviewed_actions):
         return text
@@ -207,11 +207,11 @@ def _have_ratings(reviewed_actions: Sequence[ReviewedAction]) -> bool:
     return any(move.basis.accuracy is Accuracy.RATING for move in reviewed_actions)
 
 
-def _count_decimals(reviewed_actions: Sequence[ReviewedAction], numbers: Sequence[float]) -> int:
-    """Return the number of decimals for values or regrets of these actions."""
+def _choose_decimals(reviewed_actions: Sequence[ReviewedAction], numbers: Sequence[float]) -> int:
+    """Return the decimals that tell these values or regrets apart; 0 for actions with ratings."""
     if _have_ratings(reviewed_actions):
         return 0
-    return count_decimals(numbers, reviewed_actions[0].scale if reviewed_actions else 1.0)
+    return choose_decimals(numbers, reviewed_actions[0].scale if reviewed_actions else 1.0)
 
 
 def run_review(
@@ -233,7 +233,7 @@ def format_table(reviewed_actions: list[ReviewedAction]) -> list[str]:
     losses = [move.discounted_regret for move in reviewed_actions]
     max_loss, decimal_count = (
         max(losses, default=0.0),
-        _count_decimals(reviewed_actions, [*regrets, *losses]),
+        _choose_decimals(reviewed_actions, [*regrets, *losses]),
     )
     is_discounted = any(move.discount_factor < 1.0 for move in reviewed_actions)
     regret_headings = ["regret", *["discounted"] * is_discounted] if regrets else []

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 from dmplay.core.spaces import Interval
 from dmplay.core.text import format_count
-from dmplay.game.hints.hint_provider import HintProvider, count_decimals, format_fixed
+from dmplay.game.hints.hint_provider import HintProvider, choose_decimals, format_fixed
 
 ACTION_TOLERANCE = 1e-9  # actions that differ by less are the same
 
@@ -41,7 +41,7 @@ def describe_rule(
     }
     alternative = _choose_alternative(provider, action, recommended)
     other = None if alternative is None else provider.simulate_action(alternative.action)
-    decimals = count_decimals([simulation.mean, other.mean if other else 0.0])
+    decimals = choose_decimals([simulation.mean, other.mean if other else 0.0])
     mean = format_fixed(simulation.mean, decimals)
     turns = format_count(simulation.turns, "turn")
     sentences = (

@@ -74,7 +74,7 @@ class Optimal(HorizonPolicy, GreedyBeliefPolicy):
 
     def values_with_turns_left(self, info_state: Reals, turns_left: int | None) -> Reals:
         """Return Q `[B, A]` of beliefs `[B, S]` with these rewards to come."""
-        q, inverse = self._look_up_values(info_state, turns_left)
+        q, inverse = self._find_or_compute_values(info_state, turns_left)
         return q.take(inverse, axis=0)
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
@@ -82,12 +82,12 @@ class Optimal(HorizonPolicy, GreedyBeliefPolicy):
 
         def choose_best(b: Reals, turns_left: int | None) -> Array:
             """Return the actions `[B]` with these turns left."""
-            q, inverse = self._look_up_values(b, turns_left)
+            q, inverse = self._find_or_compute_values(b, turns_left)
             return select_greedy_actions(q).take(inverse)
 
         return self.apply_by_turns_left(choose_best, memory)
 
-    def _look_up_values(self, b: Reals, turns_left: int | None) -> tuple[Reals, Ints]:
+    def _find_or_compute_values(self, b: Reals, turns_left: int | None) -> tuple[Reals, Ints]:
         """Return Q `[K, A]` of the K distinct beliefs, and the index `[B]` of each row's belief.
 
         A belief that was looked up before is not searched again.

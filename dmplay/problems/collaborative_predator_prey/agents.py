@@ -6,7 +6,7 @@ from functools import cached_property, lru_cache
 import numpy as np
 
 from dmplay.agents.available_agents import Roster
-from dmplay.agents.base import AdviceQuestion, PolicyLookup, ReactivePolicy, SeatPolicy
+from dmplay.agents.base import AdviceQuestion, PolicyMaker, ReactivePolicy, SeatPolicy
 from dmplay.agents.belief_policy import BeliefPolicy, GreedyBeliefPolicy
 from dmplay.agents.best_response_in_team import PartnerBeliefPolicy
 from dmplay.agents.dec_pomdp import JointPlan
@@ -113,7 +113,7 @@ class Qmdp(HorizonPolicy, _FactoredBeliefPolicy, GreedyBeliefPolicy):
     """
 
     problem: CollaborativePredatorPrey
-    policy_lookup: PolicyLookup | None = field(default=None, compare=False, repr=False)
+    policy_maker: PolicyMaker | None = field(default=None, compare=False, repr=False)
     to: str = parameter("", "the only partner, an agent; if empty, partners see all positions")
 
     def __post_init__(self) -> None:
@@ -136,15 +136,15 @@ class Qmdp(HorizonPolicy, _FactoredBeliefPolicy, GreedyBeliefPolicy):
         """Return whether the values of that many turns can be computed and stored in time."""
         return self.problem.state_count * turns <= MAX_PLANNED_STATES
 
-    def with_policy_lookup(self, policy_lookup: PolicyLookup) -> "Qmdp":
-        """Return this policy, or that beside the partner `to`, with a function that makes it."""
-        policy = replace(self, policy_lookup=policy_lookup)
+    def with_policy_maker(self, policy_maker: PolicyMaker) -> "Qmdp":
+        """Return this policy, or that for the partner named by `to`, which `policy_maker` makes."""
+        policy = replace(self, policy_maker=policy_maker)
         return policy._with_partner(self.to) if self.to else policy
 
     def adapt_to_game(self, question: AdviceQuestion) -> "Qmdp":
         """Return a policy for the turns left, and for the rule of a single partner if known."""
         policy = super().adapt_to_game(question)
-        if len(question.opponents) != 1 or self.policy_lookup is None:
+        if len(question.opponents) != 1 or self.policy_maker is None:
             return policy
         try:
             return policy._with_partner(*question.opponents)
@@ -154,7 +154,7 @@ class Qmdp(HorizonPolicy, _FactoredBeliefPolicy, GreedyBeliefPolicy):
     def _with_partner(self, name: str) -> "QmdpWithPartner":
         """Return the policy beside an agent; raise an error if its rule is not known."""
         policy = QmdpWithPartner(
-            self.problem, self.seat, horizon=self.horizon, policy_lookup=self.policy_lookup, to=name
+            self.problem, self.seat, horizon=self.horizon, policy_maker=self.policy_maker, to=name
         )
         _ = policy.machine
         return policy
@@ -198,7 +198,7 @@ class QmdpWithPartner(Qmdp, PartnerBeliefPolicy):
     max_belief_size = 1_000_000
 
     current_belief = PartnerBeliefPolicy.current_belief
-    with_policy_lookup = PartnerBeliefPolicy.with_policy_lookup
+    with_policy_maker = PartnerBeliefPolicy.with_policy_maker
 
     def values_basis(self, question: AdviceQuestion) -> ValuesBasis:
         """Return upper bounds beside the partner."""

@@ -119,11 +119,11 @@ class HexWorld(Problem):
         return (DiscreteUniform(np.full(rows, len(self.hexes)), len(self.hexes)),)
 
     def initial_states(self, rows: int, events: tuple[Array, ...]) -> Array:
-        """Return the sampled hexes as states."""
+        """Return the start states `[B]`, which are the sampled events of `initial_chance`."""
         return events[0]
 
     def chance(self, s: Array, a: Array) -> tuple[Chance, ...]:
-        """Return the distribution of the slip: none, counter-clockwise, clockwise."""
+        """Return the distribution of one event, the slip: none, counter-clockwise or clockwise."""
         return (self._slip_chance,)
 
     def resolve_events(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:

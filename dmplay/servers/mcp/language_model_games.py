@@ -58,7 +58,7 @@ class ModelGames:
         self.failed_recorders: list[Recorder] = []  # of games with turns that could not be written
         self.save_removal = saves.SaveRemoval()  # old saves deleted for these games
         self._problem_names: dict[str, str] = {}
-        for name in config.problems or _builtin_problem_names():
+        for name in config.problems or _list_builtin_problems_and_variants():
             problems.resolve_problem(name, {})  # raises UnknownName before a client connects
             problem = _problem_id(name)
             owner = self._problem_names.setdefault(problem, name)
@@ -254,7 +254,7 @@ def _encode_turn_percept(seat: ModelSeat, turn: int) -> JsonObject:
     return {"turn": 0, "observation": encode_observation(session.problem, index, observation)}
 
 
-def _builtin_problem_names() -> list[str]:
+def _list_builtin_problems_and_variants() -> list[str]:
     """Return the names of the built-in problems and of their variants."""
     return [
         f"{name}:{variant}" if variant else name

@@ -89,7 +89,11 @@ class _BayesianGame:
         return np.asarray(self.last_agent_nodes @ best_payoffs)
 
     def _restrict_payoffs(self, assigned_actions: tuple[int, ...]) -> Reals:
-        """Return the payoffs `[J, B, A]`, minus infinity if they contradict assigned actions."""
+        """Return the payoffs, minus infinity if they contradict the assigned actions.
+
+        The axes `[J, B, A]` are joint nodes, joint actions of the other agents, and actions of
+        the last agent.
+        """
         is_allowed = np.ones(self.payoffs.shape[:2], bool)
         for (seat, node), action in zip(self.assignment_order, assigned_actions, strict=False):
             is_assigned = self.other_joint_actions[:, seat] == action

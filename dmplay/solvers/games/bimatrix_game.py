@@ -76,7 +76,7 @@ def find_undominated_actions(payoffs: Reals) -> tuple[list[int], list[int]]:
 
 
 def _find_surviving_rows(values: Reals) -> list[int]:
-    """Return the rows `[A, others]` that may be best replies.
+    """Return the rows `[A, others]` that may be best responses.
 
     A row that is the only best one in some column is one without a further test.
     """
@@ -88,11 +88,11 @@ def _find_surviving_rows(values: Reals) -> list[int]:
 
 
 def _is_never_best_response(values: Reals, row: int) -> bool:
-    """Return whether a row `[A, others]` is proven to be no best reply to any mixed strategy.
+    """Return whether a row `[A, others]` is proven to be no best response to any mixed strategy.
 
     Then some mixed strategy strictly dominates it. A row that is nowhere better and somewhere worse
-    than another is a best reply at most to mixtures of the columns in which the two are equal, and
-    so on, until no column is left. True is a proof; False is not.
+    than another is a best response at most to mixtures of the columns in which the two are equal,
+    and so on, until no column is left. True is a proof; False is not.
     """
     columns = np.ones(values.shape[1], bool)
     while columns.any():

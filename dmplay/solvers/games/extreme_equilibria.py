@@ -2,8 +2,8 @@
 
 They are pairs of vertices of the two best-response polyhedra, each of which has one agent's mixed
 strategies and an upper bound on the other's payoff. Two vertices are an equilibrium if every action
-is not played or a best reply. In degenerate games the agents may play different numbers of actions
-and there may be infinitely many equilibria; all vertices are enumerated here too. Source: Avis,
+is not played or a best response. In degenerate games the agents may play different numbers of
+actions and equilibria may be infinitely many; all vertices are enumerated here too. Source: Avis,
 Rosenberg, Savani and von Stengel, Enumeration of Nash equilibria for two-player games (2010).
 """
 
@@ -29,12 +29,12 @@ MAX_DENOMINATOR = 1000  # of a simple fraction
 class _ResponseVertices(NamedTuple):
     """The vertices of one agent's mixed strategies, with the actions that are tight in each.
 
-    These are the agent's unplayed actions, and the best replies of the other agent.
+    These are the agent's unplayed actions, and the best responses of the other agent.
     """
 
     mixed_strategies: Reals  # [N, A]
     unplayed_actions: Bools  # [N, A], of its own actions
-    best_responses: Bools  # [N, B], best replies of the other agent
+    best_responses: Bools  # [N, B], best responses of the other agent
 
 
 def find_extreme_equilibria(payoffs: Reals) -> list[MixedProfile]:

@@ -74,7 +74,8 @@ def _find_pure_equilibrium(payoffs: Reals) -> RegretMatchingResult | None:
 def _run_regret_matching(payoffs: Reals) -> RegretMatchingResult:
     """Return the average strategies with the least maximum regret.
 
-    They are checked after rounds 1, 2, 4, 8 and so on.
+    `payoffs` is `[A1, A2, ..., n]`. The averages are checked after rounds 1, 2, 4, 8, ..., until
+    no agent can gain or `MAX_ROUNDS` are over.
     """
     budget = Budget("regret matching", "try fewer agents or actions")
     agents = payoffs.shape[-1]

@@ -34,8 +34,8 @@ class BeliefGrid:
         return np.array(list(rising))[:, ::-1]
 
     @cached_property
-    def _point_index(self) -> Ints:
-        """The table of point indices by cumulative steps."""
+    def _point_index_table(self) -> Ints:
+        """The index of each grid point, with one axis for each of its cumulative steps."""
         table = np.zeros((self.resolution + 1,) * (self.state_count - 1), np.int64)
         table[tuple(self._cumulative_steps.T)] = np.arange(len(self._cumulative_steps))
         return table
@@ -60,7 +60,7 @@ class BeliefGrid:
         np.put_along_axis(ranks, order, np.arange(self.state_count - 1)[None], axis=1)
         steps = low[:, None] + (ranks[:, None] < np.arange(self.state_count)[:, None])
         corners = np.moveaxis(np.minimum(steps, self.resolution), 2, 0)
-        point_indices = self._point_index[tuple(corners)]
+        point_indices = self._point_index_table[tuple(corners)]
         sorted_fractions = np.take_along_axis(fractions, order, axis=1)
         padded_fractions = np.ones((len(b), 1)), sorted_fractions, np.zeros((len(b), 1))
         return point_indices, -np.diff(np.hstack(padded_fractions))

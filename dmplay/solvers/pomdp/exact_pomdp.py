@@ -247,7 +247,7 @@ def _improve_controller(
 def _keep_reachable_nodes(
     controller: _FiniteStateController, start_nodes: list[int]
 ) -> _FiniteStateController:
-    """Return the part of a controller that is reachable from the start nodes."""
+    """Return the nodes of a controller that are reachable from the start nodes, renumbered."""
     reachable = np.zeros(len(controller.actions), bool)
     reachable[start_nodes] = True
     while not reachable[controller.next_nodes[reachable]].all():

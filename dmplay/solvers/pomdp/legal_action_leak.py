@@ -63,7 +63,7 @@ def has_legal_action_leak(problem: Problem) -> bool:
 def _iter_indistinguishable_states(problem: Problem, states: Array, legal: Bools) -> Iterator[Ints]:
     """Yield sets of states that an agent which sees its legal actions cannot tell apart.
 
-    It stops extending the list after some hundred sets.
+    No sets are added to the search after the first `MAX_ENUMERATED_STATES`.
     """
     transitions = [
         _possible_transitions(problem, states, legal[:, a], a) for a in range(legal.shape[1])

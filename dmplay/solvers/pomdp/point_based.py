@@ -21,7 +21,7 @@ import numpy as np
 from dmplay.core.arrays import Ints, Reals
 from dmplay.core.best_actions import compute_reward_scale
 from dmplay.core.problem import Problem
-from dmplay.core.uniforms import make_generator
+from dmplay.core.uniforms import make_numpy_generator
 from dmplay.core.work_budget import ARRAY_CALL_WORK, Budget
 from dmplay.errors import BudgetExceeded
 from dmplay.solvers.pomdp.belief_bounds import BoundLayer
@@ -100,7 +100,7 @@ class PointBasedSolver:
         self._updated_belief_count = 10
         self._growth_factor = MIN_GROWTH_FACTOR
         self._gap_and_work_before = (self.gap, 0.0)
-        self._generator = make_generator(0)
+        self._generator = make_numpy_generator(0)
 
     @property
     def lower_bound(self) -> float:

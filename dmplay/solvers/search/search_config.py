@@ -97,8 +97,8 @@ class SearchConfig:
         table = self.nodes_per_tree * self.action_slots * self.observation_slots
         return max(1, MAX_TABLE_ENTRIES // max(table, self.uniforms_per_row))
 
-    def split_rows(self, row_count: int) -> list[slice]:
-        """Return slices of the rows that are searched together, block by block."""
+    def make_row_slices(self, row_count: int) -> list[slice]:
+        """Return slices of a batch, each of at most `rows_per_block` rows to search together."""
         step = self.rows_per_block
         return [slice(start, start + step) for start in range(0, max(row_count, 1), step)]
 
@@ -121,7 +121,7 @@ class SearchConfig:
     def make_budget(self, row_count: int) -> Budget:
         """Return the budget of a search of `row_count` rows.
 
-        Raises BudgetExceeded if the search would take more.
+        Raise BudgetExceeded if the search would exceed the limit of work or memory.
         """
         budget = Budget("search", "try fewer simulations or a smaller depth", WORK_LIMIT)
         table_entries = self.nodes_per_tree * self.action_slots * (2 + 2 * self.observation_slots)

@@ -18,7 +18,7 @@ from dmplay.terminal.painter import Painter, ScreenPosition
 from dmplay.terminal.styles import to_rich_text
 from dmplay.transcript.reader import TranscriptOutline
 from dmplay.tutor.lesson_list import list_builtin_outlines
-from dmplay.tutor.progress import count_finished, find_next_lesson, load_all_progress
+from dmplay.tutor.progress import find_next_lesson, format_finished_count, load_all_progress
 from dmplay.ui.gallery.preview import ProblemPreview, make_preview, wrap_text, your_game_rows
 from dmplay.ui.gallery.problem_entries import ProblemEntry
 from dmplay.ui.screen.frame_state import NEXT_PAGE_KEYS, FrameState, Viewport, fit_line, fit_text
@@ -277,7 +277,7 @@ class Gallery:
         next_lesson = find_next_lesson(lessons, progress)
         self._next_lesson = str(next_lesson.number) if next_lesson else ""
         ending = f"; l opens {next_lesson.number}: {next_lesson.title}" if next_lesson else ""
-        self._lesson_status = f"lessons: {count_finished(progress)}{ending}"
+        self._lesson_status = f"lessons: {format_finished_count(progress)}{ending}"
 
     def open_next_lesson(self) -> None:
         """Quit the gallery to open the next lesson; show a message if all are finished."""
@@ -286,7 +286,7 @@ class Gallery:
         self.message = "all lessons are done; dmplay learn lists them"
 
     def move_cursor(self, rows: int) -> None:
-        """Move the cursor by `rows` entries, within the list."""
+        """Move the cursor down by `rows` entries, up if negative, but not past either end."""
         last = max(len(self.visible_entries) - 1, 0)
         self._cursor_row = min(max(min(self._cursor_row, last) + rows, 0), last)
 

@@ -7,7 +7,7 @@ from typing import NamedTuple
 from rich.text import Text
 
 from dmplay.game.game import Game
-from dmplay.game.hints.hint_provider import Hint, count_hint_decimals, format_fixed
+from dmplay.game.hints.hint_provider import Hint, choose_hint_decimals, format_fixed
 from dmplay.game.key_bindings import KEY_SYMBOLS
 from dmplay.game.playback import Playback
 from dmplay.ui.screen.frame_state import EMPTY_FRAME_STATE, FrameState, Viewport, fit_text
@@ -179,7 +179,7 @@ def _iter_ranked_keys(actions: Sequence[ActionKey], hint: Hint | None) -> Iterat
     if not ranking or hint is None or hint.values is None:
         return
     max_regret = ranking[-1][1]
-    decimals = count_hint_decimals([regret for _, regret in ranking], hint.values.scale)
+    decimals = choose_hint_decimals([regret for _, regret in ranking], hint.values.scale)
     for with_names, with_bars, with_numbers in RANKED_KEY_FORMS:
         ranked = []
         for action, regret in ranking:

@@ -13,7 +13,7 @@ from dmplay.terminal.background import (
     discard_reply,
     find_background,
 )
-from dmplay.terminal.capabilities import mute_typed_keys, read_line
+from dmplay.terminal.capabilities import disable_echo_and_signals, read_line
 from dmplay.terminal.input_sequences import TERMINAL_INPUT
 from dmplay.terminal.painter import Painter
 from dmplay.ui.screen.play_screen import PlayScreen
@@ -32,7 +32,7 @@ def run_full_screen(
     painter = Painter(sys.stdout, terminal.theme, terminal.width)
     apply_background(screen, painter, find_background(os.environ))
     asks = terminal.theme_option in THEMES_BY_BACKGROUND and can_ask_background(os.environ)
-    with mute_typed_keys(sys.stdin):
+    with disable_echo_and_signals(sys.stdin):
         try:
             painter.enter_screen()
             if asks and not TERMINAL_INPUT.reply_until:  # A terminal is asked once.

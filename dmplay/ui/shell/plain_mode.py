@@ -85,7 +85,8 @@ class SentenceReporter(Reporter):
     def report_turn(self, game: Game) -> None:
         """Print one line on the last turn.
 
-        If people see different things, print one line per person, but nothing at a shared terminal.
+        If people see different things, print one line for each, or nothing on a terminal, which
+        they share.
         """
         if not game.has_private_views:
             print(game.narrator.describe_turn(game.snapshot()), flush=True)

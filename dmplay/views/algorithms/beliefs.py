@@ -27,16 +27,16 @@ MIN_NOTED_COLUMNS = 28  # columns of a plot that a legend beside it leaves
 MIN_NOTE_COLUMNS = 12
 
 
-def draw_belief_table(picture: BeliefTable, options: DrawOptions) -> Text:
+def draw_belief_table(belief_table: BeliefTable, options: DrawOptions) -> Text:
     """Return a row for each state or the likeliest ones, with a number and a bar a column."""
-    columns = np.array([numbers for _, numbers in picture.columns])
+    columns = np.array([numbers for _, numbers in belief_table.columns])
     sizes = np.nan_to_num(columns).max(axis=0)
     capacity = max(options.height - 1, 1)
     order = np.arange(columns.shape[1])
     if len(order) > capacity:
         likeliest = np.argsort(-sizes, kind="stable")[: max(capacity - 1, 1)]
         order = np.sort(likeliest)
-    names = [picture.state_labels[state] for state in order.tolist()]
+    names = [belief_table.state_labels[state] for state in order.tolist()]
     label_columns = min(max(map(len, [*names, "state"])), max(options.width // 3, 6)) + 2
     space = (options.width - label_columns) // len(columns)
     bar_columns = min(space - NUMBER_COLUMNS - 2, MAX_BAR_COLUMNS)
@@ -44,7 +44,7 @@ def draw_belief_table(picture: BeliefTable, options: DrawOptions) -> Text:
     pitch = NUMBER_COLUMNS + bar_columns + 2 if bar_columns else min(space, NUMBER_COLUMNS + 3)
     canvas = Canvas()
     canvas.write_text(0, 0, "state", "dim")
-    for number, (heading, _) in enumerate(picture.columns):
+    for number, (heading, _) in enumerate(belief_table.columns):
         fits = len(heading) < pitch
         text = heading if fits else f"{heading[: pitch - 2]}."
         canvas.write_text(label_columns + number * pitch, 0, text, "bold")
@@ -62,97 +62,97 @@ def draw_belief_table(picture: BeliefTable, options: DrawOptions) -> Text:
     return canvas.to_text()
 
 
-def draw_alpha_vectors(picture: AlphaVectorSet, options: DrawOptions) -> Text:
+def draw_alpha_vectors(alphas: AlphaVectorSet, options: DrawOptions) -> Text:
     """Return alpha vectors: lines for two states, a triangle for three, else a table."""
     is_wide = options.width >= MIN_PLOT_COLUMNS + 8
-    state_count, rows = len(picture.state_labels), options.height
+    state_count, rows = len(alphas.state_labels), options.height
     if is_wide and state_count == 2 and rows >= MIN_PLOT_ROWS + ROWS_AROUND_AREA:
-        return _draw_lines(picture, options)
+        return _draw_lines(alphas, options)
     if is_wide and state_count == 3 and rows >= MIN_TRIANGLE_ROWS:
-        return _draw_triangle(picture, options)
-    return _draw_vector_table(picture, options)
+        return _draw_triangle(alphas, options)
+    return _draw_vector_table(alphas, options)
 
 
-def _glyph_of(picture: AlphaVectorSet, index: int) -> tuple[str, str]:
+def _glyph_of(alphas: AlphaVectorSet, index: int) -> tuple[str, str]:
     """Return the glyph and the style of a vector: those of its action, or of a dominated one."""
-    if picture.dominated[index]:
+    if alphas.dominated[index]:
         return DOMINATED_GLYPH, "dim"
-    number = list(dict.fromkeys(picture.action_labels)).index(picture.action_labels[index])
+    number = list(dict.fromkeys(alphas.action_labels)).index(alphas.action_labels[index])
     return VECTOR_GLYPHS[number % len(VECTOR_GLYPHS)], VECTOR_STYLES[number % len(VECTOR_STYLES)]
 
 
-def _list_notes(picture: AlphaVectorSet) -> list[tuple[str, str]]:
+def _list_notes(alphas: AlphaVectorSet) -> list[tuple[str, str]]:
     """Return the legend: a text and a style for each vector or action, and for the belief."""
-    indices = np.flatnonzero(~picture.dominated).tolist()
-    labels = [picture.action_labels[index] for index in indices]
+    indices = np.flatnonzero(~alphas.dominated).tolist()
+    labels = [alphas.action_labels[index] for index in indices]
     is_short = len(indices) <= MAX_LISTED_VECTORS
-    notes = [(f"({', '.join(picture.state_labels)}):", "dim")] if is_short else []
+    notes = [(f"({', '.join(alphas.state_labels)}):", "dim")] if is_short else []
     for index, label in zip(indices, labels, strict=True):
-        glyph, style = _glyph_of(picture, index)
+        glyph, style = _glyph_of(alphas, index)
         if is_short:
-            numbers = ", ".join(map(format_score, picture.vectors[index].tolist()))
+            numbers = ", ".join(map(format_score, alphas.vectors[index].tolist()))
             notes.append((f"{glyph} {label} ({numbers})", style))
         elif labels.index(label) == indices.index(index):
             notes.append((f"{glyph} {label}: {format_count(labels.count(label), 'vector')}", style))
-    dominated = int(np.count_nonzero(picture.dominated))
+    dominated = int(np.count_nonzero(alphas.dominated))
     notes += [(f"{DOMINATED_GLYPH} {dominated} removed", "dim")] if dominated else []
-    return [*notes, ("● belief", "bold")] if picture.belief is not None else notes
+    return [*notes, ("● belief", "bold")] if alphas.belief is not None else notes
 
 
-def _draw_lines(picture: AlphaVectorSet, options: DrawOptions) -> Text:
+def _draw_lines(alphas: AlphaVectorSet, options: DrawOptions) -> Text:
     """Return the vectors as lines over the probability of the second state."""
-    low, high = float(picture.vectors.min()), float(picture.vectors.max())
+    low, high = float(alphas.vectors.min()), float(alphas.vectors.max())
     low, high = (low - 1.0, high + 1.0) if low == high else (low, high)
-    notes = _list_notes(picture)
+    notes = _list_notes(alphas)
     note_columns = max((len(text) for text, _ in notes), default=0) + 3
     has_notes_beside = options.width - note_columns >= MIN_NOTED_COLUMNS
     columns = min(options.width - note_columns * has_notes_beside, MAX_PLOT_COLUMNS)
-    axes = Axis(f"P({picture.state_labels[1]})", 0.0, 1.0), Axis("V", low, high)
+    axes = Axis(f"P({alphas.state_labels[1]})", 0.0, 1.0), Axis("V", low, high)
     rows = options.height - ROWS_AROUND_AREA - (not has_notes_beside)
     plot = PlotArea(*axes, columns, rows)
-    if picture.belief is not None:
-        column = plot.column_of(float(picture.belief[1]))
+    if alphas.belief is not None:
+        column = plot.column_of(float(alphas.belief[1]))
         for row in range(plot.rows):
             plot.draw_cell(column, row, "│", "bold")
-    for index in sorted(range(len(picture.vectors)), key=lambda row: not picture.dominated[row]):
-        plot.draw_line(np.array([0.0, 1.0]), picture.vectors[index], *_glyph_of(picture, index))
-    if picture.belief is not None:
-        best = float((picture.vectors @ picture.belief).max())
-        plot.draw_point(float(picture.belief[1]), best, "●", "bold")
+    for index in sorted(range(len(alphas.vectors)), key=lambda row: not alphas.dominated[row]):
+        plot.draw_line(np.array([0.0, 1.0]), alphas.vectors[index], *_glyph_of(alphas, index))
+    if alphas.belief is not None:
+        best = float((alphas.vectors @ alphas.belief).max())
+        plot.draw_point(float(alphas.belief[1]), best, "●", "bold")
     if not has_notes_beside:
-        return plot.to_text().append("\n").append_text(_format_legend_row(picture, options.width))
+        return plot.to_text().append("\n").append_text(_format_legend_row(alphas, options.width))
     for row, (text, style) in enumerate(notes[: plot.rows + 1]):
         plot.write_note(row, text, style)
     return plot.to_text()
 
 
-def _format_legend_row(picture: AlphaVectorSet, width: int) -> Text:
+def _format_legend_row(alphas: AlphaVectorSet, width: int) -> Text:
     """Return the glyphs and actions of the vectors that are best at some belief, in one row."""
     row = Text()
-    notes = [note for note in _list_notes(picture) if not note[0].endswith(":")]
+    notes = [note for note in _list_notes(alphas) if not note[0].endswith(":")]
     for text, style in dict.fromkeys((text.partition(" (")[0], style) for text, style in notes):
         row.append(f"{text}  ", style)
     row.truncate(width)
     return row
 
 
-def _draw_triangle(picture: AlphaVectorSet, options: DrawOptions) -> Text:
+def _draw_triangle(alphas: AlphaVectorSet, options: DrawOptions) -> Text:
     """Return the triangle of beliefs; each point shows which vector is best there."""
-    notes = _list_notes(picture)
+    notes = _list_notes(alphas)
     rows = max(min(options.height - 2, (options.width - MIN_NOTE_COLUMNS) // 2), 3)
     canvas = Canvas()
 
     def choose_glyph(belief: Reals) -> tuple[str, str]:
         """Return the glyph of the best vector at a belief."""
-        return _glyph_of(picture, int(np.argmax(picture.vectors @ belief)))
+        return _glyph_of(alphas, int(np.argmax(alphas.vectors @ belief)))
 
-    top, left, right = picture.state_labels
+    top, left, right = alphas.state_labels
     canvas.write_text(max(rows - 1 - len(top) // 2, 0), 0, top)
     draw_belief_triangle(canvas, 0, 1, rows, choose_glyph)
     canvas.write_text(0, rows + 1, left[: rows - 1])
     canvas.write_text(2 * rows - 1 - len(right[: rows - 1]), rows + 1, right[: rows - 1])
-    if picture.belief is not None:
-        column, row = locate_belief(picture.belief, rows)
+    if alphas.belief is not None:
+        column, row = locate_belief(alphas.belief, rows)
         canvas.write_text(column, row + 1, "●", "bold reverse")
     note_columns = options.width - (2 * rows + 2)
     if note_columns < MIN_NOTE_COLUMNS:
@@ -162,18 +162,18 @@ def _draw_triangle(picture: AlphaVectorSet, options: DrawOptions) -> Text:
     return canvas.to_text()
 
 
-def _draw_vector_table(picture: AlphaVectorSet, options: DrawOptions) -> Text:
+def _draw_vector_table(alphas: AlphaVectorSet, options: DrawOptions) -> Text:
     """Return a row for each vector that is best at some belief: its action and its numbers."""
     canvas = Canvas()
-    rows = np.flatnonzero(~picture.dominated).tolist()
-    if picture.belief is not None:
-        rows.sort(key=lambda index: -float(picture.vectors[index] @ picture.belief))
-    label_columns = max((len(picture.action_labels[index]) for index in rows), default=0) + 1
-    heading = f"vectors ({', '.join(picture.state_labels)})"
-    heading += ", best at the belief first" if picture.belief is not None else ""
+    rows = np.flatnonzero(~alphas.dominated).tolist()
+    if alphas.belief is not None:
+        rows.sort(key=lambda index: -float(alphas.vectors[index] @ alphas.belief))
+    label_columns = max((len(alphas.action_labels[index]) for index in rows), default=0) + 1
+    heading = f"vectors ({', '.join(alphas.state_labels)})"
+    heading += ", best at the belief first" if alphas.belief is not None else ""
     canvas.write_text(0, 0, heading[: options.width], "dim")
     for y, index in enumerate(rows[: max(options.height - 1, 1)], 1):
-        numbers = " ".join(map(format_score, picture.vectors[index].tolist()))
-        text = f"{picture.action_labels[index]:<{label_columns}} {numbers}"
+        numbers = " ".join(map(format_score, alphas.vectors[index].tolist()))
+        text = f"{alphas.action_labels[index]:<{label_columns}} {numbers}"
         canvas.write_text(0, y, text[: options.width])
     return canvas.to_text()

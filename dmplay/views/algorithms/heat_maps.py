@@ -62,12 +62,12 @@ def find_map_axes(states: Array, problem: Problem) -> MapAxes | None:
 
 
 def draw_heat_maps(
-    picture: StateValues, problem: Problem, axes: MapAxes, options: DrawOptions
+    state_values: StateValues, problem: Problem, axes: MapAxes, options: DrawOptions
 ) -> Text:
     """Return a map of the values and, if there is space beside or below, one of the actions."""
-    maps = [_make_value_map(picture, axes)]
-    if picture.actions is not None:
-        maps.append(_make_action_map(picture, problem, axes))
+    maps = [_make_value_map(state_values, axes)]
+    if state_values.actions is not None:
+        maps.append(_make_action_map(state_values, problem, axes))
     is_beside = options.width >= len(maps) * (LABEL_COLUMNS + MIN_MAP_COLUMNS + 2)
     if not is_beside and options.height // len(maps) < MIN_MAP_ROWS + CAPTION_ROWS:
         maps = maps[:1]
@@ -80,37 +80,37 @@ def draw_heat_maps(
     return canvas.to_text()
 
 
-def _make_value_map(picture: StateValues, axes: MapAxes) -> HeatMap:
-    """Return a map whose glyphs and colours show the level of each value."""
-    low, high = float(picture.values.min()), float(picture.values.max())
+def _make_value_map(state_values: StateValues, axes: MapAxes) -> HeatMap:
+    """Return a map whose glyphs and colours show values in equal levels from least to greatest."""
+    low, high = float(state_values.values.min()), float(state_values.values.max())
 
     def choose_glyph(state: int) -> tuple[str, str]:
         """Return the glyph of a level, in its colour on that of the level below."""
-        share = (picture.values[state] - low) / ((high - low) or 1.0)
+        share = (state_values.values[state] - low) / ((high - low) or 1.0)
         level = min(int(share * len(BAR_LEVELS)), len(BAR_LEVELS) - 1)
         return BAR_LEVELS[level], f"color({HEAT_COLORS[level + 1]}) on color({HEAT_COLORS[level]})"
 
     title = f"V: {BAR_LEVELS[0]} {format_score(low)}  {BAR_LEVELS[-1]} {format_score(high)}"
-    return HeatMap(title, picture.states, axes, choose_glyph, picture.focus)
+    return HeatMap(title, state_values.states, axes, choose_glyph, state_values.focus)
 
 
-def _make_action_map(picture: StateValues, problem: Problem, axes: MapAxes) -> HeatMap:
+def _make_action_map(state_values: StateValues, problem: Problem, axes: MapAxes) -> HeatMap:
     """Return a map of the greedy actions."""
     labels = problem.actions[0].labels
     glyphs = _choose_action_glyphs(labels)
 
     def choose_glyph(state: int) -> tuple[str, str]:
         """Return the glyph of the action in a state; a blank if there is none."""
-        assert picture.actions is not None
-        action = int(picture.actions[state])
+        assert state_values.actions is not None
+        action = int(state_values.actions[state])
         return (" ", "") if action < 0 else (glyphs[action], ACTION_STYLES[action % 6])
 
     legend = "  ".join(f"{glyph} {label}" for glyph, label in zip(glyphs, labels, strict=True))
-    return HeatMap(f"best: {legend}", picture.states, axes, choose_glyph, picture.focus)
+    return HeatMap(f"best: {legend}", state_values.states, axes, choose_glyph, state_values.focus)
 
 
 def _choose_action_glyphs(labels: Sequence[str]) -> list[str]:
-    """Return a glyph for each action: an arrow or its first letter, or numbers if those repeat."""
+    """Return a glyph for each action: an arrow or first letter, but numbers if two are equal."""
     glyphs = [ACTION_GLYPHS.get(label, label[:1]) for label in labels]
     is_unique = len({*glyphs}) == len(glyphs)
     return glyphs if is_unique else [str(number % 10) for number in range(1, len(glyphs) + 1)]

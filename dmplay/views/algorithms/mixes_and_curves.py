@@ -20,21 +20,21 @@ LOG_RATIO = 100.0  # ratio of largest and smallest number from which a curve has
 MIN_CURVE_COLUMNS, MIN_CURVE_ROWS = 16, 4
 
 
-def draw_strategy_mixes(picture: StrategyMixes, options: DrawOptions) -> Text:
+def draw_strategy_mixes(strategies: StrategyMixes, options: DrawOptions) -> Text:
     """Return the probability of each action of each agent as bars.
 
     If not all actions fit, the best response and the most probable actions are shown; of equally
     probable ones, those beside the best response.
     """
-    agent_count = len(picture.agents)
+    agent_count = len(strategies.agents)
     is_beside = options.width >= agent_count * MIN_AGENT_COLUMNS
     columns = options.width // agent_count - 2 if is_beside else options.width
     agent_rows = options.height if is_beside else max(options.height // agent_count, 2)
     canvas = Canvas()
-    for seat, (agent, mix) in enumerate(zip(picture.agents, picture.mixes, strict=True)):
+    for seat, (agent, mix) in enumerate(zip(strategies.agents, strategies.mixes, strict=True)):
         x = seat * (columns + 2) if is_beside else 0
         y = 0 if is_beside else seat * agent_rows
-        best = picture.best_responses[seat] if picture.best_responses else -1
+        best = strategies.best_responses[seat] if strategies.best_responses else -1
         heading = f"{agent}  > best response" if best >= 0 else agent
         canvas.write_text(x, y, heading[:columns], "bold")
         capacity = max(agent_rows - 1, 1)
@@ -45,7 +45,7 @@ def draw_strategy_mixes(picture: StrategyMixes, options: DrawOptions) -> Text:
             likeliest = np.lexsort((abs(actions - best), rank))[: max(capacity - 1, 1)]
             actions = np.sort(likeliest[(mix[likeliest] > 0) | (likeliest == best)])
             omitted = f"{len(mix) - len(actions)} others {1 - mix[actions].sum():.3f}"
-        labels = picture.action_labels[seat]
+        labels = strategies.action_labels[seat]
         label_columns = max(len(labels[action]) for action in actions.tolist())
         bar_columns = min(columns - label_columns - 10, MAX_BAR_COLUMNS)
         for row, action in enumerate(actions.tolist(), y + 1):
@@ -67,31 +67,31 @@ class _Scale(NamedTuple):
     axis: Axis
 
 
-def _scale_curve(picture: Curve) -> _Scale:
+def _scale_curve(curve: Curve) -> _Scale:
     """Return the heights of a curve; with a log scale if its numbers differ much in size."""
-    numbers = [float(number) for number in picture.numbers]
+    numbers = [float(number) for number in curve.numbers]
     positive = [number for number in numbers if number > 0]
     if len(positive) < 2 or max(positive) / min(positive) < LOG_RATIO:
         low, high = min(*numbers, 0.0), max(*numbers, 0.0)
-        axis = Axis(picture.label, low, high if high > low else low + 1.0)
+        axis = Axis(curve.label, low, high if high > low else low + 1.0)
         return _Scale(numbers, axis)
     heights = [math.log10(max(number, min(positive))) for number in numbers]
     low, high = float(math.floor(min(heights))), float(math.ceil(max(heights)))
-    axis = Axis(f"{picture.label} (log scale)", low, high, is_whole=True, tick_format="1e{:+.0f}")
+    axis = Axis(f"{curve.label} (log scale)", low, high, is_whole=True, tick_format="1e{:+.0f}")
     return _Scale(heights, axis)
 
 
-def draw_curve(picture: Curve, options: DrawOptions) -> Text:
+def draw_curve(curve: Curve, options: DrawOptions) -> Text:
     """Return a curve over the steps as a plot, or as one row if there is little space."""
-    if not picture.numbers:
+    if not curve.numbers:
         return Text("")
-    heights, axis = _scale_curve(picture)
+    heights, axis = _scale_curve(curve)
     if options.width < MIN_CURVE_COLUMNS + 8 or options.height < MIN_CURVE_ROWS + ROWS_AROUND_AREA:
-        return _draw_curve_row(picture, heights, axis, options)
+        return _draw_curve_row(curve, heights, axis, options)
     steps = Axis("step", 1, max(len(heights), 2), is_whole=True)
     plot = PlotArea(steps, axis, options.width, options.height - ROWS_AROUND_AREA)
     one_row = (axis.high - axis.low) / (plot.rows - 1)
-    for step, (number, height) in enumerate(zip(picture.numbers, heights, strict=True), 1):
+    for step, (number, height) in enumerate(zip(curve.numbers, heights, strict=True), 1):
         if number > 0 and axis.low == 0:
             height = max(height, one_row)  # noqa: PLW2901 - a small number is not drawn as 0
         plot.draw_point(step, height, "●" if step == len(heights) else "∘", "cyan")
@@ -99,10 +99,10 @@ def draw_curve(picture: Curve, options: DrawOptions) -> Text:
 
 
 def _draw_curve_row(
-    picture: Curve, heights: Sequence[float], axis: Axis, options: DrawOptions
+    curve: Curve, heights: Sequence[float], axis: Axis, options: DrawOptions
 ) -> Text:
     """Return the name of a curve, its last points as bars, and its last number."""
-    number = format_score(float(picture.numbers[-1]))
+    number = format_score(float(curve.numbers[-1]))
     columns = max(options.width - len(axis.label) - len(number) - 2, 0)
     last_heights = heights[-columns:] if columns else []
     shares = [(height - axis.low) / (axis.high - axis.low) for height in last_heights]

@@ -77,7 +77,7 @@ def _draw_large_board(
     The other agent's replies come last.
     """
     canvas = Canvas()
-    y = _draw_named_table(view, canvas, options, cell_rows) + 1
+    y = _draw_table_with_agent_names(view, canvas, options, cell_rows) + 1
     y = draw_paid_rounds(view, canvas, y, options.width)
     y = canvas.write_rows(y, _format_reply_payoffs(view, options))
     if with_replies:
@@ -108,10 +108,10 @@ def draw_reply_counts(view: View[MatrixGame], canvas: Canvas, y: int) -> None:
             canvas.write_text(x + REPLY_COLUMNS * column, row, f"{count:>10}", "bold" * (count > 0))
 
 
-def _draw_named_table(
+def _draw_table_with_agent_names(
     view: View[MatrixGame], canvas: Canvas, options: DrawOptions, cell_rows: int
 ) -> int:
-    """Draw the table with both payoffs in a cell by agent name; return the next row."""
+    """Draw the table, with both agents' names and payoffs in each cell; return the next row."""
     problem = view.problem
     rows, columns = problem.actions
     last_row, last_column = get_last_joint_action(view) or (None, None)

@@ -78,7 +78,7 @@ def list_legal_actions(session: Session) -> list[int]:
     return list(range(len(session.action_labels(0)))) if legal is None else [*np.flatnonzero(legal)]
 
 
-def name_outcome(game: Game, turn: Turn) -> str:
+def format_outcome(game: Game, turn: Turn) -> str:
     """Return the outcome of a turn as `why` names it."""
     problem = game.problem
     if problem.partially_observable:
@@ -113,7 +113,7 @@ def assert_outcomes_match_the_session(game: Game, parts: ActionBreakdown) -> Non
         uniforms = generator.random(game.problem.uniform_counts.step)
         others = [None] * (len(game.problem.agents) - 1)
         turn = session.advance([parts.action, *others], uniforms)
-        outcome = by_text[name_outcome(game, turn)]
+        outcome = by_text[format_outcome(game, turn)]
         if not session.is_inactive(0):
             value = compute_value_of_playing_on(game, session)
             assert outcome.value_after == pytest.approx(value, abs=1e-6)

@@ -21,8 +21,8 @@ from dmplay.game.game_setup import start_new_game
 from dmplay.game.hints.hint_provider import (
     MAX_LISTED_VALUES,
     Hint,
-    count_decimals,
-    count_hint_decimals,
+    choose_decimals,
+    choose_hint_decimals,
     format_fixed,
 )
 from dmplay.game.hints.review import ReviewedAction, review_actions
@@ -204,7 +204,7 @@ def test_a_hint_is_the_best_response_to_the_opponent_if_possible(rival: str, hin
     ],
 )
 def test_values_have_enough_decimals_to_differ(values: list[float], expected: list[str]) -> None:
-    assert [format_fixed(value, count_decimals(values)) for value in values] == expected
+    assert [format_fixed(value, choose_decimals(values)) for value in values] == expected
 
 
 @pytest.mark.parametrize(
@@ -220,7 +220,7 @@ def test_values_have_enough_decimals_to_differ(values: list[float], expected: li
 def test_a_screen_omits_decimals_if_whole_numbers_differ_enough(
     values: list[float], expected: list[str]
 ) -> None:
-    assert [format_fixed(value, count_hint_decimals(values)) for value in values] == expected
+    assert [format_fixed(value, choose_hint_decimals(values)) for value in values] == expected
 
 
 @with_every_seat
