@@ -167,5 +167,5 @@ def test_greedy_earns_less_than_the_optimum_if_throws_are_sharp() -> None:
 
 
 def test_a_sharp_throw_tells_on_which_side_of_it_the_proficiency_is() -> None:
-    probabilities = Catch(falloff=1.0).catch_probabilities
+    probabilities = Catch(falloff=1.0).success_probabilities
     assert probabilities[1, [2, 3, 4]] == pytest.approx([1, 0.5, 0], abs=1e-4)  # 30, 40 and 50 m

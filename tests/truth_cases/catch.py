@@ -23,7 +23,7 @@ def throw_index(distance: float) -> int:
 
 def expected_reward(case: Case) -> None:
     s, a = PROFICIENCIES.index(case.inputs["s"]), throw_index(case.inputs["d"])
-    case.close("catch_probability", PROBLEM.catch_probabilities[s, a])
+    case.close("catch_probability", PROBLEM.success_probabilities[s, a])
     case.close("reward", tabulate(PROBLEM).rewards[s, a, 0])
     p, outcome = enumerate_outcomes(PROBLEM, np.array([s]), np.array([[a]]))
     case.close("reward", p[0] @ outcome.rewards[0, :, 0])

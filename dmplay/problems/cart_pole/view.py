@@ -35,6 +35,9 @@ from .rules import CartPole
 KEYS = {
     "h": "left", "l": "right", "left": "left", "right": "right", "a": "left", "d": "right",
 }  # fmt: skip
+# position, speed, angle and swing, in one row or in two
+LONG_STATE, SHORT_STATE = "x {} m  v {} m/s  th {} deg  om {} deg/s", "x {} v {} th {} om {}"
+NAMED_STATE = "position {} m  speed {} m/s\nangle {} deg  swing {} deg/s"
 UPRIGHT = "the pole still stands"  # outcome if the cart is on the track, too
 COLUMNS_PER_ROW = 2  # columns as long as a row is high
 MAX_UPRIGHT_SLOPE = 0.75  # columns per row; a pole of one glyph that leans less is drawn upright
@@ -137,12 +140,11 @@ def iter_boards(view: View[CartPole], options: DrawOptions) -> Iterator[Text]:
             canvas.write_rows(y + 1, rows, "bold cyan")
         # On a wider drawing, the panel beside it has the numbers.
         elif layout.width > options.columns_beside_panel:
-            rows = [_format_state_long(cart) if single_row else _format_state_short(cart)]
-            canvas.write_rows(
-                y + 1, _format_state_named(cart) if options.allow_large else rows, "bold"
-            )
+            template = LONG_STATE if single_row else SHORT_STATE
+            template = NAMED_STATE if options.allow_large else template
+            canvas.write_rows(y + 1, _format_state(cart, template).split("\n"), "bold")
         yield canvas.to_text()
-    yield draw_text_rows(_format_state_short(cart))
+    yield draw_text_rows(_format_state(cart, SHORT_STATE))
 
 
 def _format_next_state(condition: str, cart: CartState, single_row: bool) -> list[str]:
@@ -228,35 +230,14 @@ def _draw_track(canvas: Canvas, y: int, scale: NumberLine, cart: CartState) -> N
         canvas.write_text(scale.column_of(cart.x), y, "✗", "bold red")
 
 
-def _format_state_long(cart: CartState) -> str:
-    """Format the state in one row, position and angle with their limits."""
-    track, pole = _format_against_limits(cart)
-    v, omega = format_signed_fixed(cart.v, 2), format_signed_fixed(cart.omega, 0)
-    return f"x {track} m  v {v} m/s  th {pole} deg  om {omega} deg/s"
-
-
-def _format_state_short(cart: CartState) -> str:
-    """Format the state in fewer columns, without units."""
-    track, pole = _format_against_limits(cart)
-    v, omega = format_signed_fixed(cart.v, 2), format_signed_fixed(cart.omega, 0)
-    return f"x {track} v {v} th {pole} om {omega}"
-
-
-def _format_state_named(cart: CartState) -> list[str]:
-    """Format the state in two rows, with the names of the quantities."""
-    track, pole = _format_against_limits(cart)
-    return [
-        f"position {track} m  speed {format_signed_fixed(cart.v, 2)} m/s",
-        f"angle {pole} deg  swing {format_signed_fixed(cart.omega, 0)} deg/s",
-    ]
-
-
-def _format_against_limits(cart: CartState) -> tuple[str, str]:
-    """Format position and angle against their limits: `+1.00/2.4`, or `+2.41>2.4` beyond."""
+def _format_state(cart: CartState, template: str) -> str:
+    """Format the state with its limits: position `+1.00/2.4`, or `+2.41>2.4` beyond."""
     x, theta = format_signed_fixed(cart.x, 2), format_signed_fixed(cart.theta, 1)
-    return (
+    return template.format(
         f"{x}{'>' if cart.is_off_track else '/'}{cart.x_limit:g}",
+        format_signed_fixed(cart.v, 2),
         f"{theta}{'>' if cart.has_fallen else '/'}{cart.theta_limit:g}",
+        format_signed_fixed(cart.omega, 0),
     )
 
 

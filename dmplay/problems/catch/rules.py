@@ -38,15 +38,10 @@ class Catch(HiddenChancesProblem):
     rewards_observable = True
 
     @cached_property
-    def catch_probabilities(self) -> Reals:
+    def success_probabilities(self) -> Reals:
         """The probability `[S, A]` of a catch (F.10)."""
         excess_distance = DISTANCES - np.array(PROFICIENCIES)[:, None]
         return np.asarray(1.0 - 1.0 / (1.0 + np.exp(-excess_distance / self.falloff)))
-
-    @property
-    def success_probabilities(self) -> Reals:
-        """The probability `[S, A]` of a catch."""
-        return self.catch_probabilities
 
     @property
     def payments(self) -> Reals:

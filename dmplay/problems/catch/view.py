@@ -48,7 +48,7 @@ def _read_throw(view: View[Catch], turn: int) -> tuple[str, bool]:
 
 def _compute_expected_rewards(view: View[Catch]) -> Reals:
     """Return the expected reward of each distance under the belief."""
-    return view.belief @ view.problem.catch_probabilities * DISTANCES
+    return view.belief @ view.problem.success_probabilities * DISTANCES
 
 
 def iter_boards(view: View[Catch], options: DrawOptions) -> Iterator[Text]:
@@ -79,7 +79,7 @@ def _draw_large_board(
         marker = f"→{DISTANCES[throw]:.0f}←"
         x = HEAT_LABEL_COLUMNS + cell_columns * (throw + 1) + 1 - len(marker)
         canvas.write_text(x, 1, marker, "bold green")
-    rows = zip(PROFICIENCY_NAMES, view.belief, view.problem.catch_probabilities, strict=True)
+    rows = zip(PROFICIENCY_NAMES, view.belief, view.problem.success_probabilities, strict=True)
     for y, (name, probability, catch_probabilities) in enumerate(rows, 2):
         canvas.write_text(0, y, name)
         canvas.write_text(5, y, format_bar(float(probability), 8, options.ascii), "cyan")
@@ -198,7 +198,7 @@ def _draw_catch_plot(view: View[Catch], canvas: Canvas) -> int:
     for column, (distance, expected_reward) in enumerate(rewards):
         x = PLOT_LABEL_COLUMNS + column * PLOT_DISTANCE_COLUMNS
         digits_by_row: dict[int, str] = {}
-        chances = view.problem.catch_probabilities[:, column].tolist()
+        chances = view.problem.success_probabilities[:, column].tolist()
         for proficiency, chance in zip(PROFICIENCIES, chances, strict=True):
             row = round(PLOT_ROWS * (1.0 - chance))
             digits_by_row[row] = digits_by_row.get(row, "") + str(proficiency // 10)
@@ -226,7 +226,7 @@ def _draw_distance_table(view: View[Catch], canvas: Canvas) -> int:
 
     Return the next row.
     """
-    catch_probabilities = view.belief @ view.problem.catch_probabilities
+    catch_probabilities = view.belief @ view.problem.success_probabilities
     rows = [
         ("metres", DISTANCES),
         ("caught %", catch_probabilities * 100),

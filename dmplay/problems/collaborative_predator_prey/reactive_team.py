@@ -44,12 +44,11 @@ def optimize_reactive_team(problem: CollaborativePredatorPrey) -> ReactiveTeam:
     candidates, best_value = [policies.copy()], -np.inf
     for round_index in range(ROUND_COUNT):
         for seat in (0, 1):
+            work = ARRAY_CALL_WORK + 2 * arrays.operations_per_sweep
+            progress = (2 * round_index + seat) / (2 * ROUND_COUNT)
             walks = [arrays.compute_walks(policy) for policy in policies]
             for _ in range(SWEEPS_PER_ROUND):
-                arrays.budget.spend_work(
-                    ARRAY_CALL_WORK + 2 * arrays.operations_per_sweep,
-                    (2 * round_index + seat) / (2 * ROUND_COUNT),
-                )
+                arrays.budget.spend_work(work, progress)
                 values = arrays.backup_values(values, *walks)
                 visits = arrays.propagate_visits(visits, *walks)
             gradient = arrays.compute_policy_gradient(seat, values, visits, walks[1 - seat])

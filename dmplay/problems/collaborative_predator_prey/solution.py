@@ -51,12 +51,9 @@ def _iter_simulated_values(problem: CollaborativePredatorPrey) -> Iterator[TeamV
         policies = [load_agent(problem, seat, name) for seat in range(len(problem.agents))]
         share = 0.5 / len(SIMULATED_AGENTS)
         with scale_progress(0.5 + share * index, 0.5 + share * (index + 1)):
+            episodes = MAX_SIMULATED_EPISODES
             simulated = simulate_games(
-                problem,
-                policies,
-                episodes=MAX_SIMULATED_EPISODES,
-                turns=turns,
-                stands_for_endless=True,
+                problem, policies, episodes=episodes, turns=turns, stands_for_endless=True
             )
         sample = simulated.returns[:, 0]
         error = sample.std(ddof=1) / np.sqrt(len(sample))

@@ -96,10 +96,8 @@ def _iter_shaded_maps(
     def draw_cell(hex_: Hex, size: HexSize) -> HexCell:
         """Return the content of a hex for a size of map."""
         index, max_glyphs = problem.hexes.index(hex_), size.width - 1
-        shades = [
-            _format_prey_shade(belief, index, max_glyphs if size.text_rows else 1, options.ascii)
-            for belief in prey_beliefs
-        ]
+        width = max_glyphs if size.text_rows else 1
+        shades = [_format_prey_shade(p, index, width, options.ascii) for p in prey_beliefs]
         first_shade, last_shade = (shades[0], shades[-1]) if shades else ("", "")
         if hex_ in true_glyphs:
             glyphs = "".join(sorted(true_glyphs[hex_]))[:max_glyphs]
@@ -330,11 +328,8 @@ def panel_rows(view: View[CollaborativePredatorPrey]) -> list[tuple[str, str]]:
     observation_text = format_last_observation(view) if view.turns_played else "-"
     reward = "hidden" if view.rewards is None else "-"
     reward = f"{view.rewards[-1]:g}" if view.rewards else reward
-    rows = [
-        ("last", view.last_action_label.upper() or "-"),
-        ("sensed", observation_text),
-        ("reward", reward),
-    ]
+    last = view.last_action_label.upper() or "-"
+    rows = [("last", last), ("sensed", observation_text), ("reward", reward)]
     if len(view.problem.agents) > 1 and view.rewards is None:
         rows.append(("partner", "hidden"))
     return [*rows, ("discount", f"{view.problem.discount:.2f} (gamma)")]
@@ -380,10 +375,8 @@ def _describe_belief(view: View[CollaborativePredatorPrey], hex_count: int) -> s
 def describe_situation(view: View[CollaborativePredatorPrey]) -> str:
     """Describe the last observation, the belief, the own hex if certain, and the partners."""
     problem, hex_beliefs = view.problem, compute_marginals(view)
-    sentences = [
-        f"sensed {format_last_observation(view)}.",
-        _describe_belief(view, MAX_DESCRIBED_HEXES),
-    ]
+    belief_text = _describe_belief(view, MAX_DESCRIBED_HEXES)
+    sentences = [f"sensed {format_last_observation(view)}.", belief_text]
     own_hex = _find_own_hex(view, hex_beliefs)
     if own_hex:
 

@@ -59,11 +59,8 @@ class EncounterLayout(NamedTuple):
     path_label_columns: int = 0  # columns for the names of the paths; 0 for none
 
 
-class AdvisoryPath(NamedTuple):
-    """The predicted heights under a repeated advisory in calm air, one for each second."""
-
-    action: int
-    heights: list[float]
+# An action, and the predicted heights if it is repeated in calm air, one for each second.
+AdvisoryPath = tuple[int, list[float]]
 
 
 LAYOUTS = (
@@ -128,10 +125,10 @@ def _predict_paths(view: View[CollisionAvoidance], options: DrawOptions) -> list
         action, states = int(options.forecast.action), options.forecast.outcomes
         current_height = _get_current_state(view)[0]
         heights = _simulate_kept_advisories(view, states, np.full(len(states), action))
-        return [AdvisoryPath(action, [current_height, *future]) for future in heights]
+        return [(action, [current_height, *future]) for future in heights]
     states = np.tile(view.observation, (3, 1))
     heights = _simulate_kept_advisories(view, states, np.arange(3))
-    return [AdvisoryPath(*pair) for pair in enumerate(heights)]
+    return [*enumerate(heights)]
 
 
 def _simulate_kept_advisories(
@@ -189,7 +186,7 @@ def _draw_encounter(
     """Draw the axes, the intruder, the past heights and advisories, and the predicted paths."""
     # (height, rate, advisory, time left) before each turn, and now
     past_states = [(float(h), float(dh), float(a), float(t)) for h, dh, a, t in view.observations]
-    heights = [*(h for h, *_ in past_states), *(h for path in paths for h in path.heights)]
+    heights = [*(h for h, *_ in past_states), *(h for _, path in paths for h in path)]
     largest = max(map(abs, heights))
     max_height = next((choice for choice in MAX_HEIGHT_CHOICES if largest <= choice), largest)
     height_axis = NumberLine(-max_height, max_height, 0, layout.height_rows - 1)

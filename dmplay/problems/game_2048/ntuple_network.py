@@ -12,7 +12,6 @@ are indices of tables. The value of the board is the sum (an n-tuple network; Sz
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
-from typing import NamedTuple
 from zipfile import ZIP_LZMA, ZipFile
 
 import numpy as np
@@ -37,13 +36,6 @@ POINTS_PER_UNIT = 16.0  # points
 LOW_NIBBLE_MASK = 0x0F0F_0F0F_0F0F_0F0F  # the lower cell of each byte
 
 PatternTable = NDArray[np.int16]
-
-
-class PatternPiece(NamedTuple):
-    """Adjacent cells of a pattern, as a shift and a mask of a board's number."""
-
-    shift: int
-    mask: int
 
 
 def evaluate_boards(boards: BoardArray) -> Reals:
@@ -74,10 +66,10 @@ def group_by_stage(boards: BoardArray) -> Iterator[tuple[int, Ints]]:
 def iter_pattern_entries(boards: BoardArray) -> Iterator[tuple[int, Ints]]:
     """Yield each pattern in each symmetry, with the table entry `[N]` of each board."""
     for view in _list_symmetries(boards):
-        for pattern, pieces in enumerate(_split_patterns()):
-            entries = view >> pieces[0].shift
-            entries &= pieces[0].mask
-            for shift, mask in pieces[1:]:
+        for pattern, ((first_shift, first_mask), *pieces) in enumerate(_split_patterns()):
+            entries = view >> first_shift
+            entries &= first_mask
+            for shift, mask in pieces:
                 entries |= view >> shift & mask
             yield pattern, entries
 
@@ -126,8 +118,11 @@ def _flip_rows(boards: BoardArray) -> BoardArray:
 
 
 @cache
-def _split_patterns() -> list[list[PatternPiece]]:
-    """Return the pieces of each pattern, whose shifts bring its cells together."""
+def _split_patterns() -> list[list[tuple[int, int]]]:
+    """Return each pattern as pieces of adjacent cells: shifts and masks of a board's number.
+
+    The shifts bring the cells together.
+    """
     result = []
     for pattern in PATTERNS:
         cells = [index for index, cell in enumerate(pattern.replace(" ", "")) if cell == "x"]
@@ -135,5 +130,5 @@ def _split_patterns() -> list[list[PatternPiece]]:
         for position, cell in enumerate(cells):
             shift = 4 * (cell - position)
             pieces[shift] = pieces.get(shift, 0) | 15 << 4 * position
-        result.append([PatternPiece(shift, mask) for shift, mask in pieces.items()])
+        result.append([*pieces.items()])
     return result

@@ -22,16 +22,11 @@ def _draw_move_chances(subject: PlottedProblem) -> Plot:
     tables = tabulate(replace(problem, hexes=hexes, rewards=()))
     chances = tables.transition[0, CHOSEN_DIRECTION, : len(hexes)]
     cells = [PlottedHex((0, 0), text="start", directions=(CHOSEN_DIRECTION,))]
-    cells += [
-        PlottedHex(hex_, float(p), text=f"{p:.3g}")
-        for hex_, p in zip(hexes[1:], chances[1:], strict=True)
-    ]
-    chosen = DIRECTIONS[CHOSEN_DIRECTION].upper()
-    return Plot(
-        f"{subject.title}: where a move to {chosen} ends",
-        [HexPanel("", cells, "probability")],
-        notes=["a move against the border ends where it began"],
-    )
+    ends = zip(hexes[1:], chances[1:].tolist(), strict=True)
+    cells += [PlottedHex(hex_, p, text=f"{p:.3g}") for hex_, p in ends]
+    title = f"{subject.title}: where a move to {DIRECTIONS[CHOSEN_DIRECTION].upper()} ends"
+    notes = ["a move against the border ends where it began"]
+    return Plot(title, [HexPanel("", cells, "probability")], notes=notes)
 
 
 def _draw_hex_world_policies(subject: PlottedProblem) -> Plot:

@@ -26,12 +26,10 @@ def _draw_machine_policies(subject: PlottedProblem) -> Plot:
     problem = subject.problem
     last = subject.turns or PLOTTED_TURNS[-1]
     stages = exact_pomdp.solve_stages(problem, last)
-    panels = [
-        belief_values.build_triangle_panel(
-            problem, belief_values.name_first_actions(problem, stage), describe_horizon(turns)
-        )
-        for turns, stage in enumerate(stages, 1)
-    ]
+    panels = []
+    for turns, stage in enumerate(stages, 1):
+        vectors, title = belief_values.name_first_actions(problem, stage), describe_horizon(turns)
+        panels.append(belief_values.build_triangle_panel(problem, vectors, title))
     title = f"{subject.title}: best first action of each belief"
     return Plot(title, panels, columns=4, actions=problem.actions[0].labels)
 

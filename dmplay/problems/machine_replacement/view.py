@@ -59,11 +59,8 @@ def _compute_expected_rewards(
     view: View[MachineReplacement], options: DrawOptions
 ) -> list[tuple[str, str, float]]:
     """Return each action's key, name and expected immediate reward under the belief."""
-    expected = view.belief @ view.problem.tables.rewards[:, :, 0]
-    return [
-        (options.keys_by_action.get(name, key), name, float(reward))
-        for (key, name), reward in zip(KEYS.items(), expected, strict=True)
-    ]
+    expected = (view.belief @ view.problem.tables.rewards[:, :, 0]).tolist()
+    return [*zip(list_action_keys(KEYS, options), KEYS.values(), expected, strict=True)]
 
 
 def iter_boards(view: View[MachineReplacement], options: DrawOptions) -> Iterator[Text]:

@@ -100,13 +100,7 @@ class MountainCar(RealStateProblem):
 
 VARIANTS = {
     "gym": MountainCar(
-        goal=0.5,
-        goal_speed=0.0,
-        speed_first=True,
-        wall_stops=True,
-        start_low=-0.6,
-        start_high=-0.4,
-        start_speed=0.0,
-        time=200,
+        goal=0.5, goal_speed=0.0, speed_first=True, wall_stops=True,
+        start_low=-0.6, start_high=-0.4, start_speed=0.0, time=200,
     )
-}
+}  # fmt: skip

@@ -218,10 +218,7 @@ def _draw_claim_table(
     last_row_claim, last_column_claim = _get_last_claims(view)
     rows, columns = claims
     widths = [CELL_COLUMNS if claim else ELLIPSIS_COLUMNS for claim in columns]
-    headings = [
-        (str(claim), "bold" * (claim == last_column_claim)) if claim else ("…", "dim")
-        for claim in columns
-    ]
+    headings = [(str(x), "bold" * (x == last_column_claim)) if x else ("…", "dim") for x in columns]
     _draw_table_row(canvas, y, widths, headings)
     line = "─" * ROW_LABEL_COLUMNS + "".join("┼" + "─" * width for width in widths)
     canvas.write_text(0, y + 1, line, "dim")

@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 from rich.text import Text
@@ -60,25 +59,21 @@ def draw_strategy_mixes(strategies: StrategyMixes, options: DrawOptions) -> Text
     return canvas.to_text()
 
 
-class _Scale(NamedTuple):
-    """The heights of a curve's numbers, and their axis."""
+def _scale_curve(curve: Curve) -> tuple[list[float], Axis]:
+    """Return the heights of a curve's numbers, and their axis.
 
-    heights: list[float]
-    axis: Axis
-
-
-def _scale_curve(curve: Curve) -> _Scale:
-    """Return the heights of a curve; with a log scale if its numbers differ much in size."""
+    It has a log scale if the numbers differ much in size.
+    """
     numbers = [float(number) for number in curve.numbers]
     positive = [number for number in numbers if number > 0]
     if len(positive) < 2 or max(positive) / min(positive) < LOG_RATIO:
         low, high = min(*numbers, 0.0), max(*numbers, 0.0)
         axis = Axis(curve.label, low, high if high > low else low + 1.0)
-        return _Scale(numbers, axis)
+        return numbers, axis
     heights = [math.log10(max(number, min(positive))) for number in numbers]
     low, high = float(math.floor(min(heights))), float(math.ceil(max(heights)))
     axis = Axis(f"{curve.label} (log scale)", low, high, is_whole=True, tick_format="1e{:+.0f}")
-    return _Scale(heights, axis)
+    return heights, axis
 
 
 def draw_curve(curve: Curve, options: DrawOptions) -> Text:

@@ -28,12 +28,12 @@ def make_random_pomdp(seed: int) -> Tables:
 
 def compute_q_by_histories(catch: Catch, b: Reals, turns: int) -> Reals:
     """Return Q `[A]` by trying every throw after every history."""
-    q = b @ (catch.catch_probabilities * np.arange(10, 101, 10))
+    q = b @ (catch.success_probabilities * np.arange(10, 101, 10))
     if turns > 1:
         for a in range(10):
             for probabilities in (
-                catch.catch_probabilities[:, a],
-                1 - catch.catch_probabilities[:, a],
+                catch.success_probabilities[:, a],
+                1 - catch.success_probabilities[:, a],
             ):
                 p = b @ probabilities
                 q[a] += (
