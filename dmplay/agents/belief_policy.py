@@ -69,7 +69,7 @@ class BeliefPolicy(SeatPolicy, ABC):
         return (np.array(beliefs)[inverse],)
 
     def current_belief(self, memory: Memory) -> Reals | None:
-        """Return the beliefs."""
+        """Return the beliefs `[B, S]`, which this policy always has."""
         return np.asarray(memory[0])
 
     def update_memory(self, memory: Memory, percept: Percept) -> Memory:

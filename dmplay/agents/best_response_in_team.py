@@ -184,7 +184,7 @@ class BestResponseInTeam(HorizonPolicy, GreedyPolicy, PartnerBeliefPolicy):
         return posterior.likelihood, posterior.belief
 
     def describe_model(self, memory: Memory) -> str:
-        """Return the belief with a partner that is not random, which differs from the board's."""
+        """Return the belief, which differs from the board's; '' with a random partner."""
         if self.to == "random":
             return ""
         (b,), states = self.split_nodes(memory[0][:1]).sum(axis=1), self.problem.enumerate_states()

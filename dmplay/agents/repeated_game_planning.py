@@ -83,7 +83,7 @@ class RepeatedGamePlan(GreedyPolicy, SeatPolicy):
         )
 
     def describe_model(self, memory: Memory) -> str:
-        """Return the most probable rules of an unknown opponent with their probabilities."""
+        """Return the opponent's likeliest rules with probabilities; '' if its rule is known."""
         if self.to:
             return ""
         weights = self._posterior(memory)[0]
@@ -104,7 +104,7 @@ class RepeatedGamePlan(GreedyPolicy, SeatPolicy):
 
     @cached_property
     def _rules(self) -> list[tuple[str, SeatPolicy]]:
-        """The rules that the opponent may play, by name."""
+        """The rules that the opponent may play, by name; raise BadPolicy for an unknown `to`."""
         opponent = 1 - self.seat
         if not self.to or self.to in self.candidate_rules:
             names = [self.to] if self.to else self.candidate_rules

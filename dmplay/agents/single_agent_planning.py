@@ -177,7 +177,7 @@ class BeliefBoundPolicy(GreedyBeliefPolicy):
 
     @cached_property
     def _bound_cache(self) -> dict[int | None, Reals]:
-        """The bounds computed so far, by the turns left."""
+        """The bounds computed so far, by the turns left; None is no turn limit."""
         return {}
 
     def action_values(self, memory: Memory) -> Reals:

@@ -61,7 +61,7 @@ class FiniteMdp(NamedTuple):
 
 
 def find_grid(problem: Problem) -> StateGrid | None:
-    """Return the grid over the states of a problem: its own, or one over two bounded numbers."""
+    """Return the problem's grid of states, or one over two bounded numbers, or else None."""
     bounds = problem.state_bounds
     if problem.state_grid is not None or bounds is None:
         return problem.state_grid

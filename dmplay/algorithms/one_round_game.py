@@ -105,12 +105,12 @@ def describe_ties(problem: Problem, payoffs: Reals, mixes: Sequence[Reals]) -> l
             names[-1] = f"{len(best) - MAX_NAMED_TIES + 1} others"
         seats_by_actions.setdefault(" and ".join(names), []).append(agent)
     return [
-        f"For {_name_agents(problem, agents)}, {names} are equally good; the first is taken."
+        f"For {_format_agent_names(problem, agents)}, {names} are equally good; the first is taken."
         for names, agents in seats_by_actions.items()
     ]
 
 
-def _name_agents(problem: Problem, agents: Sequence[str]) -> str:
+def _format_agent_names(problem: Problem, agents: Sequence[str]) -> str:
     """Return the names of agents, or "each agent" if these are all."""
     return "each agent" if len(agents) == len(problem.agents) else " and ".join(agents)
 

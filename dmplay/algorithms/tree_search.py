@@ -35,7 +35,7 @@ def find_obstacle(problem: Problem) -> str:
 
 
 def iterate_steps(request: WatchRequest) -> Iterator[Step]:
-    """Yield the start, and up to four steps for each simulation."""
+    """Yield the start, and up to four steps a simulation; raise EpisodeOver after the game."""
     problem, seat = request.problem, request.seat
     session = request.session or Session(problem, SeededUniforms(request.seed))
     if session.over:
@@ -303,7 +303,7 @@ def _describe_backup(
 def _format_backup_formula(
     search: MonteCarloTree, decisions: Sequence[Decision], value: float
 ) -> str:
-    """Return the update of the mean of the action at the root, before it is made."""
+    """Return the next update of the mean of the root's action; '' if none was chosen."""
     if not decisions:
         return ""
     for decision in reversed(decisions):

@@ -260,7 +260,8 @@ class Session(NotebookDisplay):
     def fill_in_actions(self, actions: Sequence[float | None] = ()) -> list[float | None]:
         """Return the given actions, with missing ones chosen by the policies.
 
-        Inactive seats get their wait action, and their policies are not called.
+        Inactive seats get their wait action, and their policies are not called. The action of a
+        seat without a policy stays None. Raise IllegalAction for too few or too many actions.
         """
         agents = self.problem.agents
         filled = list(actions) or [None] * len(agents)

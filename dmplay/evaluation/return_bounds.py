@@ -24,7 +24,7 @@ def compute_return_bounds(problem: Problem, turn_limit: int | None) -> tuple[flo
 
 
 def _find_reward_bounds(problem: Problem) -> tuple[float, float] | None:
-    """Return the bounds of the rewards that a problem states, or else those in its tables."""
+    """Return the bounds of the rewards that a problem states, or those in its tables, or None."""
     if problem.reward_bounds is not None:
         return problem.reward_bounds
     if isinstance(problem, Tabular) and type(problem).resolve_events is Tabular.resolve_events:

@@ -315,7 +315,7 @@ def _estimate_equilibrium_errors(
     """Return the standard errors `[K]` of the shares in an equilibrium and of the regrets.
 
     The equilibrium is computed again in each resample, as that one of its equilibria that is
-    nearest. For many entrants or seats it is kept, and the shares have no errors.
+    nearest. For many entrants or seats it is kept, and the errors of the shares are None.
     """
     entrant_count = resampled_tables.shape[1]
     can_resample = len(equilibrium) == 2 and entrant_count <= MAX_RESAMPLED_EQUILIBRIUM_ENTRANTS

@@ -127,7 +127,7 @@ class Declaration:
         raise span.error_at(0, UnknownName(self.kind, words[0], expected))
 
     def parse_mask(self, span: TokenSpan) -> Bools:
-        """Return a mask of the elements that the words of a list name."""
+        """Return a mask of the elements that a list names; raise BadFile for another word."""
         mask = np.zeros(len(self), bool)
         for position, word in enumerate(span.tokens or [""]):
             if word == WILDCARD:
@@ -175,7 +175,7 @@ class JointDeclaration:
         return self._parsed[words]
 
     def _parse_uncached(self, span: TokenSpan) -> IndexSelection:
-        """Return the indices that words name, parsed without the cache."""
+        """Return the indices that words name, without the cache; raise BadFile for any other."""
         words = span.tokens
         if len(words) == len(self._declarations):
             selections = [

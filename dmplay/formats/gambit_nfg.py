@@ -27,7 +27,7 @@ EXPECTED_STRATEGIES = "strategies in braces, or their number"
 
 
 def read_nfg(path: str, raw: bytes) -> NormalFormGame:
-    """Return the game in a file of this content."""
+    """Return the game in a file of this content; raise BadFile if it is invalid."""
     lexer = GambitLexer(path, raw)
     title, players = lexer.read_header("NFG", "1")
     actions = _read_strategies(lexer, len(players))
@@ -68,7 +68,7 @@ class GambitLexer:
         return self._text.error_at(offset, f"got {got}, expected {expected}")
 
     def expect(self, *words: str) -> None:
-        """Read the next token, which must be one of these words."""
+        """Read the next token; raise BadFile unless it is one of these words."""
         if self.token not in words:
             raise self.unexpected_token(" or ".join(words))
         self.position += 1
@@ -81,7 +81,7 @@ class GambitLexer:
         return title, self.read_strings("a player")
 
     def read_string(self, expected: str) -> str:
-        """Read and return a text in quotation marks."""
+        """Read and return a text in quotation marks; raise BadFile for any other token."""
         word = self.token
         if len(word) < 2 or word[0] != '"' or word[-1] != '"':
             raise self.unexpected_token(expected)
@@ -102,7 +102,7 @@ class GambitLexer:
         return names
 
     def read_number(self) -> float:
-        """Read and return a number, which may be a fraction."""
+        """Read and return a number, which may be a fraction; raise BadFile otherwise."""
         try:
             value = float(self.token if is_number(self.token) else Fraction(self.token))
         except (ValueError, ZeroDivisionError, OverflowError):
@@ -113,7 +113,7 @@ class GambitLexer:
         return value
 
     def read_integer(self, least: int, most: float, expected: str) -> int:
-        """Read and return a whole number from `least` to `most`."""
+        """Read and return a whole number from `least` to `most`; raise BadFile otherwise."""
         value = parse_integer(self.token)
         if value is None or not least <= value <= most:
             raise self.unexpected_token(expected)

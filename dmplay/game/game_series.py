@@ -239,7 +239,7 @@ class GameController:
         return saves.create_save(self.game.problem_name) or next_numbered_path(path)
 
     def run_cli_words(self, words: Sequence[str]) -> str:
-        """Run words of the command line: play the game here, or return the report."""
+        """Run words of the command line: play the game and return '', or return the report."""
         if self._cli_interpreter is None:
             raise BadParameter(f"{words[0]}: not available here; run it from the command line")
         interpreter = self._cli_interpreter

@@ -421,7 +421,7 @@ def _list_earlier_players(
 def _load_players(
     transcript: Transcript, problem: Problem, *, trusted: bool
 ) -> tuple[list[str], list[Policy | None]]:
-    """Return the players and policies that continue a transcript."""
+    """Return the players and policies that continue a transcript; None for a person."""
     folder = problem_name_kinds.transcript_folder(Path(transcript.path))
     return load_resumed_players(problem, transcript.header, trusted=trusted, folder=folder)
 

@@ -413,7 +413,7 @@ class Position:
         return self._breakdowns[index]
 
     def _break_down(self, action: int) -> ActionBreakdown | None:
-        """Return the parts of the value of an action, not cached."""
+        """Return the parts of the value of an action, not cached; None if they are unknown."""
         q = self._compute_q()
         if q is None or not self._lists_events:
             return None

@@ -156,7 +156,7 @@ def get_last_actions(position: Position) -> tuple[int, int] | None:
 
 
 def _take_best_reward(position: Position) -> int | None:
-    """Choose the action with the greatest expected reward of this turn."""
+    """Choose the action with the greatest expected reward of this turn; None if several have."""
     return _find_best_value(position, position.expected_rewards())
 
 
@@ -267,7 +267,7 @@ def _repeat_success(position: Position) -> int | None:
 
 
 def _reply_to_last(position: Position) -> int | None:
-    """Choose the best response to the other agent's last action."""
+    """Choose the best response to the other agent's last action; None if no single one is."""
     last = get_last_actions(position)
     if last is None:
         return None

@@ -90,7 +90,7 @@ def open_spooled_file() -> IO[str]:
 
 
 def _render_parts(game: Playback, steps: PageSteps, options: DrawOptions) -> Iterator[str]:
-    """Add all steps, and yield the parts of the page."""
+    """Add all steps, and yield the page in parts; raise BadParameter if `--at` is too late."""
     returns, beliefs = _add_all_steps(game, steps, options)
     if steps.open_step < 0:
         raise BadParameter(

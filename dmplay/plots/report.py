@@ -56,7 +56,7 @@ class PlotRequest:
 def report_plot(
     request: PlotRequest, output: Path | None, terminal: Terminal, *, force: bool = False
 ) -> Printout:
-    """Return the plot as text, or write it to a picture file."""
+    """Return the plot as text, or write it to a picture; raise BadParameter for other files."""
     if output is None:
         from dmplay.plots.terminal_drawing import draw_plot
 
@@ -138,7 +138,7 @@ def _load_subject(request: PlotRequest, name: str) -> "PlottedProblem":
 
 
 def _build_game_plot(request: PlotRequest) -> Plot:
-    """Return the plot of a recorded game."""
+    """Return the plot of a recorded game; raise BadParameter if parameters are set."""
     from dmplay.plots.played_games import plot_belief_path, plot_regret
 
     if request.settings or request.variant:

@@ -13,7 +13,7 @@ HASH_DIGITS = 16  # digits of a hash that identifies a file
 
 
 def load_data_problem(name: str) -> LookupResult:
-    """Return the problem in a data file; its origin is the file's hash."""
+    """Return the problem in a data file, with its hash; raise BadParameter if it is invalid."""
     path = Path(name)
     try:
         raw = safe_files.read_bytes(path)

@@ -110,7 +110,7 @@ def _is_playable_class(kind: type[Problem], module_classes: list[type]) -> bool:
 
 
 def module_variants(module: ModuleType) -> dict[str, Problem]:
-    """Return the variants that a module defines in VARIANTS, by name."""
+    """Return the variants in VARIANTS of a module; raise BadParameter for anything else."""
     variants_by_name = getattr(module, "VARIANTS", {})
     if not isinstance(variants_by_name, Mapping):
         expected = "expected a mapping of names to problems"
@@ -217,7 +217,7 @@ def _ignored_parameters(agent_class: type) -> list[str]:
 
 
 def module_keys(problem: Problem) -> dict[str, str]:
-    """Return the action of each key that a problem's code defines in KEYS."""
+    """Return the action of each key in KEYS; raise BadParameter or UnknownName if it is invalid."""
     bindings = find_export(problem, "KEYS")
     if bindings is None:
         return {}

@@ -54,7 +54,7 @@ class BotServer:
         raise BadParameter(f"line {self._line_number}: got {quoted}: {reason}")
 
     def _answer_message(self, message: JsonObject) -> str:
-        """Return the answer to a message; '' if it needs none."""
+        """Return the answer to a message, '' if none; raise BadParameter before `hello`."""
         kind = message["type"]
         if kind == "hello":
             return self._answer_hello(message)

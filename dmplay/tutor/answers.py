@@ -188,7 +188,7 @@ def _check_distribution(truth: Truth, prediction: Prediction, text: str) -> Answ
 
 
 def _check_order(truth: Truth, text: str) -> AnswerCheck:
-    """Return whether typed names are in the right order."""
+    """Return whether typed names are in order; raise BadParameter unless each is typed once."""
     names = [find_label(word, truth.labels) for word in split_labels(text)]
     if sorted(names) != sorted(truth.labels):
         raise BadParameter(f"got {text!r}, expected each of {' '.join(sorted(truth.labels))} once")

@@ -149,7 +149,7 @@ def alpha_vector_count(position: PositionInGame, turns_left: int) -> Truth:
 
 
 def _describe_mistake(position: Position, index: int, answer: float) -> str:
-    """Return which other probability was typed, or else the prior from which it would follow.
+    """Return the other probability that was typed, else its prior, in words; '' without a belief.
 
     Usual mistakes are the probability before the last observation, its likelihood in a state, and
     the product of both. The prior is found by Bayes' rule backwards, with the true proportions of

@@ -97,7 +97,7 @@ class TutorLesson:
     @property
     def name(self) -> str:
         """The name of the file without its number and extension, such as `first-walk`."""
-        return name_of_file(self.path)
+        return extract_lesson_name(self.path)
 
     @property
     def old_key(self) -> str:
@@ -105,6 +105,6 @@ class TutorLesson:
         return self.name if self.is_builtin else str(self.path.resolve())
 
 
-def name_of_file(path: Path) -> str:
+def extract_lesson_name(path: Path) -> str:
     """Return the name of a lesson file without its number and extension."""
     return path.stem.lstrip("0123456789").lstrip("-_ ") or path.stem

@@ -101,7 +101,7 @@ class TableReader:
         return sentence
 
     def number(self, key: str) -> float | None:
-        """Return a number, or None if it is missing."""
+        """Return a number, None if it is missing; raise BadParameter if it is not finite."""
         value = self.take(key, (int, float), "a number")
         if value is not None and not math.isfinite(float(str(value))):
             raise self.error(key, f"got {value}, expected a finite number")
@@ -126,7 +126,7 @@ class TableReader:
         return dict(value) if isinstance(value, dict) else None
 
     def texts(self, key: str) -> tuple[str, ...]:
-        """Return a list of texts, empty if it is missing."""
+        """Return a list of texts, empty if it is missing; raise BadParameter for another value."""
         value = self.take(key, list, "a list of texts")
         if value is None:
             return ()
@@ -138,7 +138,7 @@ class TableReader:
         return tuple(value)
 
     def text_table(self, key: str) -> dict[str, str]:
-        """Return a table of texts, empty if it is missing."""
+        """Return a table of texts, empty if it is missing; raise BadParameter for other values."""
         table = self.table(key) or {}
         for name, value in table.items():
             if not isinstance(value, str):
@@ -342,7 +342,7 @@ def _read_argument(table: TableReader, name: str, annotation: object) -> object:
 
 
 def _read_game_task(data: Mapping[str, object], location: str) -> GameTask:
-    """Return the game to play and its conditions."""
+    """Return the game to play and its conditions; raise BadParameter if it has none."""
     table = TableReader(data, location)
     goal = table.text("goal", None, MAX_GOAL_COLUMNS)
     task = GameTask(

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 from dmplay.core.toml_files import read_toml
 from dmplay.errors import BadParameter, DmplayError, UnknownName
-from dmplay.tutor.lesson import TutorLesson, name_of_file
+from dmplay.tutor.lesson import TutorLesson, extract_lesson_name
 from dmplay.tutor.progress import make_step_keys
 
 BUILTIN_FOLDER = Path(__file__).parent / "lessons"
@@ -49,7 +49,7 @@ def list_builtin_outlines() -> list[LessonOutline]:
     for path in list_builtin_paths():
         table = read_toml(path)
         facts: Any = (table[key] for key in ("title", "chapter", "minutes"))
-        step_keys, name = make_step_keys(table, path.parent), name_of_file(path)
+        step_keys, name = make_step_keys(table, path.parent), extract_lesson_name(path)
         title, chapter, minutes = facts
         outlines.append(
             LessonOutline(_number_of(path, 0), title, chapter, minutes, step_keys, name)
@@ -104,7 +104,7 @@ def find_lesson(lesson_set: LessonSet, word: str) -> TutorLesson:
         if word in {str(lesson.number), lesson.name, lesson.path.stem}:
             return lesson
     for path, error in faults.items():
-        if word in {str(_number_of(path, 0)), name_of_file(path), path.stem}:
+        if word in {str(_number_of(path, 0)), extract_lesson_name(path), path.stem}:
             raise error
     if any(Path(word).glob(f"*{LESSON_SUFFIX}")):
         folder = os.path.join(os.curdir, word)

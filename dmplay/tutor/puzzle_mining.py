@@ -85,7 +85,7 @@ def mine_candidates(name: str) -> list[Candidate]:
         if not is_exact:
             reason = "no agent knows the exact value of each action"
         raise BadParameter(f"{name} has no puzzles, because {reason}")
-    ordered = _alternate_rules(_select_different([*candidates.values()]))
+    ordered = _alternate_rules(_select_varied_candidates([*candidates.values()]))
     by_question: dict[object, Candidate] = {}
     for candidate in ordered:
         by_question.setdefault(candidate.question_key, candidate)
@@ -261,7 +261,7 @@ def _choose_next_action(game: PositionInGame, position: Position, rule: RuleOfTh
     return int(np.nanargmax(_get_values(position))) if action not in legal else action
 
 
-def _select_different(candidates: Sequence[Candidate]) -> list[Candidate]:
+def _select_varied_candidates(candidates: Sequence[Candidate]) -> list[Candidate]:
     """Return the candidates, greatest loss first, with at most four of each `lesson_key`."""
     counts = Counter[object]()
     selected = []

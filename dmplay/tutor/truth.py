@@ -15,7 +15,7 @@ MIN_FIXED = 0.01  # smaller numbers are printed with two significant digits
 
 
 def _explain_nothing(_: str) -> str:
-    """Return no explanation."""
+    """Return '': there is no explanation."""
     return ""
 
 

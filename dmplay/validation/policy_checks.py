@@ -73,7 +73,7 @@ class CheckedPolicy:
         return actions
 
     def action_values(self, memory: Memory) -> Reals | None:
-        """Return the agent's values."""
+        """Return the agent's values `[B, A]`; None if it has none."""
         return self.policy.action_values(memory[1:])
 
     def compare_choices(self, other_choices: Sequence[Choices], remedy: str) -> None:
@@ -193,7 +193,7 @@ def play_checked_games(
 def find_agent_violation(
     problem: Problem, seat: int, policies: Sequence[Policy], episodes: int
 ) -> Violation | None:
-    """Return the first violation of a seat's policy in games that these policies play."""
+    """Return the first violation of a seat's policy in games of these policies, or None."""
     checked = CheckedPolicy(problem, seat, policies[seat])
     try:
         play_checked_games(checked, policies, episodes, CHECKED_TURNS)

@@ -27,13 +27,13 @@ def solve_alpha_vectors(problem: Problem) -> Solution:
     legal = problem.legal_actions_mask(problem.enumerate_states())
     if legal is None or legal.all():
         with suppress(BadParameter, BudgetExceeded), limit_total_work(VECTOR_WORK_LIMIT):
-            return _list_alpha_vectors(problem)
+            return _solve_alpha_vectors(problem)
     from dmplay.evaluation.solutions.first_actions import solve_first_actions
 
     return solve_first_actions(problem)
 
 
-def _list_alpha_vectors(problem: Problem) -> Solution:
+def _solve_alpha_vectors(problem: Problem) -> Solution:
     """Return the alpha vectors as a solution; raise BudgetExceeded if they are too many."""
     tables = tabulate(problem)
     start = belief.initial_belief(problem)

@@ -129,7 +129,7 @@ class _ValueExplainer:
 
     # Names and numbers
 
-    def _name(self, action: int) -> str:
+    def _format_action(self, action: int) -> str:
         """Return the name of an action."""
         return self._session.format_action(self._provider.seat, action)
 
@@ -155,7 +155,7 @@ class _ValueExplainer:
 
     def _describe_value(self, parts: ActionBreakdown | None) -> str:
         """Return a sentence on the value of the action: the reward now, and later turns."""
-        name, best_value = self._name(self._action), self._values[self._best]
+        name, best_value = self._format_action(self._action), self._values[self._best]
         best_count = sum(
             self._values[a] >= best_value - self._tolerance for a in self._legal_actions
         )
@@ -192,7 +192,7 @@ class _ValueExplainer:
         texts = [f"{beginning}{text}" for text in self._iter_outcome_lists(parts) if text]
         return _choose_short([f"{text[:1].upper()}{text[1:]}." for text in texts])
 
-    def _name_others(self) -> str:
+    def _format_other_names(self) -> str:
         """Return the names of the other agents."""
         agents = self._session.problem.agents
         return " and ".join(
@@ -246,7 +246,7 @@ class _ValueExplainer:
         if has_short_names and len(outcomes) <= MAX_LISTED_OUTCOMES:
             verb = "you observe" if is_observed else "next is"
             if self._session.problem.state_count == 1:
-                verb = f"{self._name_others()} chooses"
+                verb = f"{self._format_other_names()} chooses"
             yield f"{verb} {self._format_outcomes(parts, ' with probability', has_belief=True)}"
             yield f"{verb} {self._format_outcomes(parts, ' with probability')}"
             yield f"probabilities: {self._format_outcomes(parts, '')}"
@@ -270,7 +270,7 @@ class _ValueExplainer:
         return _join_choices(entries)
 
     def _describe_belief(self, parts: ActionBreakdown, outcome: PossibleOutcome) -> str:
-        """Return the probability of one hidden state after an observation.
+        """Return the probability of one hidden state after an observation; '' without a belief.
 
         It is the state about which the observations say most.
         """
@@ -341,12 +341,12 @@ class _ValueExplainer:
 
     def _iter_reply_summaries(self, parts: ActionBreakdown) -> Iterator[str]:
         """Yield clauses on many actions of the others: the likeliest and the range, the range."""
-        others = self._name_others()
+        others = self._format_other_names()
         if not self._adds_up(parts):
             yield f"{others} can choose {len(parts.outcomes)} actions"
             return
         totals = [parts.outcome_total(outcome) for outcome in parts.outcomes]
-        name, worst, best = self._name(parts.action), min(totals), max(totals)
+        name, worst, best = self._format_action(parts.action), min(totals), max(totals)
         text = (
             f"depending on the choice of {others}, {name} is {self._worth} {self._number(worst)} "
             f"to {self._number(best)}"
@@ -365,11 +365,11 @@ class _ValueExplainer:
         if self._action != best:
             gap = value - self._values[self._action]
             if not self._round(gap):
-                text = f"The suggested action {self._name(best)} is as good."
+                text = f"The suggested action {self._format_action(best)} is as good."
                 return RuleChoice(best, ""), text, ""
-            subject = f"The best action {self._name(best)}"
+            subject = f"The best action {self._format_action(best)}"
             if self._action == self._suggested:
-                subject = f"By these values, {self._name(best)}"
+                subject = f"By these values, {self._format_action(best)}"
             text = f"{subject} is worth {self._number(gap)} more."
             return RuleChoice(best, ""), text, self._describe_reason(self._action)
         rule = self._choose_alternative()
@@ -380,11 +380,11 @@ class _ValueExplainer:
                 text = f"All {len(self._legal_actions)} actions are equally good."
             return None, text, ""
         other_value = self._values[rule.action]
-        name = self._name(rule.action)
+        name = self._format_action(rule.action)
         text = (
             f"The action {name}, {rule.text}, is {self._worth} "
             f"{self._number(other_value)}, {self._number(value - other_value)} less than "
-            f"{self._name(best)}."
+            f"{self._format_action(best)}."
         )
         return rule, text, self._describe_reason(rule.action)
 
@@ -420,11 +420,11 @@ class _ValueExplainer:
         if best.information_value - other.information_value >= MAJOR_SHARE * (
             best.value - other.value
         ):
-            name = self._name(other.action) if self._action == other.action else "it"
+            name = self._format_action(other.action) if self._action == other.action else "it"
             yield (
                 f"the next observation is worth {self._number(other.information_value)} after "
                 f"{name}, and {self._number(best.information_value)} after "
-                f"{self._name(best.action)}"
+                f"{self._format_action(best.action)}"
             )
         difference, later = self._compare_now_and_later(best, other)
         has_causes = later or _has_different_rewards(best) or _has_different_rewards(other)
@@ -494,7 +494,7 @@ class _ValueExplainer:
                 yield f", {start} {', '.join(entries[:-1])} and {entries[-1]}"
 
     def _describe_changed_belief(self, best: ActionBreakdown, other: ActionBreakdown) -> str:
-        """Return the mean probability of the hidden state in which the two actions differ most."""
+        """Return a clause on the hidden state in which the actions differ most, '; '' if little."""
         if best.mean_belief is None or other.mean_belief is None:
             return ""
         change = other.mean_belief - best.mean_belief
@@ -546,8 +546,8 @@ class _ValueExplainer:
         """Return the numbers of the explanation."""
         data: dict[str, object] = {
             "by": self._hint.data["by"],
-            "action": self._name(self._action),
-            "best": self._name(self._best),
+            "action": self._format_action(self._action),
+            "best": self._format_action(self._best),
             "about": self._hint.game,
             "value": float(self._values[self._action]),
             **self._hint.values_basis.accuracy.data,
@@ -559,7 +559,7 @@ class _ValueExplainer:
         if other:
             other_parts = self._breakdowns.get(other.action)
             data["compared_with"] = {
-                "action": self._name(other.action),
+                "action": self._format_action(other.action),
                 **({"rule": other.text} if other.text else {}),
                 "value": float(self._values[other.action]),
                 **(_list_numbers(other_parts) if other_parts else {}),

@@ -340,7 +340,7 @@ class HintProvider:
 
     @property
     def agent_description(self) -> str:
-        """The name of the hint agent and the first sentence of its description."""
+        """The name of the hint agent and its description's first sentence; '' without an agent."""
         if self._hint_agent is None:
             return ""
         doc = inspect.getdoc(type(self._hint_agent.policy)) or ""
@@ -366,7 +366,7 @@ class HintProvider:
 
     @property
     def _turn_key(self) -> tuple[int, Turn | None]:
-        """The turn count and the last turn, which identify the current turn."""
+        """The turn count and the last turn, None at the start, which identify the current turn."""
         turns = self.session.turns
         return len(turns), turns[-1] if turns else None
 
@@ -456,7 +456,7 @@ class HintProvider:
         return self._cached_state_values[1]
 
     def _query_all_state_values(self, turn_count: int) -> Reals | None:
-        """Return the value of every action in every state `[S, A]`, not cached."""
+        """Return the value of every action in every state `[S, A]`, not cached; None if unknown."""
         problem = self.session.problem
         finite = isinstance(problem.state_count, int) and problem.state_count > 1
         if not finite or problem.observations or self._hint_agent is None:

@@ -94,7 +94,7 @@ class HexWorld(Problem):
 
     @property
     def return_bounds(self) -> tuple[float, float] | None:
-        """The returns of an exit at once or of endless bumps; a game in between has a mean."""
+        """The bounds of an exit at once and of endless bumps; None without a discount."""
         if self.discount >= 1.0:
             return None
         returns = [0.0, -self.bump_cost / (1.0 - self.discount), *self.exits.values()]

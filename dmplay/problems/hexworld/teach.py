@@ -114,7 +114,7 @@ def _list_straight_actions(start: Hex, goals: Sequence[Hex]) -> list[int]:
 
 
 def _find_hex(problem: HexWorld, state: Array) -> Hex:
-    """Return the hex of a state of hex world."""
+    """Return the hex of a state; raise BadParameter for the end of the game."""
     if int(state) >= len(problem.hexes):
         raise BadParameter("state: got the end of the game, expected a hex such as (5,2)")
     return problem.hexes[int(state)]

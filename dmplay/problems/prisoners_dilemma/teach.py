@@ -6,7 +6,7 @@ from dmplay.tutor.puzzle_mining import GameSetup
 
 
 def _copy_last(position: Position) -> int | None:
-    """Choose the other agent's last action."""
+    """Choose the other agent's last action; None in the first round."""
     last = get_last_actions(position)
     return None if last is None else last[1]
 

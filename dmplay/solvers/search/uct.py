@@ -67,7 +67,7 @@ class SimulationBatch(NamedTuple):
     turns_done: Ints  # [N]
     turn_limits: Ints  # [N]
 
-    def select_lanes(self, mask: Bools) -> "SimulationBatch":
+    def select_simulations(self, mask: Bools) -> "SimulationBatch":
         """Return the simulations that the mask marks."""
         if mask.all():
             return self
@@ -147,18 +147,18 @@ class _UctSearch:
             path.append((batch.lane_indices, nodes, slot, rewards))
             unfinished = ~config.problem.terminal(batch.states)
             unfinished &= batch.turns_done < batch.turn_limits
-            leaving.append(batch.select_lanes(unfinished & ~existed))
+            leaving.append(batch.select_simulations(unfinished & ~existed))
             continues = unfinished & existed & (batch.turns_done < config.depth)
             if not continues.any():
                 break
-            batch, nodes = batch.select_lanes(continues), children[continues]
+            batch, nodes = batch.select_simulations(continues), children[continues]
             mask = config.problem.legal_actions_mask(batch.states)
             legal = None if mask is None else mask[:, config.seat]
             if config.widens_actions:
                 turn_uniforms = u[batch.lane_indices, batch.turns_done]
                 self._offer_policy_actions(nodes, batch.memories, legal, turn_uniforms)
             slot, _ = trees.select_slots(nodes, legal)
-        leaving.append(batch.select_lanes(unfinished & existed))  # at the maximum depth
+        leaving.append(batch.select_simulations(unfinished & existed))  # at the maximum depth
         returns = self._run_playouts(_concatenate_batches(leaving), u, turn_work)
         self._backup_returns(rows, path, returns)
 
@@ -217,7 +217,7 @@ class _UctSearch:
             returns[batch.lane_indices] = config.leaf_evaluator(batch.states, memory, turns_left)
             return returns
         batch = batch._replace(turn_limits=np.minimum(batch.turn_limits, config.depth))
-        batch = batch.select_lanes(batch.turns_done < batch.turn_limits)
+        batch = batch.select_simulations(batch.turns_done < batch.turn_limits)
         while len(batch.lane_indices):
             self.budget.spend_work(turn_work)
             turn_uniforms = u[batch.lane_indices, batch.turns_done]
@@ -227,7 +227,7 @@ class _UctSearch:
             weight *= problem.discount
             batch = _advance_batch(model, batch, joint, outcome)
             unfinished = (batch.turns_done < batch.turn_limits) & ~problem.terminal(batch.states)
-            batch = batch.select_lanes(unfinished)
+            batch = batch.select_simulations(unfinished)
         return returns
 
     def _backup_returns(

@@ -24,7 +24,7 @@ class EventLog:
 
     @property
     def _last_turn_key(self) -> tuple[int, Turn | None]:
-        """The turn count and the last turn, which is a new object after a reroll."""
+        """The turn count and the last turn, a new object after a reroll; None at the start."""
         turns = self.game.session.turns
         return len(turns), turns[-1] if turns else None
 

@@ -468,7 +468,7 @@ class PlayEventLoop(ScreenEventLoop):
             yield self._run_clock(partial(clock_rate, screen), on_beat, is_running)
 
     def _schedule_animation_step(self) -> asyncio.TimerHandle | None:
-        """Schedule the next step of a running turn animation."""
+        """Schedule the next step of a running turn animation; return None if none is running."""
         animation = self._play_screen.animation
         if not animation.is_running:
             return None

@@ -168,7 +168,7 @@ class Frame:
         viewport, state = self._viewport, self._state
         if state.handover_agent:
             parts: list[ScreenRows] = [
-                [heading.name_row(self._game)],
+                [heading.make_name_row(self._game)],
                 _handover_rows(state.handover_agent, viewport),
             ]
         elif state.page_rows:

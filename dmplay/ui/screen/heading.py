@@ -85,7 +85,7 @@ def _format_players(
     )
 
 
-def name_row(game: Game) -> ScreenLine:
+def make_name_row(game: Game) -> ScreenLine:
     """Return the row with the name of the game alone."""
     return ((_format_name(game), "bold"),)
 

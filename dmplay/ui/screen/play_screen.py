@@ -313,7 +313,7 @@ class PlayScreen:
             self.message = str(error).removeprefix(own_prefix) or "cancelled"
 
     def open_viewer(self, watched: "WatchedSteps") -> str:
-        """Show the steps of an algorithm in place of the game, until the viewer is left."""
+        """Show the steps of an algorithm instead of the game until the player leaves; return ''."""
         from dmplay.ui.watch.step_viewer import StepViewer
 
         self.modes.handle_event(ModeEvent.STOPPED)  # agents and the clock wait
@@ -380,7 +380,7 @@ class PlayScreen:
 
     @property
     def follow_up(self) -> Callable[[], None] | None:
-        """The review of a game that has just ended."""
+        """The review of a game that has just ended; None in all other cases."""
         return self.review_game if self.post_game_review.is_due(self.game) else None
 
     def review_game(self) -> None:

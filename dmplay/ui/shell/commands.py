@@ -135,7 +135,7 @@ def _play_action(controller: GameController, argument: str) -> str:
 
 
 def _choose_action(game: Game, action: float) -> str:
-    """Choose an action; return the report of the turn, or the next person to choose."""
+    """Choose an action; return the turn's report or the next person; '' if the game is over."""
     if game.choose(action):
         return game.narrator.describe_turn(game.snapshot())
     if game.session.over:

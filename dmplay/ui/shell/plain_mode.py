@@ -54,7 +54,7 @@ class Reporter:
         print(message, file=sys.stderr, flush=True)
 
     def start_prompt(self, game: Game) -> str:
-        """Return the prompt of the next input line; subclasses may print a request instead."""
+        """Return the prompt of the next input line, here ''; subclasses may print a request."""
         return ""
 
     def report_end(self, game: Game) -> None:
