@@ -48,9 +48,8 @@ class ThompsonSampling(BeliefPolicy):
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
         """Return the best actions for sampled states (Thompson sampling, section 15.4)."""
-        return np.asarray(
-            self._best_actions[Categorical.from_probabilities(memory[0]).sample_events(u)]
-        )
+        states = Categorical.from_probabilities(memory[0]).sample_events(u)
+        return np.asarray(self._best_actions[states])
 
 
 @dataclass(frozen=True)

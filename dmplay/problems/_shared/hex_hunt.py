@@ -88,9 +88,8 @@ class HexHunt(Problem):
 
     def initial_chance(self, rows: int) -> tuple[Chance, ...]:
         """Return a uniform distribution over the hexes for each walker."""
-        return (
-            DiscreteUniform(np.full(rows, len(self.hexes)), len(self.hexes)),
-        ) * self.walker_count
+        chance = DiscreteUniform(np.full(rows, len(self.hexes)), len(self.hexes))
+        return (chance,) * self.walker_count
 
     def initial_states(self, rows: int, events: tuple[Array, ...]) -> Array:
         """Return the sampled hexes as states."""

@@ -37,13 +37,11 @@ def interpolate_values(tables: Reals, times: Reals | int, s: Reals) -> Reals:
     value_count, climb_count = math.prod(tables.shape[4:]), len(CLIMB_RATES)
     first = ((layer * len(HEIGHTS) + i) * climb_count + j).astype(np.int64) * value_count
     before_x, before_y, values = 1 - x, 1 - y, tables.reshape(-1)
-    result = np.empty((value_count, len(s)))
+    result, corners = np.empty((value_count, len(s))), (0, 1, climb_count, climb_count + 1)
     # One value after another stays in the processor's cache.
     for value_index, output in enumerate(result):
-        a, b, c, d = (
-            values[value_index + value_count * offset :].take(first)
-            for offset in (0, 1, climb_count, climb_count + 1)
-        )
+        starts = (value_index + value_count * offset for offset in corners)
+        a, b, c, d = (values[start:].take(first) for start in starts)
         lower, upper = before_y * a + y * b, before_y * c + y * d
         np.add(before_x * lower, x * upper, out=output)
     return result.T.reshape(len(s), *tables.shape[4:])

@@ -162,7 +162,8 @@ class _ExpectimaxSearch:
         )
         if len(expanded):
             self.budget.spend_work(ARRAY_CALL_WORK + 1000 * len(expanded))
-            parent, cell = np.nonzero(_mark_empty_cells(unique_boards[expanded]))
+            cells = unique_boards[expanded, None] >> CELL_SHIFTS & np.uint64(15)
+            parent, cell = np.nonzero(cells == 0)
             sources = expanded[parent]
             means = self._average_over_tiles(
                 unique_boards[sources], cell, path_probabilities[sources], root[sources], depth
@@ -178,7 +179,7 @@ class _ExpectimaxSearch:
         A tile that makes the path too unlikely is not searched; it counts as the other one.
         """
         chance = np.array([[self.p_two], [1 - self.p_two]])  # of a 2 and of a 4
-        tiled = np.stack([_place_tiles(boards, cell, tile) for tile in (1, 2)])
+        tiled = np.stack([boards | np.uint64(tile) << CELL_SHIFTS[cell] for tile in (1, 2)])
         is_searched = chance * path_probabilities >= self.min_path_probability
         values = np.empty(tiled.shape)
         sources = np.nonzero(is_searched)[1]
@@ -240,16 +241,6 @@ def _merge_duplicate_boards(
     inverse[order] = np.cumsum(is_new) - 1
     max_probabilities = np.maximum.reduceat(path_probabilities[order], first_sorted)
     return boards[first_sorted], order[first_sorted], max_probabilities, root[first_sorted], inverse
-
-
-def _mark_empty_cells(boards: BoardArray) -> Bools:
-    """Return the mask `[N, 16]` of empty cells."""
-    return np.asarray(boards[:, None] >> CELL_SHIFTS & np.uint64(15) == 0)
-
-
-def _place_tiles(boards: BoardArray, cell: Ints, tile: int) -> BoardArray:
-    """Return the boards with a tile, given by its exponent, placed in an empty cell of each."""
-    return np.asarray(boards | np.uint64(tile) << CELL_SHIFTS[cell])
 
 
 def _slide_boards(boards: BoardArray) -> tuple[BoardArray, Reals, Bools]:

@@ -254,10 +254,8 @@ def get_line_tables() -> LineTables:
     cells = enumerate_lines()
     (first, scores), (last, _) = _slide_lines(cells), _slide_lines(cells[:, ::-1])
     last = last[:, ::-1]
-    packed_results = [
-        np.minimum(line_cells, MAX_TABLE_EXPONENT) @ 16 ** np.arange(4, dtype=np.uint64)
-        for line_cells in (first, last)
-    ]
+    place_values = 16 ** np.arange(4, dtype=np.uint64)
+    packed_results = [np.minimum(x, MAX_TABLE_EXPONENT) @ place_values for x in (first, last)]
     flags = [
         (line_cells != cells).any(axis=1) << shift for line_cells, shift in ((first, 0), (last, 2))
     ]

@@ -142,9 +142,8 @@ class HexWorld(Problem):
 
     def parse_state(self, text: str) -> Array:
         """Return the state that `format_state` wrote."""
-        return np.array(
-            len(self.hexes) if text == TERMINAL_TEXT else self.hexes.index(parse_hex(text))
-        )
+        is_over = text == TERMINAL_TEXT
+        return np.array(len(self.hexes) if is_over else self.hexes.index(parse_hex(text)))
 
 
 def _parse_exits(value: object, hexes: tuple[Hex, ...]) -> tuple[tuple[Hex, float], ...]:

@@ -34,13 +34,6 @@ def get_agent_glyph(problem: PredatorPrey, seat: int) -> str:
     return "o" if problem.prey == 1 else f"o{number}"
 
 
-def get_displayed_glyph(view: View[PredatorPrey], seat: int, options: DrawOptions) -> str:
-    """Return the displayed glyph of an agent: `@` for your own on small boards, else its glyph."""
-    if seat == view.seat and not options.allow_large:
-        return "@"
-    return get_agent_glyph(view.problem, seat)
-
-
 def _choose_agent_style(view: View[PredatorPrey], seat: int, options: DrawOptions) -> str:
     """Return the style of an agent; your own agent is in reverse video."""
     if not options.allow_large:
@@ -78,6 +71,9 @@ def iter_boards(view: View[PredatorPrey], options: DrawOptions) -> Iterator[Text
         return int(problem.state_indices(state[None])[0])
 
     probabilities = _forecast_hex_probabilities(view, options)
+    glyphs = [get_agent_glyph(problem, seat) for seat in range(len(positions))]
+    if not options.allow_large:
+        glyphs[view.seat] = "@"
 
     def make_cell(hex_: Hex, size: HexSize) -> HexCell:
         """Return the content of a hex."""
@@ -85,7 +81,7 @@ def iter_boards(view: View[PredatorPrey], options: DrawOptions) -> Iterator[Text
         if can_show_keys and hex_ in adjacent:
             key_cell = hexgrid.make_direction_cell(options, adjacent.index(hex_), size)
         seats_on_hex = [seat for seat, agent_hex in enumerate(positions) if agent_hex == hex_]
-        marks = [get_displayed_glyph(view, seat, options) for seat in seats_on_hex]
+        marks = [glyphs[seat] for seat in seats_on_hex]
         if len(marks) > 1:
             note, columns = "".join(sorted(marks)), size.width - 1
             if len(note) > columns:

@@ -273,12 +273,9 @@ def panel_rows(view: View[SimpleRegulator]) -> list[tuple[str, str]]:
 
 def describe_turn(view: View[SimpleRegulator]) -> str:
     """Return a description of the last push, its aim and the number after it."""
-    numbers, push = _list_recent_numbers(view, 1), format_signed_fixed(view.actions[-1], 3)
-    return (
-        f"at {format_signed_fixed(numbers[0], 3)} pushed {push}, "
-        f"aimed at {format_signed_fixed(predict_number(view)[0], 3)}, "
-        f"now at {format_signed_fixed(numbers[-1], 3)}."
-    )
+    values = *_list_recent_numbers(view, 1), view.actions[-1], predict_number(view)[0]
+    before, after, push, aim = (format_signed_fixed(value, 3) for value in values)
+    return f"at {before} pushed {push}, aimed at {aim}, now at {after}."
 
 
 def describe_situation(view: View[SimpleRegulator]) -> str:

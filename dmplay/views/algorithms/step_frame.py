@@ -50,13 +50,11 @@ def draw_algorithm_picture(picture: Picture, problem: Problem, options: DrawOpti
 def compose_step_rows(step: Step, problem: Problem, options: DrawOptions) -> list[Text]:
     """Return exactly `options.height` rows: the sentences, the formula and the pictures."""
     formula = _wrap(step.formula, options.width, "bold")
-    sentence_count = len(step.sentences)
-    while sentence_count > 1 and (
-        len(_wrap(" ".join(step.sentences[:sentence_count]), options.width))
-        > options.height - len(formula) - MIN_PICTURE_ROWS
-    ):
+    max_rows, sentence_count = options.height - len(formula) - MIN_PICTURE_ROWS, len(step.sentences)
+    sentences = _wrap(" ".join(step.sentences), options.width)
+    while sentence_count > 1 and len(sentences) > max_rows:
         sentence_count -= 1  # The most important sentences come first.
-    sentences = _wrap(" ".join(step.sentences[:sentence_count]), options.width)
+        sentences = _wrap(" ".join(step.sentences[:sentence_count]), options.width)
     rows = [*sentences, *formula]
     space = options.height - len(rows)
     if space > MIN_PICTURE_ROWS + 2:

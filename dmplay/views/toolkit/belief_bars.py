@@ -41,9 +41,8 @@ def draw_belief_bars(  # noqa: PLR0913 - a canvas, a position and the content
     bar_columns = max(min(max_bar_columns, options.width - label_columns - 8), 1)
     for name, probability in zip(names, belief, strict=True):
         canvas.write_text(0, y, name.ljust(label_columns))
-        canvas.write_text(
-            label_columns + 2, y, format_bar(float(probability), bar_columns, options.ascii), "cyan"
-        )
+        bar = format_bar(float(probability), bar_columns, options.ascii)
+        canvas.write_text(label_columns + 2, y, bar, "cyan")
         canvas.write_text(label_columns + 3 + bar_columns, y, f"{probability:.3f}", "bold")
         y += 1
     return y

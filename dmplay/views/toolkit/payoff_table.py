@@ -195,13 +195,9 @@ def _format_reply_payoffs(view: View[MatrixGame], options: DrawOptions) -> list[
     texts = [f"{format_number(payoff)} against {reply}" for payoff, reply in replies]
     probabilities = options.forecast.reply_probabilities
     if probabilities is not None:
-        texts = [
-            f"{text} (chance {format_percent(probability)})"
-            for text, probability in zip(texts, probabilities.tolist(), strict=True)
-            if probability > 0.0
-        ]
-    text = ", ".join(texts)
-    return [f"{problem.format_action(seat, own_action)}: you get {text}"]
+        pairs = zip(texts, probabilities.tolist(), strict=True)
+        texts = [f"{text} (chance {format_percent(p)})" for text, p in pairs if p > 0.0]
+    return [f"{problem.format_action(seat, own_action)}: you get {', '.join(texts)}"]
 
 
 def draw_paid_rounds(view: View[MatrixGame], canvas: Canvas, y: int, width: int) -> int:
