@@ -120,7 +120,7 @@ class BestResponsePlan(GreedyPolicy, SeatPolicy):
         return np.asarray(weights / np.where(totals, totals, 1.0))  # no action at the end: all 0
 
     def action_values(self, memory: Memory) -> Reals:
-        """Return Q of each action with the turns left; -inf for illegal actions."""
+        """Return Q `[B, A]` of each action with the turns left; -inf for illegal actions."""
         if self.horizon is None:
             return self._find_or_compute_values(memory[1:], None)
         q = np.zeros((len(memory[0]), self.problem.action_counts[self.seat]))

@@ -92,7 +92,7 @@ class JointPlan(SeatPolicy):
         return self._own_plan.actions[turns_done, node]
 
     def action_values(self, memory: Memory) -> Reals:
-        """Return the value of each action before the plan's later ones, if the others follow it.
+        """Return the value `[B, A]` of actions before the plan's later ones, if others follow it.
 
         It is nan after the seat left the plan, or after the plan began again.
         """

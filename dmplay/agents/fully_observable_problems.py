@@ -237,7 +237,7 @@ class BestResponseEquilibrium(ReactivePolicy):
         return Categorical.from_probabilities(self.choice_probabilities(memory)).sample_events(u)
 
     def action_values(self, memory: Memory) -> Reals:
-        """Return Q of each action; -inf for illegal actions."""
+        """Return Q `[B, A]`; -inf for illegal actions."""
         state_indices = self._solution.graph.find_state_indices(self.problem, memory[0])
         return self._solution.q[self.seat][state_indices]
 

@@ -51,7 +51,7 @@ class _MixedStrategyPolicy(_PayoffTablePolicy):
         """The mixed strategy, as a distribution of one row."""
 
     def choice_probabilities(self, memory: Memory) -> Reals:
-        """Return the mixed strategy for each row."""
+        """Return the mixed strategy `[B, A]` for each row."""
         return np.repeat(self._mixed_strategy.probabilities(), len(memory[0]), axis=0)
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
@@ -98,6 +98,7 @@ class RegretMatchingEquilibrium(_MixedStrategyPolicy):
 
     @cached_property
     def _solution(self) -> RegretMatchingResult:
+        """The strategies of all agents with the least regret that are found."""
         return regret_matching.find_equilibrium(self._payoffs)
 
     @cached_property
@@ -105,7 +106,7 @@ class RegretMatchingEquilibrium(_MixedStrategyPolicy):
         return Categorical.from_probabilities(self._solution.mixed_strategies[self.seat][None])
 
     def action_values(self, memory: Memory) -> Reals:
-        """Return the expected reward of each action."""
+        """Return the expected reward `[B, A]` of each action."""
         response_values = regret_matching.compute_response_values(
             self._payoffs, self._solution.mixed_strategies, self.seat
         )
@@ -132,13 +133,14 @@ class HierarchicalSoftmax(_MixedStrategyPolicy):
 
     @cached_property
     def _response_values(self) -> Reals:
+        """The expected reward `[A]` of each action against an opponent one level lower."""
         lower = bimatrix_game.compute_hierarchical_softmax(
             self._payoffs, self.precision, max(self.level - 1, 0)
         )
         return bimatrix_game.compute_response_values(self._payoffs, lower)[self.seat]
 
     def action_values(self, memory: Memory) -> Reals:
-        """Return the expected reward of each action against an opponent one level lower."""
+        """Return the expected reward `[B, A]` of actions against an opponent one level lower."""
         return np.repeat(self._response_values[None], len(memory[0]), axis=0)
 
 
@@ -175,7 +177,7 @@ class FictitiousPlay(GreedyPolicy, _PayoffTablePolicy):
         return (memory[0] + (opponent_actions[:, None] == np.arange(len(self._own_payoffs))),)
 
     def action_values(self, memory: Memory) -> Reals:
-        """Return the expected reward against the counted frequencies, uniform at first."""
+        """Return the expected reward `[B, A]` against the counted frequencies, uniform at first."""
         (counts,) = memory
         rounds = counts.sum(axis=1, keepdims=True)
         total_rewards = weighted_sum(np.where(rounds, counts, 1), self._own_payoffs)
@@ -203,7 +205,7 @@ class GradientAscent(_PayoffTablePolicy):
         return _project_to_simplex(strategies + step), rounds
 
     def choice_probabilities(self, memory: Memory) -> Reals:
-        """Return the strategies."""
+        """Return the mixed strategies `[B, A]`."""
         return memory[0]
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:

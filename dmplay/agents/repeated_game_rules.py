@@ -121,7 +121,7 @@ class GenerousTitForTat(TitForTat):
     uniform_count = 1  # for forgiving
 
     def choice_probabilities(self, memory: Memory) -> Reals:
-        """Return the probability of each action: a defection may be forgiven."""
+        """Return the probability `[B, A]` of each action: a defection may be forgiven."""
         defects = memory[0] * (1.0 - self.forgiveness)
         by_rule = np.stack([1.0 - defects, defects], axis=1)
         is_swapped = self.cooperative_actions[self.seat] == 1

@@ -55,7 +55,7 @@ class Script(SeatPolicy):
         return np.asarray(np.eye(len(labels))[actions] * self.has_actions(memory)[:, None])
 
     def has_actions(self, memory: Memory) -> Bools:
-        """Return whether the script has another action, for each row."""
+        """Return whether the script has another action, for each row `[B]`."""
         return np.asarray(memory[0] < len(self.actions))
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:

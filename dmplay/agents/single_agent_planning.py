@@ -55,6 +55,7 @@ class MdpOptimalPolicy(HorizonPolicy, StationaryPolicy):
 
     @cached_property
     def _q(self) -> Reals:
+        """Q* `[S, A]` for an infinite horizon."""
         return solve_action_values(self.problem, self.problem.discount)
 
     def choose_from_states(self, s: Array, legal: Bools | None) -> Array:
@@ -181,7 +182,7 @@ class BeliefBoundPolicy(GreedyBeliefPolicy):
         return {}
 
     def action_values(self, memory: Memory) -> Reals:
-        """Return the mean of the bound over the belief."""
+        """Return the mean `[B, A]` of the bound over the belief."""
         return self.values_with_turns_left(memory[0], None)
 
     def values_with_turns_left(self, info_state: Reals, turns_left: int | None) -> Reals:

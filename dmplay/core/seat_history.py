@@ -83,7 +83,7 @@ class BeliefHistory(HistorySnapshot[Reals]):
         return super().__getitem__(index)
 
     def _belief_after(self, turn: int) -> Reals:
-        """Return the belief after a turn, computed from the belief before it."""
+        """Return the belief `[S]` after a turn, computed from the belief before it."""
         if not turn:
             return beliefs.initial_seat_belief(
                 self._problem, self._seat, self._history.observations[0]

@@ -120,7 +120,7 @@ class View(Generic[P_co]):
 
     @property
     def belief(self) -> Reals:
-        """The latest belief; the caller must know that the seat has beliefs."""
+        """The latest belief `[S]`; the caller must know that the seat has beliefs."""
         assert self.beliefs is not None
         return self.beliefs[-1]
 
@@ -343,7 +343,7 @@ class Session(NotebookDisplay):
         return undone
 
     def reroll(self, draws: Reals | None = None) -> Turn:
-        """Play the last turn again, with the same actions and other uniforms."""
+        """Play the last turn again, with the same actions and new uniforms or `draws`."""
         actions = self.undo()[0].actions
         turn_number = len(self.turns) + 1
         self.reroll_counts[turn_number] = self.reroll_counts.get(turn_number, 0) + 1

@@ -259,7 +259,7 @@ class ExternalProblem(Problem, ABC):
         return None
 
     def terminal(self, s: Array) -> Bools:
-        """Return the mask of terminal states."""
+        """Return the mask `[B]` of terminal states."""
         return np.array([time_step.over for time_step in self._time_steps(s)], bool)
 
     def legal_actions_mask(self, s: Array) -> Bools | None:

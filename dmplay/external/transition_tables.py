@@ -108,7 +108,7 @@ class TableProblem(Problem, ABC):
         )
 
     def terminal(self, s: Array) -> Bools:
-        """Return the mask of terminal states."""
+        """Return the mask `[B]` of terminal states."""
         return np.asarray(s >= len(self.transition_table.initial_distribution))
 
     def _environment_state(self, s: Array) -> int:

@@ -107,7 +107,7 @@ class FileProblem(Tabular):
         return np.asarray(is_absorbing.all(axis=1))
 
     def terminal(self, s: Array) -> Bools:
-        """Return the mask of terminal states; all False if the states are hidden."""
+        """Return the mask `[B]` of terminal states; all False if the states are hidden."""
         return self.absorbing_mask[s] & (not self.partially_observable)
 
 

@@ -46,7 +46,7 @@ class ManualGame(NotebookDisplay):
         return find_seat(self.session.problem, agent) if agent else (self._manual_seats or [0])[0]
 
     def legal_actions(self, agent: str = "") -> object:
-        """Return the legal actions of a seat by name, or the bounds of a number."""
+        """Return the legal actions of an agent, by default the first manual one, or its bounds."""
         seat = self._seat_index(agent)
         return describe_choices(self.session.problem, seat, self.session.legal_actions_mask(seat))
 

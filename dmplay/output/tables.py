@@ -108,4 +108,5 @@ def _guard_part(match: re.Match[str]) -> str:
 
 
 def _replace_non_finite(value: object) -> object:
+    """Return None for a number that is not finite, and any other value unchanged."""
     return None if isinstance(value, float) and not isfinite(value) else value

@@ -10,7 +10,7 @@ MAX_SEEDS = 20  # maximum number of saved games that are searched
 
 
 def complete_problems(word: str = "") -> list[str]:
-    """Return the problems, including installed ones; after `NAME:`, the variants of that problem.
+    """Return all problems, also installed ones; after `NAME:`, the variants of that problem.
 
     After the name of an external library and a colon, return its environments. Only code of dmplay
     and of that library is run.

@@ -28,6 +28,7 @@ class Greedy(GreedyBeliefPolicy):
 
     @cached_property
     def _rewards(self) -> Reals:
+        """The expected reward `[S, A]` of each action in each hidden state."""
         return tabulate(self.problem).rewards[:, :, 0]
 
     def action_values(self, memory: Memory) -> Reals:

@@ -326,6 +326,7 @@ class HuntJointPlan(JointPlan):
 
     @property
     def _team(self) -> DecPomdp:
+        """The hunt as a Dec-POMDP."""
         return PredatorPreyDecPomdp.from_predator_prey(self.problem)
 
     @cached_property

@@ -44,6 +44,7 @@ class Optimal(GreedyPolicy, ReactivePolicy):
 
     @cached_property
     def _q_table(self) -> Reals:
+        """Q by time and state on the grid, in the axes of `interpolate_values`."""
         return collision_avoidance_grid.compute_optimal_q(self.problem)
 
     def action_values(self, memory: Memory) -> Reals:

@@ -43,7 +43,7 @@ def compute_utilities(payoffs: Reals, profile: MixedProfile) -> Reals:
 
 
 def compute_response_values(payoffs: Reals, profile: MixedProfile) -> tuple[Reals, Reals]:
-    """Return the expected reward of each action of each agent against the other's strategy."""
+    """Return each agent's expected reward `[A]` of each action against the other's strategy."""
     return payoffs[:, :, 0] @ profile.column_strategy, profile.row_strategy @ payoffs[:, :, 1]
 
 

@@ -29,6 +29,7 @@ def linearize_dynamics(
     """
 
     def compute_next_states(s: Reals, action: int) -> Reals:
+        """Return the next states `[B, K]` after this action, without noise."""
         actions = np.full((len(s), 1), action)
         return np.asarray(problem.step(s, actions, np.zeros((len(s), 0))).state)
 

@@ -75,12 +75,12 @@ class BoundLayer:
 
     @property
     def plan_actions(self) -> Ints:
-        """The first action of each plan."""
+        """The first action `[N]` of each plan."""
         return np.asarray(self._plan_facts.array[0])
 
     @property
     def source_beliefs(self) -> Ints:
-        """The belief for which each plan was built; -1 for the initial plans."""
+        """The index `[N]` of the belief for which each plan was built; -1 for the initial plans."""
         return np.asarray(self._plan_facts.array[1])
 
     @property
