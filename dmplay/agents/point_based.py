@@ -75,7 +75,7 @@ class PointBasedPolicy(HorizonPolicy, GreedyBeliefPolicy):
         """
         if self.game_turns is None and self.problem.discount >= 1.0:
             raise BadPolicy("an infinite horizon needs a discount below 1; or set --turns")
-        return _cached_bounds(BoundsRequest(self.problem, self.game_turns, self.gap, self.work))
+        return _get_cached_bounds(BoundsRequest(self.problem, self.game_turns, self.gap, self.work))
 
     def values_basis(self, question: AdviceQuestion) -> ValuesBasis:
         """Return exact values if all alpha vectors are known, else lower bounds.
@@ -180,7 +180,7 @@ def suggest_more_work(bounds: PointBasedBounds, work: float, option_text: str) -
 _bounds_cache: dict[BoundsRequest, tuple[PointBasedBounds, bool]] = {}
 
 
-def _cached_bounds(request: BoundsRequest) -> PointBasedBounds:
+def _get_cached_bounds(request: BoundsRequest) -> PointBasedBounds:
     """Return the cached bounds of a problem, or solve it.
 
     Bounds that were computed under a limit on the total work are used only while there is a limit.

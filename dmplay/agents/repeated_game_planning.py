@@ -86,7 +86,7 @@ class RepeatedGamePlan(GreedyPolicy, SeatPolicy):
         """Return the opponent's likeliest rules with probabilities; '' if its rule is known."""
         if self.to:
             return ""
-        weights = self._posterior(memory)[0]
+        weights = self._infer_posterior(memory)[0]
         order = np.argsort(-weights, kind="stable")
         names = [name for name, _ in self._rules]
         likely = [i for i in order[:MAX_SHOWN_RULES] if weights[i] >= SHOWN_PROBABILITY]
@@ -169,10 +169,10 @@ class RepeatedGamePlan(GreedyPolicy, SeatPolicy):
     ) -> Iterator[tuple[Reals, BestResponsePlan, Memory]]:
         """Yield the posterior probability `[B]` of each rule, its best response and its memory."""
         return zip(
-            self._posterior(memory).T, self._plans, self._split_memories(memory), strict=True
+            self._infer_posterior(memory).T, self._plans, self._split_memories(memory), strict=True
         )
 
-    def _posterior(self, memory: Memory) -> Reals:
+    def _infer_posterior(self, memory: Memory) -> Reals:
         """Return the posterior probability `[B, K]` of each rule; uniform if none is possible."""
         log_likelihoods = memory[0]
         largest = log_likelihoods.max(axis=1, keepdims=True)

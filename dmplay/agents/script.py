@@ -31,14 +31,14 @@ class Script(SeatPolicy):
 
         The script has no action for a turn in which the seat is inactive.
         """
-        return (memory[0] + (percept.action == self._actions_at(memory[0])),)
+        return (memory[0] + (percept.action == self._get_actions_at(memory[0])),)
 
     @cached_property
     def _action_array(self) -> Array:
         """The actions as an array, made once, because a script can be long."""
         return make_readonly(np.array(self.actions or (0,)))
 
-    def _actions_at(self, positions: Array) -> Array:
+    def _get_actions_at(self, positions: Array) -> Array:
         """Return the actions `[B]` at these positions, the last one past the end."""
         actions = self._action_array
         return np.asarray(actions[np.minimum(positions, len(actions) - 1)])
@@ -51,7 +51,7 @@ class Script(SeatPolicy):
         labels = self.problem.actions[self.seat].labels
         if not labels:
             return None
-        actions = np.asarray(self._actions_at(memory[0]), np.int64)
+        actions = np.asarray(self._get_actions_at(memory[0]), np.int64)
         return np.asarray(np.eye(len(labels))[actions] * self.has_actions(memory)[:, None])
 
     def has_actions(self, memory: Memory) -> Bools:
@@ -62,4 +62,4 @@ class Script(SeatPolicy):
         """Return the actions at the current positions; raise EndOfScript past the end."""
         if not self.has_actions(memory).all():
             raise EndOfScript(f"the script ended after {format_count(len(self.actions), 'action')}")
-        return self._actions_at(memory[0])
+        return self._get_actions_at(memory[0])

@@ -243,7 +243,7 @@ class TreeSearch(BeliefPolicy):
             arrays, memories = list[Array](), self._opponent_model.split_memory((*policy_memory,))
             for seat, policy in enumerate(self._opponent_model.seat_policies):
                 if policy:
-                    seat_percept = self._percept_for_seat(seat, percept)
+                    seat_percept = self._make_percept_for_seat(seat, percept)
                     arrays += policy.update_memory(memories[seat], seat_percept)
             return (percept.observation, turns_done + 1, *arrays)
         (beliefs,) = super().update_memory((state_or_belief,), percept)
@@ -260,7 +260,7 @@ class TreeSearch(BeliefPolicy):
         own_count = own_slice.stop - own_slice.start
         return policy_memory[:own_count], policy_memory[own_count:]
 
-    def _percept_for_seat(self, seat: int, percept: Percept) -> Percept:
+    def _make_percept_for_seat(self, seat: int, percept: Percept) -> Percept:
         """Return the percept of a turn for a seat, without the reward if it is another seat."""
         if seat == self.seat:
             return percept

@@ -316,7 +316,7 @@ def check_outcome(problem: Problem, s: Array, outcome: Outcome) -> CheckResults:
     next_states, rewards, observations = outcome
     is_valid = has_shape(next_states, s.shape) and next_states.dtype.kind == s.dtype.kind
     expected = f"an array of shape {s.shape} with the number type of initial_states"
-    yield _outcome_result(is_valid, "states", next_states, expected)
+    yield _check_array(is_valid, "states", next_states, expected)
     yield from _check_state_indices(problem, "resolve_events", next_states)
     reward_shape = len(s), len(problem.agents)
     yield from check_real_array("resolve_events: rewards", "resolve_events", rewards, reward_shape)
@@ -330,7 +330,7 @@ def check_outcome(problem: Problem, s: Array, outcome: Outcome) -> CheckResults:
         has_type = has_shape(observations, s.shape) and observations.dtype == next_states.dtype
         is_valid = has_type and (observations == next_states).all()
         expected = "the next states, because no states are hidden"
-        yield _outcome_result(is_valid, "observations", observations, expected)
+        yield _check_array(is_valid, "observations", observations, expected)
         return
     yield from _check_observation_array(problem, reward_shape, observations)
 
@@ -358,13 +358,13 @@ def _check_observation_array(
         RealVector: ("f", "real numbers"),
     }.get(type(kind), ("U", "an array of text"))
     is_valid = has_shape(observations, shape) and observations.dtype.kind in dtype_kinds
-    yield _outcome_result(is_valid, "observations", observations, f"{description} of shape {shape}")
+    yield _check_array(is_valid, "observations", observations, f"{description} of shape {shape}")
     if isinstance(kind, RealVector):
         is_valid = bool(np.isfinite(observations).all())
-        yield _outcome_result(is_valid, "observations", observations, "finite numbers")
+        yield _check_array(is_valid, "observations", observations, "finite numbers")
     elif isinstance(kind, Labels):
         is_valid = bool(((observations >= 0) & (observations < problem.observation_counts)).all())
-        yield _outcome_result(
+        yield _check_array(
             is_valid, "observations", observations, "indices of the observation labels"
         )
     else:
@@ -375,7 +375,7 @@ def _check_observation_array(
         yield CheckResult(not invalid, "resolve_events", message)
 
 
-def _outcome_result(holds: object, name: str, array: Array, expected: str) -> CheckResult:
+def _check_array(holds: object, name: str, array: Array, expected: str) -> CheckResult:
     """Return the result of a check of an array of an outcome."""
     message = partial("resolve_events: got the {} {!r}, expected {}".format, name, array, expected)
     return CheckResult(bool(holds), "resolve_events", message)

@@ -35,7 +35,7 @@ class _TableArrays(NamedTuple):
     observation: Reals | None  # [A, S', O]; None if every agent sees the state
 
 
-def _readonly_array(numbers: ArrayLike) -> Reals:
+def _to_readonly_array(numbers: ArrayLike) -> Reals:
     """Return numbers as a read-only array."""
     return make_readonly(np.asarray(numbers))
 
@@ -55,9 +55,9 @@ class Tables(_TableArrays):
         cls, transition: "ArrayLike", rewards: "ArrayLike", observation: "ArrayLike | None" = None
     ) -> "Tables":
         """Create the tables and make the arrays read-only without a copy; lists become arrays."""
-        readonly_observation = None if observation is None else _readonly_array(observation)
+        readonly_observation = None if observation is None else _to_readonly_array(observation)
         return super().__new__(
-            cls, _readonly_array(transition), _readonly_array(rewards), readonly_observation
+            cls, _to_readonly_array(transition), _to_readonly_array(rewards), readonly_observation
         )
 
     @property
@@ -339,7 +339,7 @@ def replace_illegal_actions(problem: Problem, s: Array, a: Ints) -> Ints:
     return np.asarray(np.where(is_legal, a, legal.argmax(axis=2)))
 
 
-def _dense_tables(problem: Tabular) -> Tables:
+def _make_dense_tables(problem: Tabular) -> Tables:
     """Return the problem's tables as arrays, with expected rewards."""
     tables = problem.tables
     if isinstance(tables, Tables):
@@ -365,7 +365,7 @@ def tabulate(problem: Problem) -> Tables:
     s, a = np.repeat(states, action_count, axis=0), np.tile(actions, (state_count, 1))
     a = replace_illegal_actions(problem, s, a)
     if isinstance(problem, Tabular):
-        tables = _dense_tables(problem)
+        tables = _make_dense_tables(problem)
         joint = np.ravel_multi_index(tuple(a.T), problem.action_counts)
         index = s.reshape(state_count, action_count), joint.reshape(state_count, action_count)
         return tables._replace(transition=tables.transition[index], rewards=tables.rewards[index])

@@ -51,7 +51,7 @@ def generate_uniforms(  # noqa: PLR0913 - the address of a draw has this many pa
         return np.zeros((rows if selected_rows is None else len(selected_rows), count))
     pcg64 = _make_bit_generator(seed, stream, turn, reroll, first_episode * count)
     raw = pcg64.random_raw(rows * count).reshape(rows, count)
-    return _raw_to_uniforms(raw if selected_rows is None else raw.take(selected_rows, axis=0))
+    return _convert_to_uniforms(raw if selected_rows is None else raw.take(selected_rows, axis=0))
 
 
 def _make_bit_generator(
@@ -116,7 +116,7 @@ def _fold_words(words: Words) -> Words:
     return words ^ words >> np.uint32(16)
 
 
-def _raw_to_uniforms(raw: NDArray[np.uint64]) -> Reals:
+def _convert_to_uniforms(raw: NDArray[np.uint64]) -> Reals:
     """Return uniforms from raw 64-bit numbers, which are overwritten if there are many."""
     if raw.size < MIN_NUMBERS_IN_ARRAYS:
         steps = [floor((n >> DROPPED_BITS) * RAW_TO_STEPS) for n in raw.ravel().tolist()]
@@ -160,7 +160,7 @@ def generate_uniforms_of_turns(
         pcg64 = _make_bit_generator(source.seed, stream, *turn, skipped_count)
         # A number takes 0.1 us, and an array of one number 0.5 us.
         raw += [pcg64.random_raw()] if count == 1 else pcg64.random_raw(count).tolist()
-    return _raw_to_uniforms(np.array(raw, np.uint64).reshape(len(addresses), count))
+    return _convert_to_uniforms(np.array(raw, np.uint64).reshape(len(addresses), count))
 
 
 def _check_whole_number(name: str, number: object) -> int:

@@ -79,10 +79,10 @@ def locate_definition(
     "" for a class without a file.
     """
     for base in user_class.__mro__:
-        if name in vars(base) and not _class_file(base).startswith(PACKAGE_FOLDER):
-            return _definition_line(base, name, argument, order)
+        if name in vars(base) and not _find_class_file(base).startswith(PACKAGE_FOLDER):
+            return _locate_definition(base, name, argument, order)
     class_node = _find_class_node(user_class)
-    return format_location(_class_file(user_class), class_node.lineno) if class_node else ""
+    return format_location(_find_class_file(user_class), class_node.lineno) if class_node else ""
 
 
 def format_location(file: str, line: int | None) -> str:
@@ -104,7 +104,7 @@ def _list_defined_names(node: ast.stmt) -> list[str]:
     """Return the names that an assignment, a definition or an import defines."""
     if isinstance(node, ast.Import | ast.ImportFrom):
         return [alias.asname or alias.name for alias in node.names]
-    targets = [target.id for target in _assignment_targets(node) if isinstance(target, ast.Name)]
+    targets = [target.id for target in _list_targets(node) if isinstance(target, ast.Name)]
     return [*targets, getattr(node, "name", "")]
 
 
@@ -116,7 +116,7 @@ def locate_function(function: object) -> str:
     return format_location(code.co_filename, code.co_firstlineno)
 
 
-def _class_file(kind: type) -> str:
+def _find_class_file(kind: type) -> str:
     """Return the source file of a class; "" if it has none, or one of the standard library."""
     try:
         file = inspect.getsourcefile(kind) or ""
@@ -134,7 +134,7 @@ def _parse_source(file: str, changed: float) -> ast.Module:
 
 def _find_class_node(kind: type) -> ast.ClassDef | None:
     """Return the syntax node of a class in its file; None if the file or the class is missing."""
-    file = _class_file(kind)
+    file = _find_class_file(kind)
     if not os.path.isfile(file):
         return None
     nodes = ast.walk(_parse_source(file, os.path.getmtime(file)))
@@ -142,7 +142,7 @@ def _find_class_node(kind: type) -> ast.ClassDef | None:
     return next((node for node in classes if node.name == kind.__name__), None)
 
 
-def _definition_line(kind: type, name: str, argument: str, order: Sequence[str]) -> str:
+def _locate_definition(kind: type, name: str, argument: str, order: Sequence[str]) -> str:
     """Return the file and line of a method or a value that a class itself defines."""
     attribute = vars(kind)[name]
     function = getattr(attribute, "fget", None) or getattr(attribute, "func", None) or attribute
@@ -151,13 +151,13 @@ def _definition_line(kind: type, name: str, argument: str, order: Sequence[str])
         return format_location(code.co_filename, code.co_firstlineno)
     class_node = _find_class_node(kind)
     for node in class_node.body if class_node else ():
-        targets = (target for target in _assignment_targets(node) if isinstance(target, ast.Name))
+        targets = (target for target in _list_targets(node) if isinstance(target, ast.Name))
         if name in {target.id for target in targets}:
-            return format_location(_class_file(kind), _argument_line(node, argument, order))
+            return format_location(_find_class_file(kind), _find_argument(node, argument, order))
     return locate_definition(kind)
 
 
-def _assignment_targets(node: ast.stmt) -> list[ast.AST]:
+def _list_targets(node: ast.stmt) -> list[ast.AST]:
     """Return the nodes of the targets that an assignment assigns to; empty for other statements."""
     if not isinstance(node, ast.Assign | ast.AnnAssign):
         return []
@@ -165,7 +165,7 @@ def _assignment_targets(node: ast.stmt) -> list[ast.AST]:
     return [child for target in targets for child in ast.walk(target)]
 
 
-def _argument_line(node: ast.stmt, argument: str, order: Sequence[str]) -> int:
+def _find_argument(node: ast.stmt, argument: str, order: Sequence[str]) -> int:
     """Return the line of an argument of the assigned call, else the line of the statement."""
     call = getattr(node, "value", None)
     if not argument or not isinstance(call, ast.Call):

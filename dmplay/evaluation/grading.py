@@ -143,14 +143,14 @@ def _grade_file(
     try:
         transcript = read_transcript(file)
     except (DmplayError, OSError):
-        fault = _first_fault(verify(file))
+        fault = _describe_first_fault(verify(file))
         yield _GradedGame(Grade(str(file), verified=False, fault=fault), (), ())
         return
     header = transcript.header
     assigned_names = None if assignment is None else assignment.find_assigned_names(header, file)
     differences = None if assignment is None else (*assignment.find_differences(header, file),)
     report = verify(file, trusted=trusted, assigned_names=assigned_names)
-    fault = _first_fault(report)
+    fault = _describe_first_fault(report)
     try:
         lookup = load_transcript_problem(transcript, trusted=trusted, assigned_names=assigned_names)
         problem, session = lookup.problem, replay(transcript, lookup.problem)
@@ -190,7 +190,7 @@ def _grade_file(
         yield _GradedGame(grade, uniforms_key, (*variant, seat, *turn_keys))
 
 
-def _first_fault(report: VerificationReport) -> str:
+def _describe_first_fault(report: VerificationReport) -> str:
     """Return the first finding of a report as text; '' if there is none."""
     return str(report.findings[0]) if report.findings else ""
 

@@ -144,10 +144,10 @@ class Narrator:
         return [
             *self.debrief_lines(),
             f"over: {self.describe_result()}",
-            *self._ghost_comparison_lines(),
+            *self._format_ghost_comparison(),
         ]
 
-    def _ghost_comparison_lines(self) -> list[str]:
+    def _format_ghost_comparison(self) -> list[str]:
         """Return the ghost's result on the same uniforms; [] while it would reveal hidden facts."""
         if not self.ghost or (self.session.end_reason or "") in RESUMABLE_END_REASONS:
             return []

@@ -42,17 +42,17 @@ class Playback(NotebookDisplay, Game):
         self._scripts: tuple[Script, ...] = ()
         if {*seats} & {*SCRIPTED_PLAYERS}:
             with suppress(DmplayError):  # The game is shown up to the error.
-                self._scripts = list_scripts(self._session_before(len(self._blocks)), seats)
+                self._scripts = list_scripts(self._make_session_before(len(self._blocks)), seats)
         keyboard = Keyboard(loaded_problem.problem, [], DEFAULT_KEY_PREFERENCES)  # no human seats
         super().__init__(
-            loaded_problem.name, self._session_before(self._first_index), seats, keyboard
+            loaded_problem.name, self._make_session_before(self._first_index), seats, keyboard
         )
         self.earlier_turns = self.transcript.header.turns_before_these_players
         earlier = self.transcript.header.describe_earlier_players()
         notes = [describe_problem_change(transcript, loaded_problem), earlier]
         self.warning = "; ".join(filter(None, notes))
 
-    def _session_before(self, block_index: int) -> Session:
+    def _make_session_before(self, block_index: int) -> Session:
         """Return a session in the state before the block with this index."""
         session = start_session(
             self.transcript, self._problem, self.transcript.header.uniform_source
@@ -133,7 +133,7 @@ class Playback(NotebookDisplay, Game):
     def go_to_start(self) -> None:
         """Go back to the position before the first turn or event."""
         self._next_index = self._first_index
-        self._attach_session(self._session_before(self._first_index))
+        self._attach_session(self._make_session_before(self._first_index))
 
     def count_turns(self) -> int:
         """Return the number of turns at the end of the file."""
@@ -172,7 +172,7 @@ class Playback(NotebookDisplay, Game):
                 self._next_index -= 1
             # Turns that an event had undone are played again from the start.
             if self._blocks[self._next_index].kind != "turn":
-                self._attach_session(self._session_before(self._next_index))
+                self._attach_session(self._make_session_before(self._next_index))
 
 
 def review(path: Path | str, *, trusted: bool = False, peek: bool = False) -> list[ReviewedAction]:

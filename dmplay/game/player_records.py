@@ -104,7 +104,7 @@ def find_game_record(game: Game) -> ProblemRecord | None:
 
     Return None if there is none, or if the game cannot count.
     """
-    seat = _person_seat(game.problem, game.player_names)
+    seat = _find_person_seat(game.problem, game.player_names)
     if seat is None or game.request is None or problems.depends_on_location(game.problem_name):
         return None
     default_parameters = problems.parameter_values(problems.load_problem(game.problem_name))
@@ -136,7 +136,7 @@ def _record_key(
     return json.dumps([problem, parameters, turns, seat], sort_keys=True, default=str)
 
 
-def _person_seat(problem: Problem, seats: Sequence[str]) -> str | None:
+def _find_person_seat(problem: Problem, seats: Sequence[str]) -> str | None:
     """Return the seat name of the only person; None unless all others are the default partners."""
     people = [
         name for name, player in zip(problem.agents, seats, strict=True) if player == HUMAN_PLAYER
@@ -156,7 +156,7 @@ def _record_from_transcript(transcript: Transcript, problem: Problem) -> Problem
     The result is also a candidate for the best game if nothing disqualifies it.
     """
     header = transcript.header
-    seat = _person_seat(problem, [*header.seats.values()])
+    seat = _find_person_seat(problem, [*header.seats.values()])
     end_data = transcript.end_block["end"] if transcript.end_block else None
     if (
         seat is None

@@ -426,12 +426,12 @@ class Position:
         if not has_model or len(events.probabilities) > MAX_VALUED_OUTCOMES:
             return None
         return self.ask(
-            lambda policy, memory: self._value_events(
+            lambda policy, memory: self._break_down_by_events(
                 policy, memory, events, action, float(q[action])
             )
         )
 
-    def _value_events(
+    def _break_down_by_events(
         self, policy: SeatPolicy, memory: Memory, events: TurnEvents, action: int, value: float
     ) -> ActionBreakdown:
         """Return the parts of the value of an action that has these possible events."""

@@ -138,7 +138,7 @@ def remove_old_saves(max_megabytes: float) -> SaveRemoval:
     """
     if not prepare_folder(saves_folder(os.environ)):
         return SaveRemoval()
-    statuses = {path: status for path in list_saves() if (status := _file_status(path))}
+    statuses = {path: status for path in list_saves() if (status := _get_file_status(path))}
     total_bytes = sum(status.st_size for status in statuses.values())
     max_bytes = max_megabytes * BYTES_PER_MEGABYTE
     if total_bytes <= max_bytes:
@@ -168,7 +168,7 @@ def remove_old_saves(max_megabytes: float) -> SaveRemoval:
     return SaveRemoval(removed_count, max_megabytes if is_exceeded else 0)
 
 
-def _file_status(path: Path) -> os.stat_result | None:
+def _get_file_status(path: Path) -> os.stat_result | None:
     """Return the size and times of a file; None if another process has deleted it."""
     with contextlib.suppress(OSError):
         return path.stat()

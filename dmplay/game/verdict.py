@@ -222,7 +222,7 @@ def iter_verdicts(
     if not questions or not session.turns:
         return
     verdict = Verdict()
-    with _omit_after(max_seconds):
+    with _stop_after(max_seconds):
         try:
             moves = run_review(session, questions)
             choices = assess_choices(session, questions, moves)
@@ -234,13 +234,13 @@ def iter_verdicts(
     verdict = replace(verdict, comparisons=comparisons)
     yield verdict
     ghost_line = ""
-    with _omit_after(max_seconds):  # Last, because it may take long, and players may skip it.
+    with _stop_after(max_seconds):  # Last, because it may take long, and players may skip it.
         ghost_line = describe_ghost_result(session, questions, ghost)
     yield replace(verdict, ghost_line=ghost_line)
 
 
 @contextmanager
-def _omit_after(seconds: float | None) -> Iterator[None]:
+def _stop_after(seconds: float | None) -> Iterator[None]:
     """Run the block and stop it quietly after that many seconds; without a limit if None."""
     if seconds is None:
         yield

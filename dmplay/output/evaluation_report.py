@@ -105,11 +105,11 @@ def report_run(
     return make_report(
         _format_run(request, results, transcript_rows, ascii_=ascii_),
         shortfall_reason,
-        [line for result in results for line in _forfeit_lines(result)],
+        [line for result in results for line in _format_forfeit_lines(result)],
     )
 
 
-def _forfeit_lines(result: SettingResult) -> list[str]:
+def _format_forfeit_lines(result: SettingResult) -> list[str]:
     """Return a line for each game of a setting that is left out because of a forfeit."""
     setting = f"{result}: " if result.swept_parameters else ""
     return [
@@ -127,7 +127,7 @@ def _format_run(
     """Return the report of a run as JSON, CSV or text; as text, with plots and histograms."""
     if request.output_format:
         rows = [row for result in results for row in _iter_data_rows(result)]
-        forfeits = [line for result in results for line in _forfeit_lines(result)]
+        forfeits = [line for result in results for line in _format_forfeit_lines(result)]
         lists = {"kept": transcript_rows, "forfeits": forfeits}
         common = {
             "parameters": {} if results[0].swept_parameters else request.parameter_values,
@@ -147,7 +147,7 @@ def _format_run(
         for name, policy in zip(result.lineup.agent_names, result.lineup.policies, strict=True)
         if isinstance(policy, PointBasedPolicy)
     ]
-    doubt_lines = [line for result in results for line in _doubt_lines(result)]
+    doubt_lines = [line for result in results for line in _format_doubt_lines(result)]
     parts = [headline, "\n".join([format_table(rows), *doubt_lines, *bound_lines])]
     parts += [_plot_sweep(results)] if len(results) > 1 else []
     parts += [_format_histograms(results)]
@@ -160,7 +160,7 @@ def _format_run(
     return text.translate(ASCII_TRANSLATION).replace("±", "+-") if ascii_ else text
 
 
-def _doubt_lines(result: SettingResult) -> list[str]:
+def _format_doubt_lines(result: SettingResult) -> list[str]:
     """Return a line for each seat whose interval may not hold the mean."""
     setting = f"{result}, " if result.swept_parameters else ""
     return [
@@ -345,7 +345,7 @@ def _format_comparison(
     named_estimates = zip(entrants, result.return_estimates, strict=True)
     earned = [{"agent": name} | estimate_row(first) for name, first in named_estimates]
     rows = [
-        _pair_row(entrants[first], entrants[second], difference)
+        _build_pair_row(entrants[first], entrants[second], difference)
         for (first, second), difference in result.differences.items()
     ]
     if request.output_format == "json":
@@ -366,11 +366,11 @@ def _format_comparison(
         f"{request.title}: {game_count} with seed {request.seed}, on the same random numbers; "
         f"{seconds:.3g} s"
     )
-    tables = [format_table(earned), format_table([_pair_table_row(row) for row in rows])]
-    return "\n\n".join([headline, *tables, *_verdict_lines(entrants, result, decision)])
+    tables = [format_table(earned), format_table([_build_pair_table_row(row) for row in rows])]
+    return "\n\n".join([headline, *tables, *_format_verdict_lines(entrants, result, decision)])
 
 
-def _pair_row(agent: str, opponent: str, difference: Difference) -> Row:
+def _build_pair_row(agent: str, opponent: str, difference: Difference) -> Row:
     """Return the difference between two agents as a row of data."""
     advantage = difference.advantage
     return {
@@ -394,7 +394,7 @@ def _format_signed(number: object, digits: int = 4) -> str:
     return format_number(float(str(number)), digits, "+")
 
 
-def _pair_table_row(row: Row) -> Row:
+def _build_pair_table_row(row: Row) -> Row:
     """Return the difference between two agents as a table row, from its row of data."""
     games_saved = row["games saved"]
     is_same_play = row["difference"] == row["standard error"] == 0.0
@@ -416,7 +416,7 @@ def _pair_table_row(row: Row) -> Row:
     }
 
 
-def _verdict_lines(
+def _format_verdict_lines(
     entrants: Sequence[str], result: Comparison, decision: DecisionOptions
 ) -> list[str]:
     """Return a line with the agent that earns more, or with `undecided`; none without `decide`."""

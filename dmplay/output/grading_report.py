@@ -73,7 +73,7 @@ def report_grades(
 
 def format_grades(grades: GradingReport, file_count: int, output_format: str = "") -> str:
     """Return the grades as a table with notes, or as JSON or CSV."""
-    rows = [_data_row(grade) for grade in grades.grades]
+    rows = [_make_data_row(grade) for grade in grades.grades]
     if output_format == "json":
         data = {
             "games": rows,
@@ -84,7 +84,9 @@ def format_grades(grades: GradingReport, file_count: int, output_format: str = "
         return format_json_report(data | {"proves": GRADING_LIMITS})
     if output_format == "csv":
         rows += [
-            _data_row(Grade("", verified=False, player=player, seed=seed, end_reason="missing"))
+            _make_data_row(
+                Grade("", verified=False, player=player, seed=seed, end_reason="missing")
+            )
             for player, seeds in grades.missing_seeds.items()
             for seed in seeds
         ]
@@ -105,7 +107,7 @@ def format_grades(grades: GradingReport, file_count: int, output_format: str = "
         f"{format_name(player)} has no finished game with seed {_join_words(seeds)}"
         for player, seeds in grades.missing_seeds.items()
     ]
-    game_table = format_table([_table_row(grade) for grade in grades.grades])
+    game_table = format_table([_build_table_row(grade) for grade in grades.grades])
     return "\n\n".join(
         filter(
             None,
@@ -125,7 +127,7 @@ def _describe_end(grade: Grade) -> str:
     return grade.end_reason if is_enough else f"unfinished ({grade.end_reason})"
 
 
-def _data_row(grade: Grade) -> Row:
+def _make_data_row(grade: Grade) -> Row:
     """Return a grade as a row of data for JSON and CSV."""
     return {DATA_KEYS.get(key, key): value for key, value in grade._asdict().items()}
 
@@ -135,7 +137,7 @@ def _join_words(value: object) -> object:
     return ", ".join(map(str, value)) if isinstance(value, Sequence) else value
 
 
-def _table_row(grade: Grade) -> Row:
+def _build_table_row(grade: Grade) -> Row:
     """Return a grade as a table row, with combined numbers and all faults in the last column."""
     notes = [grade.fault] if grade.fault else []
     if grade.assignment_differences:

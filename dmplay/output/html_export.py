@@ -63,19 +63,19 @@ class PageSteps:
         """Write a step to the log as a list item, and to the data as JSON that is safe in HTML."""
         self.log_file.write("\n" * (self.count > 0) + f"<li>{escape_html(text)}</li>")
         step_json = (
-            f'{{"turn": {turn}, {self._content_json(content)}, "said": {_script_json(text)}}}'
+            f'{{"turn": {turn}, {self._to_content_json(content)}, "said": {_to_script_json(text)}}}'
         )
         self.data_file.write(", " * (self.count > 0) + step_json)
         if self.requested_turn in {None, turn}:  # the last of several with this turn
             self.open_step, self.open_content, self.open_text = self.count, content, text
         self.count, self.last_turn = self.count + 1, max(self.last_turn, turn)
 
-    def _content_json(self, content: BoardAndPanel) -> str:
+    def _to_content_json(self, content: BoardAndPanel) -> str:
         """Return the board and the panel as JSON members; numbers replace the board's rows."""
         row_numbers = [
             self.row_numbers.setdefault(row, len(self.row_numbers)) for row in content.board
         ]
-        return f'"board": {_script_json(row_numbers)}, "panel": {_script_json(content.panel)}'
+        return f'"board": {_to_script_json(row_numbers)}, "panel": {_to_script_json(content.panel)}'
 
 
 def render_page(game: Playback, turn: int | None, options: DrawOptions) -> Iterator[str]:
@@ -130,7 +130,7 @@ def fill_page(
         "at": steps.open_step,
     }
     # long parts, yielded in pieces
-    content = {"log": _read_parts(steps.log_file), "data": _script_data(steps)}
+    content = {"log": _read_parts(steps.log_file), "data": _iter_script_data(steps)}
     template = files("dmplay.output").joinpath("page.html").read_text(encoding="utf-8")
     for part in re.split(r"\$(log|data)\b", template):
         yield from content.get(part) or [Template(part).substitute(fields)]
@@ -143,14 +143,14 @@ def _read_parts(file: IO[str]) -> Iterator[str]:
         yield part
 
 
-def _script_data(steps: PageSteps) -> Iterator[str]:
+def _iter_script_data(steps: PageSteps) -> Iterator[str]:
     """Yield the data of the page's script, as JSON that is safe in HTML."""
-    yield f'{{"rows": {_script_json([*steps.row_numbers])}, "steps": ['
+    yield f'{{"rows": {_to_script_json([*steps.row_numbers])}, "steps": ['
     yield from _read_parts(steps.data_file)
     yield f'], "left": {PLOT_LEFT}, "width": {PLOT_WIDTH}}}'
 
 
-def _script_json(value: object) -> str:
+def _to_script_json(value: object) -> str:
     """Return a value as JSON that is safe in an HTML script element."""
     return json.dumps(value, ensure_ascii=False).replace("<", "\\u003c")
 
@@ -166,7 +166,7 @@ def _add_all_steps(
     )
     for text in chain([game.narrator.describe_situation(game.snapshot())], changes):
         snapshot = game.snapshot()
-        steps.add(snapshot.turn, _board_and_panel(game, options), escape_unprintable(text))
+        steps.add(snapshot.turn, _render_board_and_panel(game, options), escape_unprintable(text))
         for seat, line in enumerate(returns):
             line.values.append(game.session.seat_return(seat))
         for line, value in zip(
@@ -176,7 +176,7 @@ def _add_all_steps(
     return returns, beliefs
 
 
-def _board_and_panel(game: Playback, options: DrawOptions) -> BoardAndPanel:
+def _render_board_and_panel(game: Playback, options: DrawOptions) -> BoardAndPanel:
     """Return the board and the panel of the current step."""
     facts = game.view_module.panel_rows(game.view())
     panel = [(escape_unprintable(label), escape_unprintable(value)) for label, value in facts]

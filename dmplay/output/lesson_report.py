@@ -27,7 +27,7 @@ def report_lessons(source: str, *, as_json: bool) -> Printout:
     lessons, faults = load_lessons(source) if source else (list_builtin_outlines(), {})
     progress = load_all_progress(lessons)
     text = (
-        format_json_report(_progress_data(lessons, progress))
+        format_json_report(_build_progress(lessons, progress))
         if as_json
         else _format_table(lessons, progress, source)
     )
@@ -56,7 +56,7 @@ def _describe_next(lessons: LessonList, progress: Sequence[LessonProgress], sour
     return f"{text}. next: {words} ({next_lesson.title})"
 
 
-def _progress_data(lessons: LessonList, progress: Sequence[LessonProgress]) -> dict[str, object]:
+def _build_progress(lessons: LessonList, progress: Sequence[LessonProgress]) -> dict[str, object]:
     """Return the progress as data, for a course page."""
     rows = []
     for lesson, results in zip(lessons, progress, strict=True):

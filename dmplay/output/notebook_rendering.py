@@ -37,7 +37,7 @@ def mime_bundle(game: Session | Playback) -> dict[str, str]:
     """
     session, is_revealed = (game.session, True) if isinstance(game, Playback) else (game, game.over)
     is_private = session.problem.partially_observable and not is_revealed
-    seat = _visible_seat(session, secret=is_private)
+    seat = _find_visible_seat(session, secret=is_private)
     title = f"dmplay {get_problem_name(session.problem)}"
     if seat is None:
         message = f"turn {len(session.turns)}. each seat has its own view: call view(seat)."
@@ -52,7 +52,7 @@ def mime_bundle(game: Session | Playback) -> dict[str, str]:
         else None
     )
     style = load_view_module(session.problem)
-    board, heading = fit_board(style, view, options), f"{title}  {_status_line(session, view)}"
+    board, heading = fit_board(style, view, options), f"{title}  {_format_status(session, view)}"
     facts = [escape_unprintable(f"{label} {value}") for label, value in style.panel_rows(view)]
     plain = "\n".join(row.rstrip() for row in board.plain.split("\n"))
     return {
@@ -61,7 +61,7 @@ def mime_bundle(game: Session | Playback) -> dict[str, str]:
     }
 
 
-def _visible_seat(session: Session, *, secret: bool) -> int | None:
+def _find_visible_seat(session: Session, *, secret: bool) -> int | None:
     """Return the seat whose view is shown, or None if several seats have private information."""
     outside_seats = [
         seat for seat, agent in enumerate(session.seated_policies) if agent is None
@@ -69,7 +69,7 @@ def _visible_seat(session: Session, *, secret: bool) -> int | None:
     return None if secret and len(outside_seats) > 1 else outside_seats[0]
 
 
-def _status_line(session: Session, view: View[Problem]) -> str:
+def _format_status(session: Session, view: View[Problem]) -> str:
     """Return a line with the turn, the score if visible, the seat shown and the end reason."""
     parts = [f"turn {view.turns_played}"]
     if view.rewards is not None:

@@ -82,12 +82,12 @@ def load_problem_info(name: str, keys: KeyPreferences = DEFAULT_KEY_PREFERENCES)
             for name, meaning in problems.parameter_meanings(problem).items()
         },
         variants=[variant or "standard" for variant in problems.load_variants(name) or [""]],
-        players={name: _first_doc_line(make) for name, make in _willing_agents(problem).items()},
+        players={name: _first_doc_line(make) for name, make in _list_agents(problem).items()},
         keys=dict(resolve_key_maps(problem, keys).first_player_keys),
     )
 
 
-def _willing_agents(problem: Problem) -> dict[str, type[SeatPolicy]]:
+def _list_agents(problem: Problem) -> dict[str, type[SeatPolicy]]:
     """Return the agents by name that do not refuse the first seat of the problem."""
     return {
         name: agent_class
@@ -162,7 +162,7 @@ def load_agent_infos(name: str) -> list[AgentInfo]:
             agent in advises,
             agent in partners,
         )
-        for agent, agent_class in _willing_agents(problem).items()
+        for agent, agent_class in _list_agents(problem).items()
     ]
 
 

@@ -98,11 +98,11 @@ def _to_csv_cell(value: object) -> object:
     """
     if not isinstance(value, str) or NUMBER_PATTERN.fullmatch(value):
         return value
-    guarded = SEPARATED_FORMULA_PATTERN.sub(_guard_part, value)
+    guarded = SEPARATED_FORMULA_PATTERN.sub(_escape_formula, value)
     return f"'{guarded}" if value.startswith(FORMULA_STARTS) else guarded
 
 
-def _guard_part(match: re.Match[str]) -> str:
+def _escape_formula(match: re.Match[str]) -> str:
     """Return a part of a cell with a `'` before its formula; a number stays as it is."""
     return match[0] if NUMBER_PATTERN.fullmatch(match[2]) else f"{match[1]}'{match[2]}"
 

@@ -125,7 +125,7 @@ def _format_tournament(
     exact_agent: str,
 ) -> str:
     """Return the tournament as JSON, CSV or text; as text, under a headline."""
-    standings = _standing_rows(tournament)
+    standings = _build_standing_rows(tournament)
     if output_format == "json":
         extra = {
             "table": tournament.mean_returns.tolist(),
@@ -142,7 +142,7 @@ def _format_tournament(
     cross = (
         [format_table(_cross_table(tournament))] if len(tournament.mean_returns.shape) == 3 else []
     )
-    parts = [headline, *cross, format_table([_standing_table_row(row) for row in standings])]
+    parts = [headline, *cross, format_table([_build_standing_table_row(row) for row in standings])]
     if tournament.exploitability is not None and len(tournament.mean_returns.shape) > 3:
         gain_text = "anything"
         if tournament.exploitability:
@@ -204,7 +204,7 @@ def _cross_table(tournament: TournamentResult) -> list[Row]:
     return rows
 
 
-def _standing_rows(tournament: TournamentResult) -> list[Row]:
+def _build_standing_rows(tournament: TournamentResult) -> list[Row]:
     """Return the entrants as rows of data, the best first, those that did not play last."""
     rows: list[Row] = []
     for index in np.argsort(
@@ -219,9 +219,9 @@ def _standing_rows(tournament: TournamentResult) -> list[Row]:
             equilibrium_share = float(np.mean([mix[index] for mix in tournament.equilibrium]))
             row |= {
                 "share in equilibrium": equilibrium_share,
-                "share error": _entry_at(tournament.share_errors, index),
+                "share error": _get_entry(tournament.share_errors, index),
                 "regret": float(tournament.regrets[index]),
-                "regret error": _entry_at(tournament.regret_errors, index),
+                "regret error": _get_entry(tournament.regret_errors, index),
             }
         if tournament.exact_regrets is not None:
             regret = tournament.exact_regrets[index]
@@ -230,12 +230,12 @@ def _standing_rows(tournament: TournamentResult) -> list[Row]:
     return rows
 
 
-def _entry_at(errors: Reals | None, index: int) -> float | None:
+def _get_entry(errors: Reals | None, index: int) -> float | None:
     """Return an entry of an array of errors, None if there are none."""
     return None if errors is None else float(errors[index])
 
 
-def _standing_table_row(row: Row) -> Row:
+def _build_standing_table_row(row: Row) -> Row:
     """Return a table row of the standings, with means and standard errors combined."""
     cells = {key: value for key, value in row.items() if key not in ("low", "high")}
     cells["mean return"] = format_mean(cells["mean return"], cells.pop("standard error"))

@@ -92,7 +92,7 @@ def _fit_viewport(game: Playback, viewport: Viewport) -> Viewport:
     return viewport._replace(width=width, height=height + ROWS_AROUND_BOARD)
 
 
-def _screen_at_turn(game: Playback, options: ExportOptions) -> Text:
+def _draw_screen(game: Playback, options: ExportOptions) -> Text:
     """Return the screen after the chosen turn, or after the last turn.
 
     Raise BadParameter if there is no such turn.
@@ -129,7 +129,7 @@ def _screen_with_hint(game: Playback, viewport: Viewport, log: list[str]) -> Tex
 def render_svg(game: Playback, options: ExportOptions) -> Iterator[str]:
     """Yield an SVG picture of the screen after a turn."""
     yield text_to_svg(
-        _screen_at_turn(game, options), f"dmplay {game.problem_name}", width=options.viewport.width
+        _draw_screen(game, options), f"dmplay {game.problem_name}", width=options.viewport.width
     )
 
 

@@ -168,7 +168,7 @@ def test_against_a_person_the_hint_shows_the_posterior_over_the_rules_and_no_reg
     seated = SeatedPolicy(session, 0, plan_against("human", 6))
     policy = seated.policy
     assert isinstance(policy, RepeatedGamePlan)
-    posterior = policy._posterior(seated.current_memory())[0]
+    posterior = policy._infer_posterior(seated.current_memory())[0]
     by_rule = dict(zip(policy.candidate_rules, posterior.tolist(), strict=True))
     # tit-for-tat, grim and two-tits-for-tat answer D with D; one of three defections is forgiven
     weights = {name: 1.0 for name in ("tit-for-tat", "grim", "two-tits-for-tat", "majority")}

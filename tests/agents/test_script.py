@@ -25,4 +25,4 @@ def test_an_empty_script_is_over_at_once() -> None:
     script = Script(dmplay.load_problem("hexworld"), 0, ())
     (positions,) = script.initial_memory(np.zeros(2))
     assert positions.tolist() == [0, 0]
-    assert script._actions_at(positions).tolist() == [0, 0]
+    assert script._get_actions_at(positions).tolist() == [0, 0]

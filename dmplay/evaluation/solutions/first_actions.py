@@ -91,7 +91,7 @@ def _find_legal_first_actions(problem: Problem) -> Ints:
     return np.flatnonzero(is_legal if is_legal.any() else ~is_legal)
 
 
-def _plan_turns(agent: PointBasedPolicy, turns: int | None) -> PointBasedPolicy:
+def _make_agent_for_turns(agent: PointBasedPolicy, turns: int | None) -> PointBasedPolicy:
     """Return the agent that plans a game of `turns` turns, or an infinite horizon if that is close.
 
     Raise BadParameter if it cannot plan as many turns and the end counts.
@@ -110,7 +110,7 @@ def _plan_turns(agent: PointBasedPolicy, turns: int | None) -> PointBasedPolicy:
 
 def _solve_bounds(agent: PointBasedPolicy, turns: int | None) -> Solution:
     """Return a lower and an upper bound on the value of each first action."""
-    agent = _plan_turns(agent, turns)
+    agent = _make_agent_for_turns(agent, turns)
     agent = replace(agent, work=resolve_work())
     problem, legal = agent.problem, _find_legal_first_actions(agent.problem)
     try:

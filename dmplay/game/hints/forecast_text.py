@@ -79,14 +79,14 @@ def _format_payoffs(position: Position, forecast: Forecast) -> str:
     if len(payoffs) > MAX_LISTED_OUTCOMES:
         return f"reward {format_number(rewards.min())} to {format_number(rewards.max())}, {mean}"
     if len(payoffs) == 1:
-        names = _other_action_names(problem, seat, payoffs[0].joint_action)
+        names = _list_other_action_names(problem, seat, payoffs[0].joint_action)
         choose = "other agents choose" if len(names) > 1 else "other agent chooses"
         return f"reward {format_number(rewards[0])}, as the {choose} {' and '.join(names)}"
     decimals = count_probability_decimals(probabilities)
     is_modelled = bool(forecast.other_players)
     parts = [
         f"{format_number(payoff.reward)} if "
-        f"{' and '.join(_other_action_names(problem, seat, payoff.joint_action))}"
+        f"{' and '.join(_list_other_action_names(problem, seat, payoff.joint_action))}"
         + f" ({payoff.probability:.{decimals}f})"
         * is_modelled
         for payoff in payoffs
@@ -94,6 +94,6 @@ def _format_payoffs(position: Position, forecast: Forecast) -> str:
     return f"reward {', '.join(parts)}; {mean}"
 
 
-def _other_action_names(problem: Problem, seat: int, joint: Array) -> list[str]:
+def _list_other_action_names(problem: Problem, seat: int, joint: Array) -> list[str]:
     """Return the action names of all seats but one."""
     return [problem.format_action(i, a) for i, a in enumerate(joint) if i != seat]

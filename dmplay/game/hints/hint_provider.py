@@ -314,7 +314,7 @@ class HintProvider:
     @property
     def current_hint(self) -> Hint | None:
         """The hint that was created for this turn; None if there is none."""
-        return self._if_current(self._cached_hint)
+        return self._get_if_current(self._cached_hint)
 
     def forecast_action(self, action: float) -> str:
         """Return the possible outcomes of an action as text, and store them for the board.
@@ -354,9 +354,9 @@ class HintProvider:
     @property
     def current_forecast(self) -> Forecast | None:
         """The forecast that was created for this turn; None if there is none."""
-        return self._if_current(self._cached_forecast)
+        return self._get_if_current(self._cached_forecast)
 
-    def _if_current(self, cached: tuple[int, Turn | None, T] | None) -> T | None:
+    def _get_if_current(self, cached: tuple[int, Turn | None, T] | None) -> T | None:
         """Return the cached value if its turn is still to be played; else None."""
         if cached is None or self.session.over:
             return None
