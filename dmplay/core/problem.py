@@ -263,19 +263,19 @@ class Problem(ABC):
 
     @abstractmethod
     def initial_chance(self, rows: int) -> tuple[Chance, ...]:
-        """Return the independent chances that are sampled before the game."""
+        """Return the independent chances that are sampled before each of `rows` games."""
 
     @abstractmethod
     def initial_states(self, rows: int, events: tuple[Array, ...]) -> Array:
-        """Return the initial states `[rows, ...]` for the sampled events."""
+        """Return initial states `[rows, ...]`, given an event `[rows]` of each initial chance."""
 
     def chance(self, s: Array, a: Array) -> tuple[Chance, ...]:
-        """Return the independent chances that are sampled in this turn; none unless overridden."""
+        """Return the independent chances of a turn in states `[B, ...]`; () unless overridden."""
         return ()
 
     @abstractmethod
     def resolve_events(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
-        """Return the outcome of the joint actions `a` in the states `s` for the sampled events."""
+        """Return the outcome of joint actions `a` `[B, n]`, given an event `[B]` of each chance."""
 
     @abstractmethod
     def format_state(self, s: Array) -> str:

@@ -72,7 +72,7 @@ class CollisionAvoidance(RealStateProblem):
         return (Uniform(-height, height), Uniform(-rate, rate))
 
     def initial_states(self, rows: int, events: tuple[Array, ...]) -> Array:
-        """Return start states with no advisory yet and 40 s to go."""
+        """Return start states `[B, 4]` with no advisory yet and 40 s to go."""
         height, rate = events
         return np.stack([height, rate, np.zeros(rows), np.full(rows, START_TIME)], axis=1)
 

@@ -91,7 +91,7 @@ class PredatorPrey(HexHunt):
         return () if self._has_fixed_start else super().initial_chance(rows)
 
     def initial_states(self, rows: int, events: tuple[Array, ...]) -> Array:
-        """Return the sampled hexes as states, or those of figure F.16."""
+        """Return the sampled hexes of all agents as states `[B, n]`, or those of figure F.16."""
         if not self._has_fixed_start:
             return super().initial_states(rows, events)
         start_hexes = [self.hexes.index(PREDATOR_START_HEX), self.hexes.index(PREY_START_HEX)]
