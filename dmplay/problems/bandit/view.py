@@ -20,6 +20,7 @@ from dmplay.views.toolkit.canvas import Canvas
 
 from .rules import Bandit
 
+NEEDS_BELIEF = True  # no board hides the belief
 KEYS: dict[str, str] = {}  # digits pull the arms
 BAR_COLUMNS = 10
 PHRASE = "pull {}"
