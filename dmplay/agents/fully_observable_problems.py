@@ -130,7 +130,7 @@ class BackwardInductionPolicy(_GameTurnsPolicy):
 
     def values_with_turns_left(self, info_state: Array, turns_left: int | None) -> Reals:
         """Return Q `[B, A]` of states with these rewards to come; -inf for illegal actions."""
-        return self._solution.compute_seat_values(self.problem, self.seat, info_state, turns_left)
+        return self._solution.compute_seat_q(self.problem, self.seat, info_state, turns_left)
 
     def state_values(self, memory: Memory, legal: Bools | None) -> Reals:
         """Return the value `[B]` of playing on, also where another agent acts next."""

@@ -285,7 +285,7 @@ class TreeSearch(BeliefPolicy):
         is_best = mark_best_actions(result.mean_returns, self.problem.reward_scale)
         policy = self._own_rollout_policy
         if policy:
-            own_memory = self._own_policy_memory(memory)
+            own_memory = self._get_rollout_policy_memory(memory)
             usual_actions = policy.choose(own_memory, legal, uniforms[:, : policy.uniform_count])
             is_best = result.keep_usual_unless_better(is_best, usual_actions)
         return np.asarray(result.actions[np.arange(len(u)), sample_masked_index(is_best, u)])
@@ -366,8 +366,8 @@ class TreeSearch(BeliefPolicy):
         request = SearchRequest(roots, turns_left, memories, legal)
         return uct.run_uct(config, request, uniforms[:, self.simulations :]), uniforms
 
-    def _own_policy_memory(self, memory: Memory) -> Memory:
-        """Return the memory of the own seat's policy."""
+    def _get_rollout_policy_memory(self, memory: Memory) -> Memory:
+        """Return the memory of the policy that plays this seat beyond the tree."""
         if self.problem.partially_observable:
             return self._split_memory(memory[2:])[0]
         return self._opponent_model.split_memory(memory[2:])[self.seat]

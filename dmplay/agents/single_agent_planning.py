@@ -82,7 +82,7 @@ class MdpOptimalPolicy(HorizonPolicy, StationaryPolicy):
         from dmplay.solvers.mdp.backward_induction import solve_by_backward_induction
 
         solution = solve_by_backward_induction(self.problem, self.horizon)
-        q = solution.compute_seat_values(self.problem, 0, info_state, turns_left)
+        q = solution.compute_seat_q(self.problem, 0, info_state, turns_left)
         return np.where(np.isfinite(q).any(axis=1, keepdims=True), q, 0.0)
 
 

@@ -448,17 +448,17 @@ class Session(NotebookDisplay):
 
     def returns(self) -> Reals:
         """Return the discounted sum of rewards of each agent `[n]`."""
-        return np.array(self._current_sums()[1 : 1 + len(self.seated_policies)])
+        return np.array(self._compute_running_sums()[1 : 1 + len(self.seated_policies)])
 
     def seat_return(self, seat: int) -> float:
         """Return the discounted sum of rewards of one agent."""
-        return self._current_sums()[1 + seat]
+        return self._compute_running_sums()[1 + seat]
 
     def total_rewards(self) -> Reals:
         """Return the undiscounted sum of rewards of each agent `[n]`."""
-        return np.array(self._current_sums()[1 + len(self.seated_policies) :])
+        return np.array(self._compute_running_sums()[1 + len(self.seated_policies) :])
 
-    def _current_sums(self) -> tuple[float, ...]:
+    def _compute_running_sums(self) -> tuple[float, ...]:
         """Return the next discount weight, returns and total rewards, adding each turn once."""
         if not self._running_sums:
             self._running_sums.append((1.0, *[0.0] * (2 * len(self.seated_policies))))

@@ -1,5 +1,6 @@
 """The possible outcomes of an action, and the parts of its value that they explain."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -95,6 +96,26 @@ class OutcomeShare(NamedTuple):
     better_probability: float  # after the action with the higher value
     worse_probability: float
     share: float
+
+
+def merge_by_text(outcomes: Iterable[PossibleOutcome]) -> list[PossibleOutcome]:
+    """Return outcomes of which no two have the same text, likeliest first.
+
+    The probabilities of outcomes with the same text are added, and their rewards and values are
+    means weighted by these probabilities.
+    """
+    merged: dict[str, PossibleOutcome] = {}
+    for outcome in outcomes:
+        same = merged.setdefault(outcome.text, outcome)
+        if same is not outcome:
+            probability = same.probability + outcome.probability
+            share = outcome.probability / probability
+            merged[outcome.text] = same._replace(
+                probability=probability,
+                reward=(1.0 - share) * same.reward + share * outcome.reward,
+                value_after=(1.0 - share) * same.value_after + share * outcome.value_after,
+            )
+    return sorted(merged.values(), key=lambda outcome: -outcome.probability)
 
 
 def compute_outcome_shares(better: ActionBreakdown, worse: ActionBreakdown) -> list[OutcomeShare]:

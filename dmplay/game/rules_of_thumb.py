@@ -3,7 +3,7 @@
 Explanations compare the best action with them, and puzzles are positions in which they lose.
 """
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -14,7 +14,7 @@ from dmplay.core.best_actions import VALUE_TOLERANCE
 from dmplay.core.problem import Problem
 from dmplay.core.text import format_score
 from dmplay.errors import BadParameter
-from dmplay.game.action_breakdown import ActionBreakdown, PossibleOutcome
+from dmplay.game.action_breakdown import ActionBreakdown, merge_by_text
 from dmplay.game.position import Position
 from dmplay.registry.problem_module_exports import load_exported_list
 from dmplay.solvers.games.bimatrix_game import build_payoffs
@@ -121,22 +121,6 @@ def build_seat_payoffs(problem: Problem, seat: int) -> tuple[Reals, Reals]:
     payoffs = build_payoffs(problem)
     seat_payoffs, other_payoffs = payoffs[:, :, seat], payoffs[:, :, 1 - seat]
     return (seat_payoffs, other_payoffs) if seat == 0 else (seat_payoffs.T, other_payoffs.T)
-
-
-def merge_by_text(outcomes: Iterable[PossibleOutcome]) -> list[PossibleOutcome]:
-    """Return the outcomes of different texts, likeliest first, with means of equal ones."""
-    merged: dict[str, PossibleOutcome] = {}
-    for outcome in outcomes:
-        same = merged.setdefault(outcome.text, outcome)
-        if same is not outcome:
-            probability = same.probability + outcome.probability
-            share = outcome.probability / probability
-            merged[outcome.text] = same._replace(
-                probability=probability,
-                reward=(1.0 - share) * same.reward + share * outcome.reward,
-                value_after=(1.0 - share) * same.value_after + share * outcome.value_after,
-            )
-    return sorted(merged.values(), key=lambda outcome: -outcome.probability)
 
 
 def get_last_observation(position: Position) -> str | None:

@@ -111,16 +111,16 @@ def _describe_equilibria(subject: PlottedProblem, profiles: Sequence[MixedProfil
 def _make_action_axis(agent: str, labels: Sequence[str]) -> Axis:
     """Return the axis of an agent's actions: their numbers, or their positions."""
     low, high = _read_number(labels, 0), _read_number(labels, len(labels) - 1)
-    noun = "action" if _are_numbers(labels) else "action number"
+    noun = "action" if _are_consecutive_numbers(labels) else "action number"
     return Axis(f"{noun} of {agent}", low, high, is_whole=True)
 
 
 def _read_number(labels: Sequence[str], index: int) -> float:
     """Return an action's number: that of its label if all labels are numbers, else from 1 on."""
-    return float(labels[index]) if _are_numbers(labels) else index + 1.0
+    return float(labels[index]) if _are_consecutive_numbers(labels) else index + 1.0
 
 
-def _are_numbers(labels: Sequence[str]) -> bool:
+def _are_consecutive_numbers(labels: Sequence[str]) -> bool:
     """Return whether the labels are consecutive whole numbers."""
     if not all(label.isdecimal() for label in labels):
         return False

@@ -17,9 +17,9 @@ from dmplay.core.session import Turn
 from dmplay.core.spaces import normalize_label
 from dmplay.core.text import format_count
 from dmplay.errors import UnknownName
-from dmplay.game.action_breakdown import PossibleOutcome
+from dmplay.game.action_breakdown import PossibleOutcome, merge_by_text
 from dmplay.game.hints.review import RIGHT_LOSS_PERCENT
-from dmplay.game.rules_of_thumb import build_seat_payoffs, is_repeated_game, merge_by_text
+from dmplay.game.rules_of_thumb import build_seat_payoffs, is_repeated_game
 from dmplay.game.seats import HUMAN
 from dmplay.registry.agents import HintAgent, default_parameters, find_script, load_roster
 from dmplay.registry.problem_module_exports import find_export

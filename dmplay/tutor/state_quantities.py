@@ -12,8 +12,8 @@ from dmplay.core.problem import Problem, enumerate_possible_outcomes
 from dmplay.core.text import format_count
 from dmplay.core.typed_text import parse_distribution, parse_number, parse_state
 from dmplay.errors import BadParameter
+from dmplay.game.action_breakdown import merge_by_text
 from dmplay.game.position import Position
-from dmplay.game.rules_of_thumb import merge_by_text
 from dmplay.registry.problem_module_exports import get_problem_name
 from dmplay.tutor.positions import PositionInGame
 from dmplay.tutor.truth import Truth, format_number, format_values, list_best_labels

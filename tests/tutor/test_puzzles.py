@@ -246,7 +246,7 @@ def test_invalid_rules_of_thumb_and_puzzle_games_are_refused(
     line: str, message: str, tmp_path: Path
 ) -> None:
     folder = Path(find_spec("dmplay.problems.crying_baby").submodule_search_locations[0])  # type: ignore
-    imports = "from dmplay.tutor.rules_of_thumb import RuleOfThumb, choose_always\n"
+    imports = "from dmplay.game.rules_of_thumb import RuleOfThumb, choose_always\n"
     file = tmp_path / "own.py"
     file.write_text(f"{(folder / 'rules.py').read_text()}{imports}{line}\n")
     with pytest.raises(DmplayError, match=message):

@@ -10,8 +10,9 @@ from dmplay.core.hexgrid import Hex, hex_distance, hex_neighbours, path_lengths
 from dmplay.core.tabular import tabulate
 from dmplay.core.typed_text import parse_state
 from dmplay.errors import BadParameter
+from dmplay.game.action_breakdown import merge_by_text
 from dmplay.game.position import Position
-from dmplay.game.rules_of_thumb import RuleOfThumb, find_single_best, merge_by_text
+from dmplay.game.rules_of_thumb import RuleOfThumb, find_single_best
 from dmplay.problems._shared.hex_steps import EXPECT_LIKELIEST_WITHOUT_BUMPS, find_single_step
 from dmplay.registry.problems import with_parameters
 from dmplay.solvers.mdp.mdp_values import compute_optimal_q

@@ -56,7 +56,7 @@ class BackwardInductionResult(NamedTuple):
         """Return the expected number of turns to the end `[S]` with this number of turns left."""
         return self.lengths_by_turns_left[min(turns_left, len(self.lengths_by_turns_left) - 1)]
 
-    def compute_seat_values(
+    def compute_seat_q(
         self, problem: Problem, seat: int, s: Array, turns_left: int | None
     ) -> Reals:
         """Return Q `[B, A]` of a seat's actions in states; -inf for illegal actions."""
