@@ -69,9 +69,8 @@ def _check_parameter(value: object, parameter_field: Field[Any]) -> None:
     number: Any = value
     low, high = (parameter_field.metadata[key] for key in ("low", "high"))
     if not low <= number <= high:
-        got = "a number that is too large or not finite"
-        if abs(number) <= MAX_PRINTED_NUMBER:
-            got = format_number(number)
+        is_short = abs(number) <= MAX_PRINTED_NUMBER
+        got = format_number(number) if is_short else "a number that is too large or not finite"
         has_upper_bound = high < DEFAULT_PARAMETER_BOUND or number > high
         upper_text = f" and at most {format_number(high)}" * has_upper_bound
         expected = f"a number at least {format_number(low)}{upper_text}"

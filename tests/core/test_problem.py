@@ -149,6 +149,13 @@ def test_real_valued_outcomes_cannot_be_enumerated() -> None:
         initial_state_distribution(regulator)
 
 
+def test_no_states_have_no_outcomes() -> None:
+    problem = dmplay.load_problem("hexworld")
+    states = problem.enumerate_states()[:0]
+    p, outcome = dmplay.enumerate_outcomes(problem, states, np.zeros((0, 1), np.int64))
+    assert len(p) == len(outcome.state) == len(outcome.rewards) == 0
+
+
 def test_too_many_outcomes_are_not_enumerated() -> None:
     class Dizzy(RockPaperScissors):
         def chance(self, s: Array, a: Array) -> tuple[Chance, ...]:
