@@ -67,7 +67,7 @@ def choose_theme(option: str, background: str) -> str:
 
 
 def can_ask_background(env: Mapping[str, str]) -> bool:
-    """Return whether the terminal may be asked, and was not asked before."""
+    """Return whether the terminal may be asked for its background, and no reply is known yet."""
     return not (_replied_backgrounds or env.get("TERM", "").startswith(SILENT_TERMINALS))
 
 
