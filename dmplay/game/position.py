@@ -134,6 +134,7 @@ class Position:
         """
         problem = load_problem(problem) if isinstance(problem, str) else problem
         seat = find_seat(problem, seat) if isinstance(seat, str) else seat
+        _check_texts(problem, seat, state, history, belief, turns_left, players)
         turns_done = len(history)
         turn_limit = problem.horizon if turns_left is None else turns_done + turns_left
         question = AdviceQuestion(seat, turn_limit, tuple(players))
@@ -601,6 +602,32 @@ class Position:
             )
         events = list_observations(problem, self.seat, action, probabilities, beliefs, rewards)
         return events._replace(is_modelled=predicted is not None)
+
+
+def _check_texts(  # noqa: PLR0913, PLR0917 - the texts of a position
+    problem: Problem,
+    seat: int,
+    state: str,
+    history: Sequence[str],
+    belief: str,
+    turns_left: int | None,
+    players: Sequence[str],
+) -> None:
+    """Raise BadParameter unless these parts of a position fit the problem and one another."""
+    count = len(problem.agents)
+    if seat not in range(count):
+        raise BadParameter(f"seat: got {seat!r}, expected 0 to {count - 1}")
+    if problem.partially_observable and state:
+        raise BadParameter("state: the states are hidden, expected a history or a belief")
+    if not problem.partially_observable and (history or belief):
+        name = "history" if history else "belief"
+        raise BadParameter(f"{name}: all agents see the state, expected a state")
+    if history and belief:
+        raise BadParameter("belief: expected a history or a belief, not both")
+    if turns_left is not None and turns_left < 1:
+        raise BadParameter(f"turns_left: got {turns_left}, expected 1 or more")
+    if players and len(players) != count:
+        raise BadParameter(f"players: got {len(players)}, expected one for each of {count} agents")
 
 
 def _make_view(

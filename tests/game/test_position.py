@@ -163,5 +163,17 @@ def test_a_wrong_text_is_one_clear_error() -> None:
         Position.from_text("crying-baby").outcomes("sign")
     with pytest.raises(IllegalAction, match="expected"):
         Position.from_text("hexworld").outcomes(6)
+    with pytest.raises(BadParameter, match="expected a history or a belief"):
+        Position.from_text("crying-baby", state="hungry")
+    with pytest.raises(BadParameter, match="not both"):
+        Position.from_text("crying-baby", history=["feed quiet"], belief="hungry 1")
+    with pytest.raises(BadParameter, match="expected a state"):
+        Position.from_text("hexworld", belief="hungry 1")
+    with pytest.raises(BadParameter, match="got 2, expected 0 to 1"):
+        Position.from_text("prisoners-dilemma", 2)
+    with pytest.raises(BadParameter, match="got 0, expected 1 or more"):
+        Position.from_text("hexworld", turns_left=0)
+    with pytest.raises(BadParameter, match="got 1, expected one for each of 2 agents"):
+        Position.from_text("prisoners-dilemma", players=["human"])
     with pytest.raises(BadParameter, match="the state is hidden"):
         _ = Position.from_text("crying-baby").state
