@@ -95,12 +95,6 @@ def apply_rule(position: Position, rule: RuleOfThumb) -> int | None:
     raise BadParameter(f"rule of thumb {rule.text!r}: got {action!r}, {expected}")
 
 
-def list_choices(position: Position) -> dict[str, str]:
-    """Return the label of the action that each rule of thumb of the problem names, by its text."""
-    choices = {rule.text: apply_rule(position, rule) for rule in list_rules(position.problem)}
-    return {text: position.labels[a] for text, a in choices.items() if a is not None}
-
-
 def choose_always(label: str) -> Callable[[Position], int]:
     """Return the rule that always chooses the action with this label."""
     return lambda position: int(position.problem.parse_action(position.seat, label))

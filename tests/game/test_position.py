@@ -12,7 +12,7 @@ from dmplay.core.uniforms import SeededUniforms
 from dmplay.errors import BadParameter, DmplayError, IllegalAction, UnknownName
 from dmplay.game.manual_game import ManualGame
 from dmplay.game.position import Position
-from dmplay.game.rules_of_thumb import list_choices
+from dmplay.game.rules_of_thumb import apply_rule, list_rules
 from tests.privacy.indistinguishable_pairs import SECRET_PROBLEM_PARAMS, SHARED_TURNS, find_pair
 from tests.support.problem_cases import CASE_NAMES, every_problem, load_small_problem
 
@@ -41,7 +41,8 @@ def choose_first(session: Session, seat: int) -> float:
 
 def list_facts(position: Position) -> list[str]:
     """Return all answers of a position as text."""
-    facts = [str(position.values()), str(position.best_actions()), str(list_choices(position))]
+    rules = [(rule.text, apply_rule(position, rule)) for rule in list_rules(position.problem)]
+    facts = [str(position.values()), str(position.best_actions()), str(rules)]
     for action in position.legal_actions[:4]:
         try:
             outcomes = [
