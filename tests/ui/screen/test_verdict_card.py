@@ -107,10 +107,9 @@ def test_every_game_ends_with_its_result_and_the_next_keys(name: str, tmp_path: 
         terminal.ready()
         for sequence in iter_key_sequences(name):
             terminal.press(sequence).calm(0.03)
-        terminal.until(" over: ").until("with other seeds, ")
-        terminal.until("same seed: ")
+        terminal.until(" over: ").until("with other seeds, ").until("same seed: ")
         for key in ("Enter look back", "PgUp log", "N new", "R restart", "q quit"):
-            assert key in terminal.text
+            terminal.until(key)
         end = terminal.calm().text
         assert "page 1 of" in terminal.press(PAGE_UP).calm().text or "over: " in terminal.text
         terminal.press(ESCAPE, lambda: terminal.text == end)
