@@ -4,7 +4,7 @@ from dmplay.agents.available_agents import Roster
 from dmplay.agents.base import SeatPolicy
 from dmplay.core.problem import Problem
 from dmplay.core.tabular import tabulate
-from dmplay.solvers.methods import Method, find_methods, succeeds
+from dmplay.solvers.methods import Method, can_enumerate, list_fitting_methods
 
 PLAYED_METHODS = [method for method in Method if method is not Method.FULLY_OBSERVED_TEAM]
 
@@ -16,7 +16,7 @@ def build_roster(problem: Problem, seat: int) -> Roster:
     """
     agents: dict[str, type[SeatPolicy]] = {}
     turn_planner = None
-    match find_methods(problem, PLAYED_METHODS):
+    match list_fitting_methods(problem, PLAYED_METHODS):
         case [Method.EQUILIBRIUM_ENUMERATION, *_]:
             return _build_repeated_game_roster(problem)
         case [Method.REGRET_MATCHING, *_]:
@@ -80,7 +80,7 @@ def _list_belief_policies(problem: Problem) -> dict[str, type[SeatPolicy]]:
         "point-based": PointBasedPolicy,
     }
     assert isinstance(problem.state_count, int)
-    if problem.state_count > MAX_EXACT_STATES or not succeeds(lambda: tabulate(problem)):
+    if problem.state_count > MAX_EXACT_STATES or not can_enumerate(lambda: tabulate(problem)):
         return agents
     agents["plan"] = RecedingHorizonPolicy
     return agents | ({"fib": FastInformedBound, "qmdp": Qmdp} if problem.discount < 1.0 else {})

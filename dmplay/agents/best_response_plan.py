@@ -24,8 +24,8 @@ from dmplay.core.work_budget import ARRAY_CALL_WORK, Budget
 from dmplay.errors import BadPolicy
 from dmplay.solvers.mdp.transition_graph import (
     BYTES_PER_JOINT_ACTION,
+    index_distinct_keys,
     list_joint_actions,
-    register_rows,
 )
 
 MAX_WORK = 3e8
@@ -197,7 +197,7 @@ class BestResponsePlan(GreedyPolicy, SeatPolicy):
         """
         budget = Budget("best response", "try fewer turns", MAX_WORK)
         action_count, node_index = self.problem.action_counts[self.seat], dict[bytes, int]()
-        frontier = _select_rows(nodes, register_rows(_list_keys(nodes), node_index)[1])
+        frontier = _select_rows(nodes, index_distinct_keys(_list_keys(nodes), node_index)[1])
         node_counts, kept_nodes = [0, len(node_index)], [frontier]
         parts: list[tuple[Array, ...]] = [(np.zeros(0, int), *np.zeros((2, 0)), np.zeros(0, int))]
         while len(frontier[0]) and (turns is None or len(node_counts) < turns + 2):
@@ -212,7 +212,7 @@ class BestResponsePlan(GreedyPolicy, SeatPolicy):
             next_nodes = self._update_nodes(
                 _select_rows(frontier, rows[source]), actions[source], outcome.observations
             )
-            next_rows, new = register_rows(_list_keys(next_nodes), node_index)
+            next_rows, new = index_distinct_keys(_list_keys(next_nodes), node_index)
             cells = (node_counts[-2] + rows) * action_count + actions[:, self.seat]
             rewards = outcome.rewards[:, self.seat]
             parts.append((cells[source], p * weights[source], rewards, next_rows))

@@ -120,8 +120,8 @@ class BackwardInductionPolicy(_GameTurnsPolicy):
         is_best = backward_induction.mark_equal_values(
             q, best_q[positions], compute_tolerance(values, scale=self._solution.scale)
         )
-        action_lengths = backward_induction.compute_action_lengths(
-            game_graph, action_rows, self._solution.get_lengths(turns_left - 1)
+        action_lengths = backward_induction.compute_expected_turns(
+            game_graph, action_rows, self._solution.get_expected_turns(turns_left - 1)
         )
         lengths = np.full(own_q.shape, np.inf)
         np.minimum.at(lengths, (positions[is_best], actions[is_best]), action_lengths[is_best])

@@ -211,7 +211,10 @@ def _solve_bounds(request: BoundsRequest) -> PointBasedBounds:
 
 def _solve_exactly(problem: Problem, horizon: int | None) -> PointBasedBounds:
     """Return bounds from all alpha vectors, the lower one equal to the upper one."""
-    tables, initial_joint = tabulate(problem), sparse_pomdp.compute_initial_joint(problem)
+    tables, initial_joint = (
+        tabulate(problem),
+        sparse_pomdp.compute_initial_joint_probabilities(problem),
+    )
     if horizon is None:
         stages = [exact_pomdp.solve_infinite_horizon(tables, problem.discount)]
     else:

@@ -287,7 +287,7 @@ class TreeSearch(BeliefPolicy):
         if policy:
             own_memory = self._get_rollout_policy_memory(memory)
             usual_actions = policy.choose(own_memory, legal, uniforms[:, : policy.uniform_count])
-            is_best = result.keep_usual_unless_better(is_best, usual_actions)
+            is_best = result.prefer_usual_action(is_best, usual_actions)
         return np.asarray(result.actions[np.arange(len(u)), sample_masked_index(is_best, u)])
 
     def estimate_returns(

@@ -53,7 +53,7 @@ def make_one_step_plans(tables: Tables) -> PlanSet:
     return PlanSet(plans, tables.rewards[:, :, 0].T)
 
 
-def expand(tables: Tables, discount: float, previous: PlanSet) -> PlanSet:
+def extend_plans(tables: Tables, discount: float, previous: PlanSet) -> PlanSet:
     """Return all plans of one more turn: an action, and an old plan after each observation.
 
     alpha(s) = R(s, a) + gamma sum_s' T(s' | s, a) sum_o O(o | a, s') alpha_o(s').
@@ -99,7 +99,7 @@ def mark_dominated(vectors: Reals) -> Bools:
     return dominated
 
 
-def find_obstacle(problem: Problem) -> str:
+def explain_misfit(problem: Problem) -> str:
     """Return why exact value iteration of alpha vectors does not fit a problem; '' if it fits."""
     mismatch = ""
     if len(problem.agents) > 1:
@@ -144,7 +144,7 @@ def iterate_steps(request: WatchRequest) -> Iterator[Step]:
             f"The marked point is the belief {owner}.",
         ),
         _format_vector(problem, tables, plan_set, None, belief),
-        (_picture_vectors(problem, plan_set, np.zeros(len(plan_set.plans), bool), belief),),
+        (_draw_vectors(problem, plan_set, np.zeros(len(plan_set.plans), bool), belief),),
     )
     for turns in range(1, stage_count + 1):
         dominated = mark_dominated(plan_set.vectors)
@@ -164,12 +164,12 @@ def iterate_steps(request: WatchRequest) -> Iterator[Step]:
             f"{format_count(turns, 'turn')}: pruning",
             tuple(sentences),
             _format_value(plan_set, belief),
-            (_picture_vectors(problem, plan_set, dominated, belief),),
+            (_draw_vectors(problem, plan_set, dominated, belief),),
         )
         if is_last:
             return
         previous = PlanSet([plan_set.plans[k] for k in needed], plan_set.vectors[needed])
-        plan_set = expand(tables, problem.discount, previous)
+        plan_set = extend_plans(tables, problem.discount, previous)
         observations = format_count(problem.observation_counts[0], "observation")
         yield Step(
             f"{format_count(turns + 1, 'turn')}: expansion",
@@ -180,11 +180,11 @@ def iterate_steps(request: WatchRequest) -> Iterator[Step]:
                 *([FORMULA_SENTENCE] if turns == 1 else []),
             ),
             _format_vector(problem, tables, plan_set, previous, belief),
-            (_picture_vectors(problem, plan_set, np.zeros(len(plan_set.plans), bool), belief),),
+            (_draw_vectors(problem, plan_set, np.zeros(len(plan_set.plans), bool), belief),),
         )
 
 
-def _picture_vectors(
+def _draw_vectors(
     problem: Problem, plan_set: PlanSet, dominated: Bools, belief: Reals
 ) -> AlphaVectorSet:
     """Return the alpha vectors as a picture, with the names of their first actions."""
@@ -264,6 +264,6 @@ ALGORITHM = Algorithm(
     "alpha-vectors",
     "compare plans for hidden states, and remove plans that are best at no belief",
     "sections 20.2 to 20.5, Conditional Plans to Value Iteration",
-    find_obstacle,
+    explain_misfit,
     iterate_steps,
 )

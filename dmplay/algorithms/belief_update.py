@@ -51,7 +51,7 @@ def update_belief(
     return BeliefUpdate(prior, predicted, product, evidence, product / evidence)
 
 
-def find_obstacle(problem: Problem) -> str:
+def explain_misfit(problem: Problem) -> str:
     """Return why the belief update does not fit a problem; '' if it fits."""
     if not problem.partially_observable:
         return "a belief update needs hidden states, but here every agent sees the state"
@@ -64,11 +64,11 @@ def iterate_steps(request: WatchRequest) -> Iterator[Step]:
     """Yield the first belief, and three steps for each turn of the game."""
     problem, seat, session = request.problem, request.seat, request.session
     if session is None or not session.turns:
-        session = play_randomly(problem, request.seed, request.iterations or DEFAULT_TURNS)
+        session = play_random_game(problem, request.seed, request.iterations or DEFAULT_TURNS)
         turns = format_count(len(session.turns), "turn")
         origin = f"A random policy has played this game of {turns}, with the seed {request.seed}."
     else:
-        origin = _describe_game_turns(len(session.turns), request.iterations)
+        origin = _describe_shown_turns(len(session.turns), request.iterations)
     view = session.view(seat)
     first_turn = max(view.turns_played - (request.iterations or view.turns_played), 0) + 1
     belief = initial_seat_belief(problem, seat, view.observations[0])
@@ -81,7 +81,7 @@ def iterate_steps(request: WatchRequest) -> Iterator[Step]:
         belief = update.posterior
 
 
-def _describe_game_turns(turn_count: int, iterations: int | None) -> str:
+def _describe_shown_turns(turn_count: int, iterations: int | None) -> str:
     """Return a sentence about the turns of a game that are shown."""
     if iterations is None or iterations >= turn_count > 1:
         return "These are the turns of your game."
@@ -95,7 +95,7 @@ def _update_after_turn(view: View[Problem], turn: int, belief: Reals) -> BeliefU
     return update_belief(view.problem, belief, view.seat, action, observation)
 
 
-def play_randomly(problem: Problem, seed: int, turns: int) -> Session:
+def play_random_game(problem: Problem, seed: int, turns: int) -> Session:
     """Return a game of at most this many turns, in which all agents act at random."""
     source = SeededUniforms(seed)
     session = Session(problem, source, turn_limit=turns)
@@ -177,7 +177,7 @@ def _describe_update(view: View[Problem], turn: int, update: BeliefUpdate) -> It
         tuple(sentences),
         f"predicted({rows.labels[focus]}) = {format_weighted_sum(transitions, priors)} "
         f"= {format_score(float(predicted[focus]))}",
-        tuple(_build_table(table, update, PREDICTED_COLUMNS) for table in tables),
+        tuple(_build_first_columns(table, update, PREDICTED_COLUMNS) for table in tables),
     )
     possible = predicted > 0
     likelihood = product[possible] / predicted[possible]
@@ -194,7 +194,7 @@ def _describe_update(view: View[Problem], turn: int, update: BeliefUpdate) -> It
         f"turn {turn}: observe",
         tuple(sentences),
         f"P({observation}) = {format_weighted_sum(likelihood, predicted[possible])} = {evidence}",
-        tuple(_build_table(table, update, WEIGHED_COLUMNS) for table in tables),
+        tuple(_build_first_columns(table, update, WEIGHED_COLUMNS) for table in tables),
     )
     yield Step(
         f"turn {turn}: normalize",
@@ -205,7 +205,7 @@ def _describe_update(view: View[Problem], turn: int, update: BeliefUpdate) -> It
         ),
         f"b({rows.labels[focus]}) = {format_number(float(product[focus]))} / {evidence} "
         f"= {format_score(float(posterior[focus]))}",
-        tuple(_build_table(table, update, ALL_COLUMNS) for table in tables),
+        tuple(_build_first_columns(table, update, ALL_COLUMNS) for table in tables),
     )
 
 
@@ -232,7 +232,7 @@ def _list_transitions(
     return transitions, priors[priors > 0].tolist()
 
 
-def _build_table(rows: StatePart, update: BeliefUpdate, column_count: int) -> BeliefTable:
+def _build_first_columns(rows: StatePart, update: BeliefUpdate, column_count: int) -> BeliefTable:
     """Return the first columns of a table.
 
     The likelihood of a row that the action cannot lead to is NaN: no number is known for it.
@@ -253,7 +253,7 @@ ALGORITHM = Algorithm(
     "belief-update",
     "compute the probabilities of the hidden states after each observation",
     "section 19.2, Discrete State Filter",
-    find_obstacle,
+    explain_misfit,
     iterate_steps,
     shows_actions=False,
 )

@@ -19,9 +19,9 @@ GAIN_LABEL = "largest gain from a best response"
 GAIN_SENTENCE = "An agent that leaves its own frequencies for a best response gains at most {:.3g}."
 
 
-def find_obstacle(problem: Problem) -> str:
+def explain_misfit(problem: Problem) -> str:
     """Return why fictitious play does not fit a problem; '' if it fits."""
-    return game.find_game_obstacle(problem, "fictitious play")
+    return game.explain_matrix_game_misfit(problem, "fictitious play")
 
 
 def iterate_steps(request: WatchRequest) -> Iterator[Step]:
@@ -41,7 +41,7 @@ def iterate_steps(request: WatchRequest) -> Iterator[Step]:
             game.ONE_ROUND_SENTENCE,
             game.BEST_RESPONSE_SENTENCE,
         ),
-        pictures=(game.picture_mixes(problem, mixes), Curve(GAIN_LABEL, tuple(gains))),
+        pictures=(game.draw_mixed_strategies(problem, mixes), Curve(GAIN_LABEL, tuple(gains))),
     )
     last_round = request.iterations or DEFAULT_ROUNDS
     for round_number in range(1, last_round + 1):
@@ -63,7 +63,7 @@ def iterate_steps(request: WatchRequest) -> Iterator[Step]:
                 *([] if is_last else [GAIN_SENTENCE.format(gains[-1])]),
             ),
             game.format_response_value(problem, payoffs, mixes, seat, actions[seat]),
-            (game.picture_mixes(problem, mixes, actions), Curve(GAIN_LABEL, tuple(gains))),
+            (game.draw_mixed_strategies(problem, mixes, actions), Curve(GAIN_LABEL, tuple(gains))),
         )
 
 
@@ -81,6 +81,6 @@ ALGORITHM = Algorithm(
     "fictitious-play",
     "choose a best reply to the past actions of the others, round by round",
     "section 24.8, Fictitious Play",
-    find_obstacle,
+    explain_misfit,
     iterate_steps,
 )

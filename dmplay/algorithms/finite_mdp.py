@@ -53,7 +53,7 @@ class FiniteMdp(NamedTuple):
             f"{factor}({terms}) = {format_score(result)}"
         )
 
-    def choose_focus(self, session: Session | None, change: Reals) -> int:
+    def choose_formula_state(self, session: Session | None, change: Reals) -> int:
         """Return the state whose formula is shown: that of the game, or the most changed one."""
         if session is not None and not session.over:
             return self.find_index(session.state)
@@ -71,7 +71,7 @@ def find_grid(problem: Problem) -> StateGrid | None:
     return StateGrid(tuple(GridAxis(f"number {i}", axis) for i, axis in enumerate(points, 1)))
 
 
-def find_mdp_obstacle(problem: Problem) -> str:
+def explain_mdp_misfit(problem: Problem) -> str:
     """Return the reason why a problem cannot be listed as an MDP; '' if it can."""
     if len(problem.agents) > 1:
         return "several agents choose; it plans for one agent"
@@ -79,10 +79,10 @@ def find_mdp_obstacle(problem: Problem) -> str:
         return "the algorithm needs a state that the agent sees, but the state is hidden"
     if not problem.action_counts[0]:
         return "its actions are real numbers; it needs a list of actions"
-    return _find_size_obstacle(problem)
+    return _explain_size_misfit(problem)
 
 
-def _find_size_obstacle(problem: Problem) -> str:
+def _explain_size_misfit(problem: Problem) -> str:
     """Return the reason why the states and outcomes of a problem cannot be listed; '' if none."""
     grid, state_count = find_grid(problem), problem.state_count
     if grid is None and isinstance(state_count, ContinuousStates):

@@ -17,9 +17,9 @@ DEFAULT_ROUNDS = 200
 GAIN_LABEL = "largest gain from a best response"
 
 
-def find_obstacle(problem: Problem) -> str:
+def explain_misfit(problem: Problem) -> str:
     """Return why iterated best response does not fit a problem; '' if it fits."""
-    return game.find_game_obstacle(problem, "iterated best response")
+    return game.explain_matrix_game_misfit(problem, "iterated best response")
 
 
 def iterate_steps(request: WatchRequest) -> Iterator[Step]:
@@ -33,12 +33,12 @@ def iterate_steps(request: WatchRequest) -> Iterator[Step]:
         "First all actions are equally likely; then all agents switch to best responses.",
         game.BEST_RESPONSE_SENTENCE,
     )
-    yield _make_step(request, payoffs, mixes, gains, "start", start_sentences)
+    yield _make_best_response_step(request, payoffs, mixes, gains, "start", start_sentences)
     first_rounds: dict[tuple[int, ...], int] = {}  # the round that first led to these actions
     last_round = request.iterations or DEFAULT_ROUNDS
     for round_number in range(1, last_round + 1):
         actions = tuple(game.choose_best_responses(payoffs, mixes))
-        mixes = game.make_pure_mixes(problem, actions)
+        mixes = game.make_pure_strategies(problem, actions)
         gains.append(game.compute_largest_gain(payoffs, mixes))
         cycle_length = round_number - first_rounds.setdefault(actions, round_number)
         responses = game.choose_best_responses(payoffs, mixes)
@@ -51,12 +51,14 @@ def iterate_steps(request: WatchRequest) -> Iterator[Step]:
             sentences.append(game.ONE_ROUND_SENTENCE)
         if round_number == last_round and not cycle_length:
             sentences.append("The rounds end here, before any actions came twice.")
-        yield _make_step(request, payoffs, mixes, gains, f"round {round_number}", sentences)
+        yield _make_best_response_step(
+            request, payoffs, mixes, gains, f"round {round_number}", sentences
+        )
         if cycle_length:
             return
 
 
-def _make_step(  # noqa: PLR0913, PLR0917 - the parts of one step
+def _make_best_response_step(  # noqa: PLR0913, PLR0917 - the parts of one step
     request: WatchRequest,
     payoffs: Reals,
     mixes: Sequence[Reals],
@@ -71,7 +73,7 @@ def _make_step(  # noqa: PLR0913, PLR0917 - the parts of one step
         title,
         (*sentences, *game.describe_ties(problem, payoffs, mixes)),
         game.format_response_value(problem, payoffs, mixes, seat, actions[seat]),
-        (game.picture_mixes(problem, mixes, actions), Curve(GAIN_LABEL, tuple(gains))),
+        (game.draw_mixed_strategies(problem, mixes, actions), Curve(GAIN_LABEL, tuple(gains))),
     )
 
 
@@ -96,6 +98,6 @@ ALGORITHM = Algorithm(
     "iterated-best-response",
     "switch all agents to a best response to the others, round by round",
     "section 24.6, Iterated Best Response",
-    find_obstacle,
+    explain_misfit,
     iterate_steps,
 )

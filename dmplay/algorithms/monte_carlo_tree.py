@@ -62,21 +62,21 @@ class MonteCarloTree:
     highest_return: float = -inf
 
     @property
-    def has_spread(self) -> bool:
+    def have_returns_differed(self) -> bool:
         """True if two returns differed so far."""
         return self.lowest_return < self.highest_return
 
     @property
-    def exploration(self) -> float:
+    def exploration_constant(self) -> float:
         """The constant c of UCB1: the spread of the returns so far, or 1 if they are equal."""
-        return self.highest_return - self.lowest_return if self.has_spread else 1.0
+        return self.highest_return - self.lowest_return if self.have_returns_differed else 1.0
 
     def sample_root_state(self) -> Array:
         """Return a state of the root, drawn from its probabilities."""
         index = np.searchsorted(self.probabilities.cumsum(), self.rng.random(), "right")
         return np.asarray(self.states[min(int(index), len(self.states) - 1)])
 
-    def select(self, state: Array) -> tuple[list[Decision], Array]:
+    def select_path(self, state: Array) -> tuple[list[Decision], Array]:
         """Return the decisions from the root to a new outcome or an end, and the last state."""
         node, decisions = self.root, list[Decision]()
         while len(decisions) < self.depth and not self.problem.terminal(state[None])[0]:
@@ -95,10 +95,10 @@ class MonteCarloTree:
         if action not in node.actions:
             return inf
         statistics = node.actions[action]
-        exploration = self.exploration * sqrt(log(node.decision_count) / statistics.visits)
+        exploration = self.exploration_constant * sqrt(log(node.decision_count) / statistics.visits)
         return statistics.mean + exploration
 
-    def expand(self, decisions: list[Decision]) -> None:
+    def add_new_node(self, decisions: list[Decision]) -> None:
         """Add the node after these decisions to the tree if it is new."""
         if not decisions:
             return

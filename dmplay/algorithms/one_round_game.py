@@ -26,7 +26,7 @@ BEST_RESPONSE_SENTENCE = (
 )
 
 
-def find_game_obstacle(problem: Problem, algorithm: str) -> str:
+def explain_matrix_game_misfit(problem: Problem, algorithm: str) -> str:
     """Return why a problem is not a matrix game that can be listed; '' if it is one."""
     joint_action_count = prod(problem.action_counts)
     mismatch = ""
@@ -64,7 +64,7 @@ def compute_payoffs(problem: Problem) -> Reals:
 
 def compute_response_values(payoffs: Reals, mixes: Sequence[Reals], seat: int) -> Reals:
     """Return the expected payoff `[A]` of each action of a seat against the mixes of the others."""
-    own_payoffs, weights = _list_terms(payoffs, mixes, seat)
+    own_payoffs, weights = _list_weighted_payoffs(payoffs, mixes, seat)
     return np.asarray((own_payoffs * weights).sum(axis=1))
 
 
@@ -115,7 +115,7 @@ def _format_agent_names(problem: Problem, agents: Sequence[str]) -> str:
     return "each agent" if len(agents) == len(problem.agents) else " and ".join(agents)
 
 
-def make_pure_mixes(problem: Problem, actions: Sequence[int]) -> list[Reals]:
+def make_pure_strategies(problem: Problem, actions: Sequence[int]) -> list[Reals]:
     """Return the mixed strategies in which each agent always plays one action."""
     return [np.eye(count)[a] for count, a in zip(problem.action_counts, actions, strict=True)]
 
@@ -132,14 +132,14 @@ def format_response_value(
     problem: Problem, payoffs: Reals, mixes: Sequence[Reals], seat: int, action: int
 ) -> str:
     """Return the expected payoff of a seat's action as a formula with its numbers."""
-    own_payoffs, weights = _list_terms(payoffs, mixes, seat)
+    own_payoffs, weights = _list_weighted_payoffs(payoffs, mixes, seat)
     value = compute_response_values(payoffs, mixes, seat)[action]
     terms = format_weighted_sum(weights.tolist(), own_payoffs[action].tolist())
     name = f"U({problem.agents[seat]} {problem.format_action(seat, action)})"
     return f"{name} = {terms} = {format_score(float(value))}"
 
 
-def picture_mixes(
+def draw_mixed_strategies(
     problem: Problem, mixes: Sequence[Reals], best_responses: Sequence[int] = ()
 ) -> StrategyMixes:
     """Return the mixed strategies of all agents as a picture."""
@@ -147,7 +147,9 @@ def picture_mixes(
     return StrategyMixes(problem.agents, labels, list(mixes), best_responses)
 
 
-def _list_terms(payoffs: Reals, mixes: Sequence[Reals], seat: int) -> tuple[Reals, Reals]:
+def _list_weighted_payoffs(
+    payoffs: Reals, mixes: Sequence[Reals], seat: int
+) -> tuple[Reals, Reals]:
     """Return a seat's payoffs `[A, M]` against M joint actions of the others, and their weights."""
     own_payoffs = np.moveaxis(payoffs[..., seat], seat, 0).reshape(payoffs.shape[seat], -1)
     weights = np.ones(1)

@@ -7,8 +7,8 @@ import numpy as np
 from dmplay.algorithms.finite_mdp import (
     FiniteMdp,
     build_finite_mdp,
+    explain_mdp_misfit,
     find_grid,
-    find_mdp_obstacle,
     format_state_name,
     format_value_name,
 )
@@ -22,9 +22,9 @@ LIMIT_NOTE = "Your game has a turn limit; the values here are for a game without
 MAX_STATES = 2000  # states of the linear equations that evaluate a policy
 
 
-def find_obstacle(problem: Problem) -> str:
+def explain_misfit(problem: Problem) -> str:
     """Return the reason why a policy cannot be evaluated by linear equations; '' if it can."""
-    obstacle = find_mdp_obstacle(problem)
+    obstacle = explain_mdp_misfit(problem)
     if obstacle:
         return obstacle
     if problem.discount == 1.0:
@@ -57,7 +57,7 @@ def iterate_steps(request: WatchRequest) -> Iterator[Step]:
         improved = gains > compute_tolerance(values, scale=scale)
         old_policy, policy = policy, np.where(improved, select_greedy_actions(q, scale), policy)
         improved_counts.append(float(np.count_nonzero(improved)))
-        focus = mdp.choose_focus(request.session, gains)
+        focus = mdp.choose_formula_state(request.session, gains)
         picture = StateValues(mdp.states, values, policy, improved, focus)
         curve = Curve("states with a better action", tuple(improved_counts))
         sentences, formula = _describe_improvement(request, mdp, focus, old_policy, policy, values)
@@ -91,7 +91,7 @@ def _describe_evaluation(  # noqa: PLR0913, PLR0917 - the numbers of one step
     request: WatchRequest, mdp: FiniteMdp, number: int, policy: Ints, values: Reals, change: Reals
 ) -> Step:
     """Return the step that shows the values of a policy."""
-    focus = mdp.choose_focus(request.session, change)
+    focus = mdp.choose_formula_state(request.session, change)
     state = format_state_name(request.problem, mdp.states[focus])
     sentences = (
         "V is now the expected return of this policy, in a game without a turn limit.",
@@ -123,6 +123,6 @@ ALGORITHM = Algorithm(
     "policy-iteration",
     "compute the value of a policy, then improve the policy",
     "section 7.4, Policy Iteration",
-    find_obstacle,
+    explain_misfit,
     iterate_steps,
 )

@@ -28,12 +28,12 @@ def find_algorithm(name: str) -> Algorithm:
 
 def list_fitting_algorithms(problem: Problem) -> list[str]:
     """Return the names of the algorithms that can be watched on a problem."""
-    return [name for name, entry in load_algorithms().items() if not entry.find_obstacle(problem)]
+    return [name for name, entry in load_algorithms().items() if not entry.explain_misfit(problem)]
 
 
 def check_algorithm_fits(algorithm: Algorithm, problem: Problem, problem_name: str) -> None:
     """Raise BadParameter with the reason and the fitting algorithms unless the problem fits."""
-    obstacle = algorithm.find_obstacle(problem)
+    obstacle = algorithm.explain_misfit(problem)
     if obstacle:
         fitting = ", ".join(list_fitting_algorithms(problem)) or "none"
         fault = f"{algorithm.name} does not fit {problem_name}: {obstacle}"

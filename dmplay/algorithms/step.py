@@ -93,6 +93,6 @@ class Algorithm(NamedTuple):
     name: str  # for example "value-iteration"
     description: str  # one line for people who do not know it
     source: str  # section and equation or algorithm of the book
-    find_obstacle: Callable[[Problem], str]  # why it does not fit a problem; '' if it fits
+    explain_misfit: Callable[[Problem], str]  # why it does not fit a problem; '' if it fits
     iterate_steps: Callable[[WatchRequest], Iterator[Step]]
     shows_actions: bool = True  # whether it shows good actions, which counts as a hint in a game

@@ -24,7 +24,7 @@ ROW_SENTENCE = "The rows show, by turns, an action and the outcomes to which it 
 MAX_PATH_CHARACTERS = 24  # characters of a path after which its other turns are not named
 
 
-def find_obstacle(problem: Problem) -> str:
+def explain_misfit(problem: Problem) -> str:
     """Return why tree search does not fit a problem; '' if it fits."""
     if not problem.partially_observable or Session(problem, SeededUniforms(0)).has_visible_beliefs:
         return ""
@@ -49,7 +49,7 @@ def iterate_steps(request: WatchRequest) -> Iterator[Step]:
         is_first, is_last = simulation == 1, simulation == last_simulation
         prefix = f"simulation {simulation}"
         first_state = search.sample_root_state()
-        decisions, state = search.select(first_state)
+        decisions, state = search.select_path(first_state)
         root_text = problem.format_state(first_state) if problem.partially_observable else ""
         yield Step(
             f"{prefix}: selection",
@@ -58,7 +58,7 @@ def iterate_steps(request: WatchRequest) -> Iterator[Step]:
             (painter.draw_tree(decisions),),
         )
         is_new = bool(decisions) and _is_new(decisions[-1])
-        search.expand(decisions)
+        search.add_new_node(decisions)
         rewards: list[float] = []
         if is_new:
             tree = painter.draw_tree(decisions)
@@ -121,7 +121,7 @@ class TreePainter:
 
     def _draw_node(self, node: SearchHistory, label: str, path: Path | None) -> TreeNode:
         """Return a node with all nodes below it; `path` is None if it is not on the path."""
-        exploration = self.search.exploration
+        exploration = self.search.exploration_constant
         if path is None and node in self.drawn_nodes:
             visits, constant, picture = self.drawn_nodes[node]
             if (visits, constant) == (node.decision_count, exploration):
@@ -206,13 +206,13 @@ def _describe_selection(
     first, last = decisions[0], decisions[-1]
     if first.action in search.root.actions:
         meaning = "the range of the returns so far"
-        if not search.has_spread:
+        if not search.have_returns_differed:
             meaning = "used while all returns are equal"
         sentences += [
             f"In the root, {first.action_label} has the highest UCB score: Q plus a bonus for few "
             "tries, c sqrt(ln N / n).",
             f"N counts all tries in the root, n those of {first.action_label}; "
-            f"c = {format_score(search.exploration)} is {meaning}.",
+            f"c = {format_score(search.exploration_constant)} is {meaning}.",
         ]
     if last.action not in last.node.actions:
         untried = f"was untried {'in the root' if len(decisions) == 1 else 'there'}"
@@ -231,7 +231,7 @@ def _format_score_formula(search: MonteCarloTree, decisions: Sequence[Decision])
         return ""
     statistics = search.root.actions[decisions[0].action]
     terms = (
-        f"{format_number(statistics.mean)} + {format_number(search.exploration)} "
+        f"{format_number(statistics.mean)} + {format_number(search.exploration_constant)} "
         f"x sqrt(ln {search.root.decision_count} / {statistics.visits})"
     )
     score = search.compute_score(search.root, decisions[0].action)
@@ -319,6 +319,6 @@ ALGORITHM = Algorithm(
     "tree-search",
     "simulate games, and try promising actions more often (Monte Carlo tree search)",
     "section 9.6, Monte Carlo Tree Search",
-    find_obstacle,
+    explain_misfit,
     iterate_steps,
 )

@@ -7,7 +7,7 @@ import numpy as np
 from dmplay.algorithms.finite_mdp import (
     FiniteMdp,
     build_finite_mdp,
-    find_mdp_obstacle,
+    explain_mdp_misfit,
     format_state_name,
     format_value_name,
 )
@@ -30,7 +30,7 @@ def iterate_steps(request: WatchRequest) -> Iterator[Step]:
     start = f"V(s), the value of state s, is the best expected return ({rewards}) from it."
     no_turns = "At first no turn is left, and V is 0."
     notes = filter(None, [mdp.note, _describe_terminal(mdp), _describe_turns_left(request)])
-    yield Step("start", (start, no_turns, *notes), "", (_picture(mdp, values),))
+    yield Step("start", (start, no_turns, *notes), "", (_draw_state_values(mdp, values),))
     state_count = int(np.count_nonzero(~mdp.terminal))
     last_sweep = request.iterations or MAX_SWEEPS
     for sweep in range(1, last_sweep + 1):
@@ -42,7 +42,7 @@ def iterate_steps(request: WatchRequest) -> Iterator[Step]:
         is_close = is_converged(mdp.discount, residuals[-1], problem.reward_scale)
         has_converged = is_close and not request.iterations
         is_last = sweep == last_sweep or has_converged
-        focus = mdp.choose_focus(request.session, change)
+        focus = mdp.choose_formula_state(request.session, change)
         state, action = format_state_name(problem, mdp.states[focus]), int(greedy[focus])
         reason = _describe_choice_of_state(request, mdp, change)
         name = f"{'about ' * bool(mdp.note)}the value of a game"
@@ -52,11 +52,11 @@ def iterate_steps(request: WatchRequest) -> Iterator[Step]:
             *(_describe_end(mdp.discount, residuals[-1], problem.reward_scale) if is_last else []),
             f"{np.count_nonzero(change)} of {format_count(state_count, 'value')} changed, by at "
             f"most {format_score(residuals[-1])} ({'called ' * (sweep == 1)}the residual).",
-            *_describe_focus(request, mdp, state, action, q[focus], reason),
+            *_describe_formula_actions(request, mdp, state, action, q[focus], reason),
             *([_describe_formula(mdp.discount)] if sweep == 1 else []),
         )
         formula = mdp.format_lookahead(format_value_name(state), focus, action, previous)
-        picture = _picture(mdp, values, greedy, change, focus)
+        picture = _draw_state_values(mdp, values, greedy, change, focus)
         curve = Curve("residual", tuple(residuals))
         yield Step(f"sweep {sweep}", sentences, formula, (picture, curve))
         if is_last:
@@ -78,7 +78,7 @@ def bound_error(discount: float, residual: float) -> float:
     return residual * discount / (1.0 - discount)
 
 
-def _picture(
+def _draw_state_values(
     mdp: FiniteMdp,
     values: Reals,
     greedy: Ints | None = None,
@@ -128,7 +128,7 @@ def _describe_choice_of_state(request: WatchRequest, mdp: FiniteMdp, change: Rea
     return f"{state}where V changed most"
 
 
-def _describe_focus(  # noqa: PLR0913, PLR0917 - the parts of one sentence
+def _describe_formula_actions(  # noqa: PLR0913, PLR0917 - the parts of one sentence
     request: WatchRequest, mdp: FiniteMdp, state: str, action: int, q: Reals, reason: str
 ) -> tuple[str, ...]:
     """Return a sentence about the action of the formula and the second-best one."""
@@ -166,6 +166,6 @@ ALGORITHM = Algorithm(
     "value-iteration",
     "compute the value of each state with 1 turn left, then with 2, and so on",
     "section 7.5, Value Iteration",
-    find_mdp_obstacle,
+    explain_mdp_misfit,
     iterate_steps,
 )

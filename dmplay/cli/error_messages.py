@@ -6,7 +6,7 @@ from typing import Any
 
 import typer
 
-from dmplay.core.user_code_locations import name_files
+from dmplay.core.user_code_locations import replace_modules_by_files
 from dmplay.errors import DmplayError, UnknownName, clip_message
 
 # click.UsageError, wherever typer keeps its copy of click
@@ -20,7 +20,7 @@ VALUE_PATTERN = re.compile(r"Option '(.+?)' (requires an argument|does not take 
 
 def format_error(error: Exception) -> str:
     """Return an error as one line, clipped in its middle if it is long."""
-    return clip_message(name_files(_describe_error(error)))
+    return clip_message(replace_modules_by_files(_describe_error(error)))
 
 
 def _describe_error(error: Exception) -> str:

@@ -11,7 +11,7 @@ import typer
 from dmplay.cli.app import root_command
 from dmplay.cli.error_messages import USAGE_ERROR, format_error
 from dmplay.core.parameter_parsing import parse_whole_number
-from dmplay.core.safe_files import remember_sources
+from dmplay.core.safe_files import track_input_files
 from dmplay.errors import DmplayError
 
 # makes Typer accept the name of a shell
@@ -42,7 +42,7 @@ def run_command_line() -> int:
         os.environ[SHELL_BY_NAME_VARIABLE] = "1"
         root_command.cache_clear()  # Typer reads the variable when it creates the commands.
     try:
-        with remember_sources():
+        with track_input_files():
             return _run_command(show_gallery=has_no_arguments)
     except (DmplayError, USAGE_ERROR) as error:
         from dmplay.core.text import escape_unprintable

@@ -11,7 +11,7 @@ from dmplay.cli import config_files
 from dmplay.cli.app import root_command
 from dmplay.cli.commands import build_command
 from dmplay.cli.error_messages import USAGE_ERROR, format_error
-from dmplay.core.safe_files import forget_sources, register_source
+from dmplay.core.safe_files import forget_input_files, register_input_file
 from dmplay.core.text import escape_unprintable
 from dmplay.errors import BadParameter
 from dmplay.game import command_line_results as results
@@ -123,9 +123,9 @@ def _make_controller() -> "GameController":
 
 def interpret_command(words: Sequence[str]) -> PlayCommand | str:
     """Parse words of a command line; return a game to play, or the uncoloured text of a report."""
-    forget_sources()
+    forget_input_files()
     for file in config_files.load_config_files():  # They were read when the shell began.
-        register_source(file.path)
+        register_input_file(file.path)
     commands = root_command()
     name, *arguments = words
     if {"-h", "--help"} & {*arguments}:

@@ -16,7 +16,7 @@ def split_columns(rows: Array) -> Sequence[Array]:
     return [*rows.flat] if len(rows) == 1 else [*np.ascontiguousarray(rows.T)]
 
 
-def to_column(array: Array) -> Array:
+def unwrap_single_row(array: Array) -> Array:
     """Return an array `[B]`, or of a single row its number."""
     return array[0] if len(array) == 1 else array
 
@@ -47,7 +47,7 @@ def clip(column: Array, low: float, high: float) -> Array:
     return min(max(column, low), high)  # type: ignore[arg-type] # all are numbers
 
 
-def keep_rows(condition: Bools, s: Array, next_states: Array) -> Array:
+def keep_states_where(condition: Bools, s: Array, next_states: Array) -> Array:
     """Return the states `s` `[B, K]` where the condition holds, and `next_states` elsewhere."""
     if _is_array(condition):
         return np.where(condition[:, None], s, next_states)

@@ -131,7 +131,7 @@ FINITE_CHANCE_TYPES = (Categorical, DiscreteUniform)
 Chance = Categorical | DiscreteUniform | Uniform | Normal
 
 
-def sample_all(chances: tuple[Chance, ...], u: Reals) -> tuple[Array, ...]:
+def sample_chance_events(chances: tuple[Chance, ...], u: Reals) -> tuple[Array, ...]:
     """Return one event of each chance, from uniforms `[B, count]` consumed left to right."""
     if not chances:
         return ()
@@ -163,10 +163,10 @@ def weighted_sum(weights: Reals, values: Array) -> Reals:
     The terms are added one by one, so that a row has the same bits in any batch. A matrix product
     does not guarantee this.
     """
-    return np.ascontiguousarray(weighted_sum_columns(weights, values).T)
+    return np.ascontiguousarray(transposed_weighted_sum(weights, values).T)
 
 
-def weighted_sum_columns(weights: Reals, values: Array) -> Reals:
+def transposed_weighted_sum(weights: Reals, values: Array) -> Reals:
     """Return the weighted sum of `weighted_sum`, transposed to `[K, B]`."""
     weight_rows = np.ascontiguousarray(weights.T)
     terms = values[:, :, None] if values.ndim == 2 else values.transpose(1, 2, 0)

@@ -11,7 +11,14 @@ import numpy as np
 
 from dmplay.core import table_checks
 from dmplay.core.arrays import Array
-from dmplay.core.chance import Categorical, Chance, DiscreteUniform, Normal, Uniform, sample_all
+from dmplay.core.chance import (
+    Categorical,
+    Chance,
+    DiscreteUniform,
+    Normal,
+    Uniform,
+    sample_chance_events,
+)
 from dmplay.core.problem import ContinuousStates, Outcome, Problem, StatePart, StateParts
 from dmplay.core.spaces import Interval, Labels, RealVector, TextLine, normalize_label
 from dmplay.core.state_grid import GridAxis, StateGrid
@@ -74,7 +81,7 @@ def _check_agent_names(problem: Problem) -> CheckResults:
 
 def _check_names(attribute: str, names: object) -> CheckResult:
     """Return the result of the check that an attribute is a tuple of distinct names."""
-    expected = f"a tuple of {_expected_names(names)}"
+    expected = f"a tuple of {_describe_expected_names(names)}"
     return expect(_are_distinct_names(names), attribute, names, expected)
 
 
@@ -91,7 +98,7 @@ def _check_actions(problem: Problem) -> CheckResults:
             is_valid = math.isfinite(low) and math.isfinite(high) and low < high
             yield expect(is_valid, "actions", space, "two finite numbers, the lower first")
             continue
-        expected = f"Labels with {_expected_names(space)}, or an Interval"
+        expected = f"Labels with {_describe_expected_names(space)}, or an Interval"
         yield expect(_are_distinct_labels(space), "actions", space, expected)
         yield from check_typable_labels("actions", space)
 
@@ -147,7 +154,7 @@ def _check_spaces(problem: Problem) -> CheckResults:
 def _check_state_grid(problem: Problem) -> CheckResults:
     """Yield a check that the grid has an axis for each number of a state, and ascending points."""
     grid = problem.state_grid
-    is_valid = grid is None or (isinstance(grid, StateGrid) and _fits_states(grid, problem))
+    is_valid = grid is None or (isinstance(grid, StateGrid) and _grid_fits_states(grid, problem))
     message = (
         f"state_grid: got a {type(grid).__name__}, expected a StateGrid with a GridAxis for each "
         "number of a state, each with an array of ascending points; x and y are two of the axes"
@@ -155,7 +162,7 @@ def _check_state_grid(problem: Problem) -> CheckResults:
     yield CheckResult(is_valid, "state_grid", message, independent=True)
 
 
-def _fits_states(grid: StateGrid, problem: Problem) -> bool:
+def _grid_fits_states(grid: StateGrid, problem: Problem) -> bool:
     """Return whether a grid has an axis for each number of a state, each of ascending points."""
     axes: object = grid.axes
     if not isinstance(axes, tuple) or problem.state_count != ContinuousStates(len(axes)):
@@ -199,7 +206,7 @@ def _check_start(problem: Problem) -> CheckResults:
     yield from _check_chances("initial_chance", chances)
     s = problem.initial_states(TRIED_ROWS, _sample_median_events(chances))
     expected = f"an array with one state for each of {TRIED_ROWS} rows"
-    yield expect(_has_tried_rows(s), "initial_states", s, expected)
+    yield expect(_has_row_per_trial(s), "initial_states", s, expected)
     is_valid = problem.state_count != 1 or (s.shape == (TRIED_ROWS,) and not np.any(s))
     message = (
         "state_count: got 1, expected the number of states, because initial_states "
@@ -293,7 +300,7 @@ def _check_first_turn(problem: Problem) -> CheckResults:
     events = _sample_median_events(problem.initial_chance(TRIED_ROWS))
     s = problem.initial_states(TRIED_ROWS, events)
     is_over, legal = problem.terminal(s), problem.legal_actions_mask(s)
-    is_valid = _has_tried_rows(is_over) and is_over.dtype == bool and is_over.ndim == 1
+    is_valid = _has_row_per_trial(is_over) and is_over.dtype == bool and is_over.ndim == 1
     yield expect(is_valid, "terminal", is_over, f"a Boolean array of shape {(TRIED_ROWS,)}")
     shape = (TRIED_ROWS, len(problem.agents), max(problem.action_counts))
     is_valid = legal is None or (has_shape(legal, shape) and legal.dtype == bool)
@@ -400,7 +407,7 @@ def _are_distinct_names(value: object) -> bool:
     return 0 < len(value) == len({*value})
 
 
-def _expected_names(value: object) -> str:
+def _describe_expected_names(value: object) -> str:
     """Return the names that a sequence should contain, by the first mistake in it."""
     for name in value if isinstance(value, tuple | list) else ():
         if isinstance(name, str):
@@ -441,7 +448,7 @@ def _is_count(value: object) -> bool:
     return type(value) is int and 0 < value <= MAX_COUNT
 
 
-def _has_tried_rows(value: object) -> bool:
+def _has_row_per_trial(value: object) -> bool:
     """Return whether a value is an array with TRIED_ROWS rows."""
     return isinstance(value, np.ndarray) and value.shape[:1] == (TRIED_ROWS,)
 
@@ -497,4 +504,4 @@ def _can_be_sampled(chance: object) -> bool:
 def _sample_median_events(chances: tuple[Chance, ...]) -> tuple[Array, ...]:
     """Return the events that uniforms of 0.5 give, in the middle of their range."""
     count = sum(chance.uniform_count for chance in chances)
-    return sample_all(chances, np.full((TRIED_ROWS, count), 0.5))
+    return sample_chance_events(chances, np.full((TRIED_ROWS, count), 0.5))

@@ -104,7 +104,7 @@ def describe_policies(policies: object) -> str:
     return f"{len(policies)} {'policy' if len(policies) == 1 else 'policies'}"
 
 
-def call_policy(error_prefix: object, method: Callable[..., T], *args: object) -> T:
+def forbid_writes(error_prefix: object, method: Callable[..., T], *args: object) -> T:
     """Return the result of a policy's method; raise BadPolicy if it writes to an argument."""
     try:
         return method(*args)

@@ -22,7 +22,7 @@ from dmplay.core.arrays import (
     select_seat_observations,
 )
 from dmplay.core.best_actions import compute_reward_scale
-from dmplay.core.chance import Chance, FiniteChance, sample_all
+from dmplay.core.chance import Chance, FiniteChance, sample_chance_events
 from dmplay.core.parameters import INTEGER_TYPES, check_parameters, parameter
 from dmplay.core.policy import FIELD_OMITTED, Percept
 from dmplay.core.spaces import Interval, Labels, ObservationSpace, normalize_label
@@ -229,7 +229,7 @@ class Problem(ABC):
     def reward_scale(self) -> float:
         """The power of 2 to which tolerances of values are relative, from the size of rewards."""
         bounds = self.reward_bounds
-        rewards = _list_first_rewards(self) if bounds is None else np.array(bounds)
+        rewards = _rewards_of_first_states(self) if bounds is None else np.array(bounds)
         return compute_reward_scale(rewards)
 
     @property
@@ -357,13 +357,15 @@ class Problem(ABC):
         """The number of uniforms that one row consumes at the start, and in each turn."""
         initial_chances = self.initial_chance(1)
         start_count = sum(chance.uniform_count for chance in initial_chances)
-        s = self.initial_states(1, sample_all(initial_chances, np.zeros((1, start_count))))
+        s = self.initial_states(
+            1, sample_chance_events(initial_chances, np.zeros((1, start_count)))
+        )
         a = np.array([[action_set.candidate_actions()[0] for action_set in self.actions]])
         return UniformCounts(start_count, sum(chance.uniform_count for chance in self.chance(s, a)))
 
     def sample_initial_states(self, u: Reals) -> Array:
         """Return initial states `[B, ...]` from uniforms `[B, uniform_counts.start]`."""
-        return self.initial_states(len(u), sample_all(self.initial_chance(len(u)), u))
+        return self.initial_states(len(u), sample_chance_events(self.initial_chance(len(u)), u))
 
     def step(self, s: Array, a: Array, u: Reals) -> Outcome:
         """Return the outcome of one turn of B rows.
@@ -371,7 +373,7 @@ class Problem(ABC):
         The states are `s`, the joint actions `a` `[B, n]`, the uniforms `u` `[B,
         uniform_counts.step]`.
         """
-        return self.resolve_events(s, a, sample_all(self.chance(s, a), u))
+        return self.resolve_events(s, a, sample_chance_events(self.chance(s, a), u))
 
     def initial_observations(self, s: Array) -> Array:
         """Return the observations `[B, n, ...]` of hidden initial states; null by default."""
@@ -507,7 +509,7 @@ def enumerate_possible_outcomes(
     return row, probabilities[nonzero], outcome
 
 
-def _list_first_rewards(problem: Problem) -> Reals:
+def _rewards_of_first_states(problem: Problem) -> Reals:
     """Return the rewards `[N]` of the first states of a finite problem; 1 if none are listed.
 
     In each state, every legal action of every agent occurs in one of the joint actions.

@@ -48,7 +48,7 @@ def is_output_device(path: Path) -> bool:
     return str(path) in OUTPUT_DEVICES
 
 
-def find_device(path: Path) -> Path:
+def resolve_stdout_path(path: Path) -> Path:
     """Return a path; for /dev/stdout, that of the descriptor to which dmplay prints.
 
     Raise OSError if that is closed.
@@ -65,7 +65,7 @@ def read_bytes(path: Path, max_bytes: int | None = None) -> bytes:
     if str(path) not in INPUT_DEVICES and path.parent != OPEN_FILES_FOLDER:
         refuse_endless_file(path)
     with path.open("rb") as file:
-        register_source(path)
+        register_input_file(path)
         data = file.read(min(WRITE_BUFFER_BYTES, max_bytes + 1))
         if len(data) == WRITE_BUFFER_BYTES:  # A buffer for the limit costs 60 us for a small file.
             data += file.read(max_bytes + 1 - len(data))
@@ -121,7 +121,7 @@ def check_writable(path: Path, *, force: bool, continues: bool = False) -> None:
     if path.is_file() and is_game_running(path):
         raise BadParameter(f"{path}: this game is running, here or in another dmplay process")
     if not continues:
-        check_not_source(path)
+        refuse_input_file(path)
     if path.is_symlink():
         raise BadParameter(f"{path} is a symbolic link; give the path of the file itself")
 
@@ -141,8 +141,8 @@ def exclusive_lock(path: Path) -> Iterator[None]:
 
 
 @contextlib.contextmanager
-def remember_sources() -> Iterator[None]:
-    """Run the block, a command, with `check_not_source` for the files that it reads.
+def track_input_files() -> Iterator[None]:
+    """Run the block, a command, with `refuse_input_file` for the files that it reads.
 
     A program that uses dmplay may write a file that it read before.
     """
@@ -153,22 +153,22 @@ def remember_sources() -> Iterator[None]:
         _SOURCES.pop()
 
 
-def register_source(path: str | Path) -> None:
-    """Remember that a command reads a file, so that `check_not_source` refuses to overwrite it."""
+def register_input_file(path: str | Path) -> None:
+    """Remember that a command reads a file, so that `refuse_input_file` refuses to write it."""
     for paths in _SOURCES[-1:]:
         paths.add(os.path.abspath(path))
 
 
-def forget_sources() -> None:
+def forget_input_files() -> None:
     """Forget which files were read, before another command."""
     for paths in _SOURCES:
         paths.clear()
 
 
-def check_not_source(path: Path) -> None:
+def refuse_input_file(path: Path) -> None:
     """Raise BadParameter if a path is a file that dmplay reads, under whatever name.
 
-    These are the files given to `register_source`, and the files of all imported modules.
+    These are the files given to `register_input_file`, and the files of all imported modules.
     """
     if not (_SOURCES and path.is_file()):
         return
@@ -207,7 +207,7 @@ def write_bytes(
     """
     try:
         if is_output_device(path):
-            with find_device(path).open("wb") as file:
+            with resolve_stdout_path(path).open("wb") as file:
                 file.writelines(data)
         else:
             check_writable(path, force=force, continues=continues)

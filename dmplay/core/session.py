@@ -24,9 +24,9 @@ from dmplay.core.policy import (
     Memory,
     Percept,
     Policy,
-    call_policy,
     check_policy,
     describe_policies,
+    forbid_writes,
     is_policy_sequence,
 )
 from dmplay.core.problem import (
@@ -198,9 +198,9 @@ class Session(NotebookDisplay):
     @property
     def end_reason(self) -> str | None:
         """The reason of the end: terminal, horizon, turn limit, or that of `end`; else None."""
-        return self._forced_end_reason or self._current_facts().natural_end_reason
+        return self._forced_end_reason or self._current_state_facts().natural_end_reason
 
-    def _current_facts(self) -> _CurrentFacts:
+    def _current_state_facts(self) -> _CurrentFacts:
         """Return the facts about the current state, computed once a turn."""
         last_turn = self.turns[-1] if self.turns else self.initial_state
         if self._cached_facts is None or self._cached_facts.last_turn is not last_turn:
@@ -233,7 +233,7 @@ class Session(NotebookDisplay):
 
     def legal_actions_mask(self, seat: int) -> Bools | None:
         """Return the mask `[A]` of the legal actions of a seat; None if all are legal."""
-        legal = self._current_facts().legal_actions_mask
+        legal = self._current_state_facts().legal_actions_mask
         return None if legal is None else readonly_copy(legal[seat])
 
     def action_labels(self, seat: int) -> Labels:
@@ -248,7 +248,7 @@ class Session(NotebookDisplay):
 
     def is_inactive(self, seat: int) -> bool:
         """Return whether a seat is inactive, because it is another's turn."""
-        return bool(self._current_facts().inactive_agents[seat])
+        return bool(self._current_state_facts().inactive_agents[seat])
 
     def choose_policy_actions(self) -> list[float | None]:
         """Return each policy's action; None for a seat played from outside, or inactive."""
@@ -448,17 +448,17 @@ class Session(NotebookDisplay):
 
     def returns(self) -> Reals:
         """Return the discounted sum of rewards of each agent `[n]`."""
-        return np.array(self._compute_running_sums()[1 : 1 + len(self.seated_policies)])
+        return np.array(self._accumulate_returns()[1 : 1 + len(self.seated_policies)])
 
     def seat_return(self, seat: int) -> float:
         """Return the discounted sum of rewards of one agent."""
-        return self._compute_running_sums()[1 + seat]
+        return self._accumulate_returns()[1 + seat]
 
     def total_rewards(self) -> Reals:
         """Return the undiscounted sum of rewards of each agent `[n]`."""
-        return np.array(self._compute_running_sums()[1 + len(self.seated_policies) :])
+        return np.array(self._accumulate_returns()[1 + len(self.seated_policies) :])
 
-    def _compute_running_sums(self) -> tuple[float, ...]:
+    def _accumulate_returns(self) -> tuple[float, ...]:
         """Return the next discount weight, returns and total rewards, adding each turn once."""
         if not self._running_sums:
             self._running_sums.append((1.0, *[0.0] * (2 * len(self.seated_policies))))
@@ -588,7 +588,7 @@ class SeatedPolicy:
         u = session.uniform_source.generate_uniforms(1 + self.seat, turn, 0, count)
         legal = session.legal_actions_mask(self.seat)
         legal_row = None if legal is None else readonly_copy(legal[None])
-        choice = call_policy(self, self.policy.choose, self.current_memory(), legal_row, u)
+        choice = forbid_writes(self, self.policy.choose, self.current_memory(), legal_row, u)
         return float(validate_policy_actions(self.policy, choice, 1, self)[0])
 
     def can_reproduce_turns(self, s: Array, turns: Turn, source: SeededUniforms) -> bool:
@@ -634,7 +634,7 @@ class SeatedPolicy:
 
     def action_values(self) -> Reals | None:
         """Return the current value of each action `[A]`, or None if the policy has none now."""
-        values = call_policy(self, self.policy.action_values, self.current_memory())
+        values = forbid_writes(self, self.policy.action_values, self.current_memory())
         return None if values is None or np.isnan(values[0]).all() else values[0]
 
 
@@ -658,7 +658,7 @@ def call_memory_method(
 
     Raise BadPolicy for anything else.
     """
-    memory = call_policy(error_prefix, method, *args)
+    memory = forbid_writes(error_prefix, method, *args)
     if not isinstance(memory, tuple | list):
         got = repr(memory)
     elif all([isinstance(array, np.ndarray) and array.shape[:1] == (rows,) for array in memory]):

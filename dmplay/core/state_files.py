@@ -56,7 +56,7 @@ class StateFile:
             with safe_files.exclusive_lock(self.path.with_suffix(".lock")):
                 content, fault = self._load()
                 if fault:
-                    self._keep_aside(fault)
+                    self._rename_invalid_file(fault)
                 change(content)
                 text = json.dumps({"dmplay": FORMAT_VERSION, **content}, indent=1) + "\n"
                 safe_files.write_file(self.path, text, continues=True, private=True)
@@ -98,12 +98,12 @@ class StateFile:
             content[section] = kind()
             return f"{section}: expected a {'table' if kind is dict else 'list'}"
         pairs = [*(entries.items() if kind is dict else enumerate(entries))]
-        invalid_keys = [key for key, entry in pairs if not _is_valid(parse_entry, entry)]
+        invalid_keys = [key for key, entry in pairs if not _can_parse_entry(parse_entry, entry)]
         for key in reversed(invalid_keys):
             del content[section][key]
         return f"{section}: cannot read the entry {invalid_keys[0]!r}" if invalid_keys else ""
 
-    def _keep_aside(self, fault: str) -> None:
+    def _rename_invalid_file(self, fault: str) -> None:
         """Rename the file, and print a line that names its place."""
         path = self.path
         names = (path.with_stem(f"{path.stem}-unreadable{number or ''}") for number in count())
@@ -126,7 +126,7 @@ def require_line(value: object) -> str:
     return value
 
 
-def _is_valid(parse_entry: Callable[[Any], object], entry: object) -> bool:
+def _can_parse_entry(parse_entry: Callable[[Any], object], entry: object) -> bool:
     """Return whether an entry can be parsed."""
     try:
         parse_entry(entry)

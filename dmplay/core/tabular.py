@@ -179,17 +179,17 @@ class Tabular(Problem):
         return self.tables.sparse_tables if isinstance(self.tables, Tables) else self.tables
 
     @cached_property
-    def _max_support(self) -> tuple[int, int]:
+    def _max_outcome_counts(self) -> tuple[int, int]:
         """The largest number of possible next states of a row, and of observations."""
         transition, _, observation = self.sparse_tables
         observation_count = 1 if observation is None else int(observation.row_lengths.max())
         return int(transition.row_lengths.max()), observation_count
 
     @cached_property
-    def _cached_cumulative(self) -> Reals | None:
+    def _cumulative_probabilities(self) -> Reals | None:
         """The cumulative probabilities of the events of all rows; None if there are too many."""
         rows = np.arange(len(self.sparse_tables.transition.row_starts) - 1)
-        is_small = len(rows) * prod(self._max_support) <= MAX_CACHED_PROBABILITIES
+        is_small = len(rows) * prod(self._max_outcome_counts) <= MAX_CACHED_PROBABILITIES
         return self._event_cumulative(rows) if is_small else None
 
     def _event_cumulative(self, rows: Ints) -> Reals:
@@ -198,7 +198,9 @@ class Tabular(Problem):
         next_states, p = transition.padded_rows(rows, int(transition.row_lengths[rows].max()))
         if observation is not None:
             observation_rows = np.asarray(self._observation_rows(rows[:, None], next_states))
-            _, observation_weights = observation.padded_rows(observation_rows, self._max_support[1])
+            _, observation_weights = observation.padded_rows(
+                observation_rows, self._max_outcome_counts[1]
+            )
             p = (p[:, :, None] * observation_weights).reshape(len(rows), -1)
         return np.cumsum(p, axis=1)[:, :-1]
 
@@ -233,7 +235,7 @@ class Tabular(Problem):
 
     def chance(self, s: Array, a: Array) -> tuple[Chance, ...]:
         """Return the chance of the possible pairs of next state and joint observation."""
-        row, cached = self._transition_row(s, a), self._cached_cumulative
+        row, cached = self._transition_row(s, a), self._cumulative_probabilities
         if cached is None:
             return (Categorical(self._event_cumulative(row)),)
         return (Categorical(cached.take(row, axis=0)),)
@@ -245,7 +247,7 @@ class Tabular(Problem):
         """
         transition, rewards, observation_model = self.sparse_tables
         row = self._transition_row(s, a)
-        state_rank, observation_rank = divmod(events[0], self._max_support[1])
+        state_rank, observation_rank = divmod(events[0], self._max_outcome_counts[1])
         entry = transition.find_nth_entry_index(row, state_rank)
         next_states = transition.columns.take(entry)
         has_expected_rewards = len(rewards) == len(transition.row_starts) - 1

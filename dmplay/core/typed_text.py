@@ -51,7 +51,7 @@ def parse_distribution(text: str, labels: tuple[str, ...]) -> dict[str, float]:
     if len(words) == len(labels) and not has_names:
         words = [word for pair in zip(labels, words, strict=True) for word in pair]
     if len(words) % 2 or not words:
-        raise BadParameter(f"got {text!r}, expected {describe_distribution(labels)}")
+        raise BadParameter(f"got {text!r}, expected {describe_distribution_syntax(labels)}")
     typed: dict[str, float] = {}
     for name, number in zip(words[::2], words[1::2], strict=True):
         label = find_label(name, labels)
@@ -61,7 +61,7 @@ def parse_distribution(text: str, labels: tuple[str, ...]) -> dict[str, float]:
     return typed
 
 
-def describe_distribution(labels: tuple[str, ...]) -> str:
+def describe_distribution_syntax(labels: tuple[str, ...]) -> str:
     """Return the form in which probabilities of labels can be typed."""
     if len(labels) > MAX_ORDERED_LABELS:
         return "pairs of a name and a number"
@@ -90,7 +90,7 @@ def find_label(text: str, labels: tuple[str, ...]) -> str:
 def parse_state(problem: Problem, text: str) -> Array:
     """Return the state that a text names; raise BadParameter if it names none."""
     start = problem.sample_initial_states(np.zeros((1, problem.uniform_counts.start)))[0]
-    for spelling in _list_spellings(text):
+    for spelling in _list_state_spellings(text):
         try:
             state = problem.parse_state(spelling)
         except (ValueError, LookupError):
@@ -98,10 +98,12 @@ def parse_state(problem: Problem, text: str) -> Array:
         is_finite = state.dtype.kind != "f" or bool(np.isfinite(state).all())
         if state.shape == start.shape and is_finite:
             return state
-    raise BadParameter(f"got {text!r}, expected a state such as {format_example(problem, start)}")
+    raise BadParameter(
+        f"got {text!r}, expected a state such as {format_typed_state(problem, start)}"
+    )
 
 
-def format_example(problem: Problem, state: Array) -> str:
+def format_typed_state(problem: Problem, state: Array) -> str:
     """Return a state as it can be typed; real numbers have three significant digits."""
     is_rounded = isinstance(problem.state_count, ContinuousStates)
     return problem.describe_state(state) if is_rounded else problem.format_state(state)
@@ -134,7 +136,7 @@ def parse_belief(problem: Problem, text: str) -> Reals:
     return np.asarray(belief / belief.sum())
 
 
-def _list_spellings(text: str) -> list[str]:
+def _list_state_spellings(text: str) -> list[str]:
     """Return a typed state as it is, as a pair `(8,2)`, and with spaces for commas."""
     pair = PAIR_PATTERN.fullmatch(text.strip())
     return [text, f"({pair[1]},{pair[2]})" if pair else " ".join(text.replace(",", " ").split())]

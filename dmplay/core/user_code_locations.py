@@ -33,13 +33,13 @@ def describe_error_location(error: BaseException) -> str:
     user_frames = [frame for frame in frames if not _is_installed(frame.filename)]
     if not user_frames:
         return ""
-    error_text = f"{type(error).__name__}: {name_files(str(error))}"
+    error_text = f"{type(error).__name__}: {replace_modules_by_files(str(error))}"
     error_text = error_text.partition("\n")[0].removesuffix(": ")
     location = format_location(user_frames[-1].filename, user_frames[-1].lineno)
     return f"{location}: {clip_message(error_text)}"
 
 
-def name_files(text: str) -> str:
+def replace_modules_by_files(text: str) -> str:
     """Return a text in which modules that are named by their path are the paths of their files."""
     return FILE_MODULE_PATTERN.sub(_format_module_path, text)
 
@@ -104,7 +104,7 @@ def _list_defined_names(node: ast.stmt) -> list[str]:
     """Return the names that an assignment, a definition or an import defines."""
     if isinstance(node, ast.Import | ast.ImportFrom):
         return [alias.asname or alias.name for alias in node.names]
-    targets = [target.id for target in _list_targets(node) if isinstance(target, ast.Name)]
+    targets = [target.id for target in _list_assigned_nodes(node) if isinstance(target, ast.Name)]
     return [*targets, getattr(node, "name", "")]
 
 
@@ -151,13 +151,15 @@ def _locate_definition(kind: type, name: str, argument: str, order: Sequence[str
         return format_location(code.co_filename, code.co_firstlineno)
     class_node = _find_class_node(kind)
     for node in class_node.body if class_node else ():
-        targets = (target for target in _list_targets(node) if isinstance(target, ast.Name))
+        targets = (target for target in _list_assigned_nodes(node) if isinstance(target, ast.Name))
         if name in {target.id for target in targets}:
-            return format_location(_find_class_file(kind), _find_argument(node, argument, order))
+            return format_location(
+                _find_class_file(kind), _find_argument_line(node, argument, order)
+            )
     return locate_definition(kind)
 
 
-def _list_targets(node: ast.stmt) -> list[ast.AST]:
+def _list_assigned_nodes(node: ast.stmt) -> list[ast.AST]:
     """Return the nodes of the targets that an assignment assigns to; empty for other statements."""
     if not isinstance(node, ast.Assign | ast.AnnAssign):
         return []
@@ -165,7 +167,7 @@ def _list_targets(node: ast.stmt) -> list[ast.AST]:
     return [child for target in targets for child in ast.walk(target)]
 
 
-def _find_argument(node: ast.stmt, argument: str, order: Sequence[str]) -> int:
+def _find_argument_line(node: ast.stmt, argument: str, order: Sequence[str]) -> int:
     """Return the line of an argument of the assigned call, else the line of the statement."""
     call = getattr(node, "value", None)
     if not argument or not isinstance(call, ast.Call):

@@ -117,7 +117,7 @@ def report_progress_to(callback: ProgressCallback) -> Iterator[None]:
 
 
 @contextmanager
-def stop_after(seconds: float) -> Iterator[None]:
+def stop_after_seconds(seconds: float) -> Iterator[None]:
     """Run the block, and raise ComputationStopped when it reports progress after that time.
 
     It is processor time of this thread, so a busy machine does not change what is printed. For
@@ -147,6 +147,6 @@ def scale_progress(low: float, high: float) -> AbstractContextManager[None]:
     return nullcontext()
 
 
-def scale_progress_part(index: int, count: int) -> AbstractContextManager[None]:
+def scale_progress_to_part(index: int, count: int) -> AbstractContextManager[None]:
     """Run the block with its progress reported as part `index` of `count` equal parts."""
     return scale_progress(index / count, (index + 1) / count)

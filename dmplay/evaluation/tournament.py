@@ -14,7 +14,7 @@ from dmplay.core.policy import Policy, check_policies
 from dmplay.core.problem import Problem, check_problem
 from dmplay.core.text import format_count
 from dmplay.core.user_code_locations import describe_error_location
-from dmplay.core.work_budget import ProgressCallback, report_progress_to, scale_progress_part
+from dmplay.core.work_budget import ProgressCallback, report_progress_to, scale_progress_to_part
 from dmplay.errors import (
     BadParameter,
     BadPolicy,
@@ -127,7 +127,7 @@ def run_tournament(  # noqa: PLR0913 - each is the caller's to choose
                 continue
             policies = [policies_by_entrant[entrant][seat] for seat, entrant in enumerate(seating)]
             try:
-                with scale_progress_part(index, len(remaining)):
+                with scale_progress_to_part(index, len(remaining)):
                     entry = run_rollouts_until_interrupted(problem, [policies], spec)
             except Exception as error:
                 seated_names = [(*names, "the equilibrium")[entrant] for entrant in seating]

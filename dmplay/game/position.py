@@ -16,7 +16,7 @@ from dmplay.agents.base import AdviceQuestion, SeatPolicy, models_opponents
 from dmplay.core.action_values import UNKNOWN_BASIS, Accuracy, ActionValues, Horizon
 from dmplay.core.arrays import Array, Bools, Reals, readonly_copy
 from dmplay.core.chance import FiniteChance
-from dmplay.core.policy import Memory, Percept, call_policy
+from dmplay.core.policy import Memory, Percept, forbid_writes
 from dmplay.core.problem import Problem, find_seat, mark_inactive_agents
 from dmplay.core.seat_history import BeliefHistory, SeatHistory
 from dmplay.core.session import Session, View, call_memory_method, validate_policy_actions
@@ -343,7 +343,7 @@ class Position:
             assert self.agent is not None
             return estimates._replace(basis=self.agent.basis)
         prefix = f"turn {turn}, {self.problem.agents[self.seat]}"
-        choice = call_policy(prefix, policy.choose, *arguments)
+        choice = forbid_writes(prefix, policy.choose, *arguments)
         return float(validate_policy_actions(policy, choice, 1, prefix)[0])
 
     def _compute_q(self) -> Reals | None:
@@ -351,7 +351,7 @@ class Position:
         if self.agent is None or not self.labels:
             return None
         prefix = f"turn {self.turns_done + 1}"
-        q = self.ask(lambda policy, memory: call_policy(prefix, policy.action_values, memory))
+        q = self.ask(lambda policy, memory: forbid_writes(prefix, policy.action_values, memory))
         return None if q is None or np.isnan(q[0]).all() else q[0]
 
     @property

@@ -16,7 +16,7 @@ from dmplay.core.action_values import Accuracy, ValuesBasis
 from dmplay.core.policy import Policy
 from dmplay.core.session import Session
 from dmplay.core.text import format_count
-from dmplay.core.work_budget import ComputationStopped, limit_total_work, stop_after
+from dmplay.core.work_budget import ComputationStopped, limit_total_work, stop_after_seconds
 from dmplay.errors import DmplayError
 from dmplay.game.background_tasks import TaskInfo, run_cancellable
 from dmplay.game.hints.ghost_agent import Ghost, describe_ghost_result
@@ -245,7 +245,7 @@ def _stop_after(seconds: float | None) -> Iterator[None]:
     if seconds is None:
         yield
         return
-    with suppress(ComputationStopped), stop_after(seconds):
+    with suppress(ComputationStopped), stop_after_seconds(seconds):
         yield
 
 
@@ -355,7 +355,7 @@ def compare_score(
         return ()
     comparisons = []
     for name, policies in _iter_compared_players(session, questions):
-        with suppress(DmplayError, ComputationStopped), stop_after(MAX_SECONDS):
+        with suppress(DmplayError, ComputationStopped), stop_after_seconds(MAX_SECONDS):
             counts = _count_games(session, policies, human_seats[0])
             if counts is not None:
                 comparisons.append(ScoreComparison(name, COMPARED_GAMES, *counts))

@@ -14,7 +14,7 @@ def report_algorithms(*, json: bool) -> str:
     """Return each algorithm, its purpose, its section of the book and the problems it fits."""
     problems = {name: load_problem(name) for name in problem_names()}
     fitting = {
-        name: [n for n, problem in problems.items() if not algorithm.find_obstacle(problem)]
+        name: [n for n, problem in problems.items() if not algorithm.explain_misfit(problem)]
         for name, algorithm in load_algorithms().items()
     }
     if json:

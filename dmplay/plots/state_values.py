@@ -5,7 +5,7 @@ from itertools import product
 
 import numpy as np
 
-from dmplay.algorithms.finite_mdp import FiniteMdp, build_finite_mdp, find_grid, find_mdp_obstacle
+from dmplay.algorithms.finite_mdp import FiniteMdp, build_finite_mdp, explain_mdp_misfit, find_grid
 from dmplay.algorithms.value_iteration import MAX_SWEEPS, is_converged
 from dmplay.core.arrays import Reals
 from dmplay.core.best_actions import mark_best_actions
@@ -88,7 +88,7 @@ def _plot_grid(subject: PlottedProblem, what: str, grid: StateGrid) -> Plot:
 
     There is a map for each drawn point of the axes other than x and y.
     """
-    obstacle = find_mdp_obstacle(subject.problem)
+    obstacle = explain_mdp_misfit(subject.problem)
     if obstacle:
         raise subject.refuse(what, obstacle)
     others = [axis for index, axis in enumerate(grid.axes) if index not in (grid.x, grid.y)]

@@ -97,7 +97,7 @@ def _forget_changed_modules(name: str, files: Sequence[Path]) -> None:
                 del sys.modules[loaded]
     _versions[name] = version
     for file in files:
-        safe_files.register_source(file)
+        safe_files.register_input_file(file)
 
 
 def _describe_missing_file(path: str) -> str:

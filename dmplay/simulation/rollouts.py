@@ -15,9 +15,9 @@ from dmplay.core.arrays import Array, Bools, Ints, Reals, readonly_copy
 from dmplay.core.policy import (
     Memory,
     Policy,
-    call_policy,
     check_policies,
     forbid_exit,
+    forbid_writes,
     required_fields,
 )
 from dmplay.core.problem import (
@@ -39,7 +39,7 @@ from dmplay.core.work_budget import (
     ProgressCallback,
     report_progress_to,
     scale_progress,
-    scale_progress_part,
+    scale_progress_to_part,
 )
 from dmplay.errors import BadParameter, Forfeit, LostGames, UnknownName, record_seat
 from dmplay.simulation.worker_pool import MAX_BLOCK_EPISODES, WorkerCount, run_blocks
@@ -300,7 +300,7 @@ def _run_block_for_entrants(
     spec = spec._replace(episodes=episodes)
     results = []
     for index, policies in enumerate(entrants):
-        with scale_progress_part(index, len(entrants)), _set_error_entrant(index):
+        with scale_progress_to_part(index, len(entrants)), _set_error_entrant(index):
             try:
                 results.append(_run_block(problem, policies, spec))
             except Forfeit as error:
@@ -445,7 +445,7 @@ def _choose_for_seat(
     error_prefix: str, policy: Policy, memory: Memory, legal: Bools | None, u: Reals
 ) -> Array:
     """Return the actions that a policy chooses, one for each game; raise BadPolicy if invalid."""
-    answer = call_policy(error_prefix, policy.choose, memory, legal, u)
+    answer = forbid_writes(error_prefix, policy.choose, memory, legal, u)
     return validate_policy_actions(policy, answer, len(u), error_prefix)
 
 

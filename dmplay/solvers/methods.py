@@ -45,12 +45,12 @@ class Method(Enum):
     BEST_RESPONSES = "best responses in a discounted game whose agents act simultaneously"
 
 
-def find_methods(problem: Problem, candidates: Iterable[Method] = Method) -> list[Method]:
+def list_fitting_methods(problem: Problem, candidates: Iterable[Method] = Method) -> list[Method]:
     """Return the methods among `candidates` that fit a problem, in order."""
     return [method for method in candidates if FIT_TESTS[method](problem)]
 
 
-def find_method(problem: Problem) -> Method | None:
+def find_fitting_method(problem: Problem) -> Method | None:
     """Return the first method that fits a problem; None if only simulation is possible."""
     return next((method for method in Method if FIT_TESTS[method](problem)), None)
 
@@ -87,10 +87,10 @@ def can_plan_jointly(problem: Problem) -> bool:
     starts_unobserved = bool((problem.initial_observations(states) == -1).all())
     if not starts_unobserved or problem.legal_actions_mask(states) is not None:
         return False
-    return isinstance(problem, Tabular) or succeeds(lambda: tabulate(problem))
+    return isinstance(problem, Tabular) or can_enumerate(lambda: tabulate(problem))
 
 
-def succeeds(enumerate_part: Callable[[], object]) -> bool:
+def can_enumerate(enumerate_part: Callable[[], object]) -> bool:
     """Return whether an enumeration of a part of a problem succeeds."""
     try:
         enumerate_part()
@@ -134,7 +134,7 @@ def _is_finite_pomdp(problem: Problem) -> bool:
         outcomes = enumerate_outcomes(problem, problem.enumerate_states()[:1], first_action)
         return problem.observation_counts, outcomes
 
-    return not has_legal_action_leak(problem) and succeeds(enumerate_first_outcomes)
+    return not has_legal_action_leak(problem) and can_enumerate(enumerate_first_outcomes)
 
 
 def is_turn_based(problem: Problem) -> bool:

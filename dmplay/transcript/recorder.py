@@ -104,7 +104,7 @@ class Recorder:
         """Open the path for writing, and create a file whose mode suits its problem."""
         is_private = self.session.problem.partially_observable
         mode = safe_files.PRIVATE_FILE_MODE if is_private else 0o644
-        path = safe_files.find_device(self.path)
+        path = safe_files.resolve_stdout_path(self.path)
         self._file = os.open(path, os.O_WRONLY | os.O_CREAT | flags, mode)
 
     def _lock_file(self) -> None:

@@ -4,9 +4,9 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 from dmplay.core.typed_text import (
-    describe_distribution,
+    describe_distribution_syntax,
     find_label,
-    format_example,
+    format_typed_state,
     parse_distribution,
     parse_number,
     parse_whole_number,
@@ -56,10 +56,10 @@ def _describe_expected_argument(position: PositionInGame, prediction: Prediction
     if prediction.asks == "action":
         return _format_labels(position.problem.actions[position.seat].labels)
     if prediction.asks == "state":
-        return f"a state, such as {format_example(position.problem, position.session.state)}"
+        return f"a state, such as {format_typed_state(position.problem, position.session.state)}"
     if prediction.asks == "belief":
         names = map(position.problem.format_state, position.problem.enumerate_states())
-        return describe_distribution(tuple(names))
+        return describe_distribution_syntax(tuple(names))
     return {int: "a whole number", float: "a number"}.get(annotation, f"a {prediction.asks}")
 
 

@@ -15,7 +15,11 @@ from dmplay.core.policy import Policy
 from dmplay.core.problem import Problem, check_problem
 from dmplay.core.session import Session
 from dmplay.core.uniforms import SeededUniforms
-from dmplay.core.user_code_locations import describe_error_location, locate_function, name_files
+from dmplay.core.user_code_locations import (
+    describe_error_location,
+    locate_function,
+    replace_modules_by_files,
+)
 from dmplay.core.violation import CheckResult, Findings, Violation
 from dmplay.errors import BadPolicy, BudgetExceeded, DmplayError
 from dmplay.game.key_bindings import resolve_key_maps
@@ -59,7 +63,7 @@ def check(problem: Problem) -> list[Violation]:
     check_problem(problem, None)
     for stage in _iter_stages(problem):
         violations = [
-            Violation(violation.where, name_files(violation.what))
+            Violation(violation.where, replace_modules_by_files(violation.what))
             for invariant in stage
             for violation in invariants.find_violations(type(problem), invariant)
         ]

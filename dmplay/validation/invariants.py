@@ -10,7 +10,7 @@ from functools import partial
 import numpy as np
 
 from dmplay.core.arrays import Array
-from dmplay.core.chance import sample_all
+from dmplay.core.chance import sample_chance_events
 from dmplay.core.playability_checks import (
     check_legal_actions,
     check_outcome,
@@ -153,12 +153,12 @@ def _describe_difference(attribute: str, first: Array, second: Array, expectatio
 def check_sampling(problem: Problem, turns: SampledTurns) -> CheckResults:
     """Yield checks that start states and steps are those that the sampled events give."""
     rows = len(turns.s)
-    start_events = sample_all(problem.initial_chance(rows), turns.start_uniforms)
+    start_events = sample_chance_events(problem.initial_chance(rows), turns.start_uniforms)
     states = problem.initial_states(rows, start_events)
     sampled = problem.sample_initial_states(turns.start_uniforms)
     got = "got a different state from the same random numbers, expected that of initial_states"
     yield require(is_bitwise_equal(states, sampled), f"sample_initial_states: {got}")
-    events = sample_all(problem.chance(turns.s, turns.a), turns.u)
+    events = sample_chance_events(problem.chance(turns.s, turns.a), turns.u)
     resolved = problem.resolve_events(turns.s, turns.a, events)
     outcome = problem.step(turns.s, turns.a, turns.u)
     got = "got a different outcome from the same random numbers, expected that of resolve_events"

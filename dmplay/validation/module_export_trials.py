@@ -13,7 +13,7 @@ from dmplay.core.work_budget import (
     DEFAULT_WORK_LIMIT,
     ComputationStopped,
     limit_total_work,
-    stop_after,
+    stop_after_seconds,
 )
 from dmplay.errors import BadParameter, BudgetExceeded, DmplayError
 from dmplay.evaluation.solutions.options import SolveOptions, use_solve_options
@@ -53,7 +53,7 @@ def _try(problem: Problem, export: str) -> Iterator[Violation]:
     """
     for item, call in CALLS[export](problem).items():
         try:
-            with limit_total_work(DEFAULT_WORK_LIMIT), stop_after(MAX_SECONDS):
+            with limit_total_work(DEFAULT_WORK_LIMIT), stop_after_seconds(MAX_SECONDS):
                 call()
         except (BudgetExceeded, ComputationStopped):  # too large to try, which is not a violation
             continue

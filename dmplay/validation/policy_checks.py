@@ -11,7 +11,7 @@ from dmplay.core.policy import (
     Memory,
     Percept,
     Policy,
-    call_policy,
+    forbid_writes,
     required_fields,
     requires_fields,
 )
@@ -132,7 +132,7 @@ class CheckedPolicy:
         """
         location, count = self._locate(episodes, "choose"), len(episodes)
         make_arrays_readonly(*memory, u)
-        answer = call_policy(location, self.policy.choose, memory, legal, u)
+        answer = forbid_writes(location, self.policy.choose, memory, legal, u)
         actions = validate_policy_actions(self.policy, answer, count, location)
         action_set = self.problem.actions[self.seat]
         choices: Choices = []

@@ -180,10 +180,10 @@ def test_search_prefers_the_usual_action_unless_another_is_surely_better() -> No
     means, actions = np.array([[1.0, 1.5, 0.0], [1.0, 1.5, 0.0]]), np.tile([4, 5, 6], (2, 1))
     result = UctResult(actions, means, np.array([[0.01] * 3, [0.04] * 3]))
     best = np.array([[False, True, False]] * 2)
-    choices = result.keep_usual_unless_better(best, np.array([4, 4]))
+    choices = result.prefer_usual_action(best, np.array([4, 4]))
     assert choices.tolist() == [[False, True, False], [True, False, False]]
     assert (
-        result.keep_usual_unless_better(best, np.array([7, 7])).tolist() == best.tolist()
+        result.prefer_usual_action(best, np.array([7, 7])).tolist() == best.tolist()
     )  # action 7 was not tried
 
 

@@ -34,7 +34,7 @@ every_problem = pytest.mark.parametrize("name", PROBLEMS)
 
 
 def watch(problem: Problem, turns: int | None = None, session: Session | None = None) -> list[Step]:
-    assert not ALGORITHM.find_obstacle(problem)
+    assert not ALGORITHM.explain_misfit(problem)
     return list(ALGORITHM.iterate_steps(WatchRequest(problem, 0, session, turns)))
 
 
@@ -169,19 +169,19 @@ def test_too_many_plans_end_the_steps_with_a_sentence() -> None:
 
 
 def test_problems_that_do_not_fit_get_one_line() -> None:
-    fitting = [name for name in CASE_NAMES if not ALGORITHM.find_obstacle(load_problem(name))]
+    fitting = [name for name in CASE_NAMES if not ALGORITHM.explain_misfit(load_problem(name))]
     assert {name.partition(":")[0] for name in fitting} == {
         "bandit",
         "catch",
         "crying-baby",
         "machine-replacement",
     }
-    assert ALGORITHM.find_obstacle(load_problem("hexworld")) == (
+    assert ALGORITHM.explain_misfit(load_problem("hexworld")) == (
         "alpha vectors need hidden states, but here the agent sees the state"
     )
-    assert ALGORITHM.find_obstacle(load_problem("multicaregiver-crying-baby")) == (
+    assert ALGORITHM.explain_misfit(load_problem("multicaregiver-crying-baby")) == (
         "alpha vectors need one agent, but this problem has several"
     )
-    assert ALGORITHM.find_obstacle(make_cheese_maze()) == (
+    assert ALGORITHM.explain_misfit(make_cheese_maze()) == (
         "alpha vectors need at most 8 states and named observations, but this problem has more"
     )

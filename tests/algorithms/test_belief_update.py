@@ -38,7 +38,7 @@ def load_case(name: str) -> Problem:
 
 
 def watch(problem: Problem, seat: int = 0, session: Session | None = None) -> list[Step]:
-    assert not ALGORITHM.find_obstacle(problem)
+    assert not ALGORITHM.explain_misfit(problem)
     return list(ALGORITHM.iterate_steps(WatchRequest(problem, seat, session, seed=SEED)))
 
 
@@ -51,9 +51,9 @@ def read_column(step: Step, name: str, table: int = 0) -> Reals:
 def test_it_fits_every_problem_with_beliefs_on_the_screen() -> None:
     for name in CASE_NAMES:
         problem = load_problem(name)
-        obstacle = ALGORITHM.find_obstacle(problem)
+        obstacle = ALGORITHM.explain_misfit(problem)
         assert bool(obstacle) != problem.partially_observable, name
-    assert ALGORITHM.find_obstacle(load_problem("hexworld")) == (
+    assert ALGORITHM.explain_misfit(load_problem("hexworld")) == (
         "a belief update needs hidden states, but here every agent sees the state"
     )
 
@@ -61,7 +61,7 @@ def test_it_fits_every_problem_with_beliefs_on_the_screen() -> None:
 @every_hidden_problem
 def test_the_posterior_is_exactly_the_belief_of_the_session(name: str) -> None:
     problem = load_case(name)
-    session = belief_update.play_randomly(problem, SEED, 6)
+    session = belief_update.play_random_game(problem, SEED, 6)
     for seat in range(len(problem.agents)):
         view = session.view(seat)
         assert view.beliefs is not None
@@ -78,7 +78,7 @@ def test_shown_columns_multiply_and_divide_as_the_rule_says(name: str) -> None:
     problem = load_case(name)
     seat = len(problem.agents) - 1
     steps = watch(problem, seat)
-    view = belief_update.play_randomly(problem, SEED, belief_update.DEFAULT_TURNS).view(seat)
+    view = belief_update.play_random_game(problem, SEED, belief_update.DEFAULT_TURNS).view(seat)
     assert len(steps) == 1 + 3 * view.turns_played
     for predict, observe, normalize in zip(steps[1::3], steps[2::3], steps[3::3], strict=True):
         for table in range(len(normalize.pictures)):
@@ -100,7 +100,7 @@ def test_columns_are_those_of_the_tables_t_and_o(name: str) -> None:
     problem = load_case(name)
     tables = tabulate(problem)
     belief = np.array(problem.initial_belief)  # type: ignore[attr-defined]
-    view = belief_update.play_randomly(problem, SEED, belief_update.DEFAULT_TURNS).view(0)
+    view = belief_update.play_random_game(problem, SEED, belief_update.DEFAULT_TURNS).view(0)
     for turn, step in enumerate(watch(problem)[3::3], 1):
         a, o = int(view.actions[turn - 1]), int(view.observations[turn])
         predicted = belief @ tables.transition[:, a]
@@ -115,7 +115,7 @@ def test_columns_are_those_of_the_tables_t_and_o(name: str) -> None:
 def test_the_hunt_shows_marginals_of_the_joint_belief() -> None:
     problem = dmplay.load_problem("collaborative-predator-prey:circle")
     seat = 1
-    session = belief_update.play_randomly(problem, SEED, 3)
+    session = belief_update.play_random_game(problem, SEED, 3)
     states = problem.enumerate_states()
     actions = joint_actions(problem)
     belief = np.full(len(states), 1 / len(states))
@@ -224,7 +224,7 @@ def test_the_first_step_says_which_turns_of_a_game_it_shows(
     iterations: int | None, sentence: str
 ) -> None:
     problem = load_problem("crying-baby")
-    session = belief_update.play_randomly(problem, SEED, 3)
+    session = belief_update.play_random_game(problem, SEED, 3)
     first, *_ = ALGORITHM.iterate_steps(
         WatchRequest(problem, session=session, iterations=iterations)
     )
@@ -233,7 +233,7 @@ def test_the_first_step_says_which_turns_of_a_game_it_shows(
 
 def test_the_last_turns_of_a_long_game_begin_with_the_belief_before_them() -> None:
     problem = load_problem("crying-baby")
-    session = belief_update.play_randomly(problem, SEED, 12)
+    session = belief_update.play_random_game(problem, SEED, 12)
     request = WatchRequest(problem, session=session, iterations=2)
     steps = list(ALGORITHM.iterate_steps(request))
     assert [step.title for step in steps[:2]] == ["start of turn 11", "turn 11: predict"]

@@ -42,12 +42,12 @@ every_game = pytest.mark.parametrize(
 
 
 def test_only_the_matrix_games_of_the_book_fit() -> None:
-    fitting = [name for name in CASE_NAMES if not ALGORITHM.find_obstacle(load_problem(name))]
+    fitting = [name for name in CASE_NAMES if not ALGORITHM.explain_misfit(load_problem(name))]
     assert fitting == ["prisoners-dilemma", "rock-paper-scissors", "travelers-dilemma"]
-    assert ALGORITHM.find_obstacle(load_problem("hexworld")) == (
+    assert ALGORITHM.explain_misfit(load_problem("hexworld")) == (
         "fictitious play needs at least two agents, but this problem has one"
     )
-    assert ALGORITHM.find_obstacle(load_problem("predator-prey")) == (
+    assert ALGORITHM.explain_misfit(load_problem("predator-prey")) == (
         "fictitious play needs a game of one state, played in rounds, "
         "but this problem has more states"
     )

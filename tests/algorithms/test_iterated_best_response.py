@@ -14,7 +14,7 @@ from tests.support.random_problems import Large
 
 
 def watch(problem: Problem, rounds: int | None = None, seat: int = 0) -> list[Step]:
-    assert not ALGORITHM.find_obstacle(problem)
+    assert not ALGORITHM.explain_misfit(problem)
     return list(ALGORITHM.iterate_steps(WatchRequest(problem, seat, iterations=rounds)))
 
 

@@ -79,10 +79,10 @@ def test_a_game_with_a_turn_limit_is_told_that_these_values_have_none() -> None:
 
 def test_it_needs_a_discount_below_1_and_a_list_of_states() -> None:
     undiscounted = load_problem("hexworld", discount=1.0)
-    assert ALGORITHM.find_obstacle(undiscounted) == (
+    assert ALGORITHM.explain_misfit(undiscounted) == (
         "its discount is 1, and a policy may never end; it needs a discount below 1"
     )
     car = load_problem("mountain-car", discount=0.99)
-    assert ALGORITHM.find_obstacle(car) == (
+    assert ALGORITHM.explain_misfit(car) == (
         "its states are real numbers; it needs a list of states"
     )

@@ -18,7 +18,7 @@ FITTING_PAIRS = [
     (name, problem)
     for name, algorithm in registry.load_algorithms().items()
     for problem in problem_names()
-    if not algorithm.find_obstacle(load_problem(problem))
+    if not algorithm.explain_misfit(load_problem(problem))
 ]
 
 
@@ -51,7 +51,7 @@ def test_a_misfit_gets_the_reason_and_the_algorithms_that_fit() -> None:
 def test_each_problem_has_an_algorithm_or_each_algorithm_a_reason(problem: str) -> None:
     loaded = load_problem(problem)
     for algorithm in registry.load_algorithms().values():
-        obstacle = algorithm.find_obstacle(loaded)
+        obstacle = algorithm.explain_misfit(loaded)
         assert obstacle == obstacle.strip()
         assert not obstacle.endswith(".")
 

@@ -40,7 +40,7 @@ PHASES = ["selection", "expansion", "playout", "backup"]
 def watch(
     problem: Problem, simulations: int = 6, session: Session | None = None, seat: int = 0
 ) -> list[Step]:
-    assert not ALGORITHM.find_obstacle(problem)
+    assert not ALGORITHM.explain_misfit(problem)
     request = WatchRequest(problem, seat, session, simulations, seed=5)
     return list(ALGORITHM.iterate_steps(request))
 
@@ -249,4 +249,4 @@ def test_a_finished_game_has_nothing_to_search() -> None:
 
 
 def test_every_built_in_problem_fits() -> None:
-    assert not [name for name in CASE_NAMES if ALGORITHM.find_obstacle(load_problem(name))]
+    assert not [name for name in CASE_NAMES if ALGORITHM.explain_misfit(load_problem(name))]

@@ -189,7 +189,7 @@ def test_a_problem_file_of_a_user_works(tmp_path: Path) -> None:
     ],
 )
 def test_a_problem_that_does_not_fit_gets_the_reason(name: str, obstacle: str) -> None:
-    assert find_algorithm("value-iteration").find_obstacle(load_problem(name)) == obstacle
+    assert find_algorithm("value-iteration").explain_misfit(load_problem(name)) == obstacle
 
 
 def test_an_illegal_action_has_no_value() -> None:

@@ -9,7 +9,7 @@ import dmplay
 from dmplay.core.arrays import Array
 from dmplay.core.batch_columns import (
     clip,
-    keep_rows,
+    keep_states_where,
     select,
     split_columns,
     stack_columns,
@@ -45,8 +45,8 @@ def test_columns_are_stacked_to_the_rows_that_were_split() -> None:
 
 def test_rows_are_kept_where_the_condition_holds() -> None:
     x, y = split_columns(ROWS[:1])
-    assert keep_rows(x > y, ROWS[:1], ROWS[3:]).tolist() == [[0.1, -0.7]]
-    assert keep_rows(x < y, ROWS[:1], ROWS[3:]).tolist() == [[1e300, 0.5]]
+    assert keep_states_where(x > y, ROWS[:1], ROWS[3:]).tolist() == [[0.1, -0.7]]
+    assert keep_states_where(x < y, ROWS[:1], ROWS[3:]).tolist() == [[1e300, 0.5]]
 
 
 @pytest.mark.parametrize("name", ["cart-pole", "mountain-car:gym", "collision-avoidance"])

@@ -18,7 +18,7 @@ from dmplay.core.chance import (
     Chance,
     DiscreteUniform,
     Normal,
-    sample_all,
+    sample_chance_events,
 )
 from dmplay.core.problem import (
     WAIT_LABEL,
@@ -226,7 +226,9 @@ def test_a_row_samples_the_same_events_alone_and_in_a_batch() -> None:
     u = np.array([[0.0, 0.299999999, 0.3], [0.3, 0.7, 0.999999999], [0.7, 0.3, 0.5]])
     edges = np.array([[0.3, 0.7], [0.3, 0.3], [0.5, 1.0]])
     counts = np.array([3, 1, 7])
-    batch = sample_all((Categorical(edges[:1]), Categorical(edges), DiscreteUniform(counts, 7)), u)
+    batch = sample_chance_events(
+        (Categorical(edges[:1]), Categorical(edges), DiscreteUniform(counts, 7)), u
+    )
     assert [event.tolist() for event in batch] == [[0, 1, 2], [0, 2, 0], [0, 0, 3]]
     for row in range(3):
         row_slice = slice(row, row + 1)
@@ -235,7 +237,7 @@ def test_a_row_samples_the_same_events_alone_and_in_a_batch() -> None:
             Categorical(edges[row_slice]),
             DiscreteUniform(counts[row_slice], 7),
         )
-        single = sample_all(chances, u[row_slice])
+        single = sample_chance_events(chances, u[row_slice])
         assert [(e.tolist(), e.dtype) for e in single] == [
             (e[row_slice].tolist(), e.dtype) for e in batch
         ]

@@ -8,7 +8,7 @@ import dmplay
 from dmplay.agents.agents_by_method import build_roster
 from dmplay.evaluation.solutions.solve import SIMULATION, SOLUTIONS, load_function
 from dmplay.registry.builtin_names import problem_names
-from dmplay.solvers.methods import FIT_TESTS, Method, find_method, find_methods
+from dmplay.solvers.methods import FIT_TESTS, Method, find_fitting_method, list_fitting_methods
 
 METHODS_OF_PROBLEMS = {
     "hexworld": [Method.MDP_PLANNING],
@@ -25,8 +25,8 @@ METHODS_OF_PROBLEMS = {
 @pytest.mark.parametrize("name", METHODS_OF_PROBLEMS)
 def test_class_and_size_of_a_problem_choose_its_methods(name: str) -> None:
     problem = dmplay.load_problem(name)
-    assert find_methods(problem) == METHODS_OF_PROBLEMS[name]
-    assert find_method(problem) == next(iter(METHODS_OF_PROBLEMS[name]), None)
+    assert list_fitting_methods(problem) == METHODS_OF_PROBLEMS[name]
+    assert find_fitting_method(problem) == next(iter(METHODS_OF_PROBLEMS[name]), None)
 
 
 def test_every_method_has_a_test_and_a_solution_that_can_be_loaded() -> None:
@@ -38,7 +38,11 @@ def test_every_method_has_a_test_and_a_solution_that_can_be_loaded() -> None:
 @pytest.mark.parametrize("name", problem_names())
 def test_a_problem_with_a_method_has_an_agent_that_plays_it(name: str) -> None:
     problem = dmplay.load_problem(name)
-    if [method for method in find_methods(problem) if method is not Method.FULLY_OBSERVED_TEAM]:
+    if [
+        method
+        for method in list_fitting_methods(problem)
+        if method is not Method.FULLY_OBSERVED_TEAM
+    ]:
         assert build_roster(problem, 0).agents
 
 

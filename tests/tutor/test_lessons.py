@@ -731,7 +731,7 @@ def test_the_algorithms_to_watch_fit_their_positions() -> None:
         for index, step in enumerate(lesson.steps):
             if not isinstance(step.task, GameTask) and step.task.watch:
                 problem = LessonRun(lesson, index).position.problem
-                assert not find_algorithm(step.task.watch).find_obstacle(problem)
+                assert not find_algorithm(step.task.watch).explain_misfit(problem)
                 watched.add((lesson.number, index))
     assert watched == {(3, 3), (5, 2), (11, 0), (11, 1), (11, 2), (14, 3), (16, 2)}
 

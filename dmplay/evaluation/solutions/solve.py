@@ -14,7 +14,7 @@ from dmplay.evaluation.solutions.options import SolveOptions, use_solve_options
 from dmplay.evaluation.solutions.solution import Solution, check_solution
 from dmplay.registry.problem_module_exports import find_export, locate_export
 from dmplay.simulation.worker_pool import WorkerCount
-from dmplay.solvers.methods import Method, find_method
+from dmplay.solvers.methods import Method, find_fitting_method
 
 SOLUTIONS = {  # `MODULE.FUNCTION` in this folder
     Method.EQUILIBRIUM_ENUMERATION: "games.solve_nash_equilibria",
@@ -65,7 +65,7 @@ def solve_problem(problem: Problem) -> Solution:
     own_solution = solve_by_own_code(problem)
     if own_solution is not None:
         return own_solution
-    method = find_method(problem)
+    method = find_fitting_method(problem)
     return load_function(SOLUTIONS[method] if method else SIMULATION)(problem)
 
 

@@ -13,7 +13,7 @@ from dmplay.core import belief
 from dmplay.core.arrays import Array, Bools, Reals
 from dmplay.core.parameters import parameter
 from dmplay.core.policy import Memory, Percept
-from dmplay.core.safe_files import register_source
+from dmplay.core.safe_files import register_input_file
 from dmplay.core.session import MAX_LISTED_STATES, belief_size
 from dmplay.errors import BadParameter, Forfeit
 from dmplay.external.bots.bot_process import BotProcess
@@ -73,7 +73,7 @@ class Bot(SeatPolicy):
                 f"bot: program {arguments[0]!r} not found; give its path, such as bot:./player"
             )
         for argument in arguments:  # such as its script
-            register_source(argument)
+            register_input_file(argument)
 
     @property
     def depends_on_clock(self) -> bool:

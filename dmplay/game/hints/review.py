@@ -11,7 +11,7 @@ from dmplay.core.action_values import UNKNOWN_BASIS, Accuracy, ActionValues, Val
 from dmplay.core.best_actions import VALUE_TOLERANCE
 from dmplay.core.session import SeatedPolicy, Session
 from dmplay.core.text import align_columns, format_count
-from dmplay.core.work_budget import Budget, scale_progress_part
+from dmplay.core.work_budget import Budget, scale_progress_to_part
 from dmplay.game.background_tasks import TaskInfo, run_cancellable
 from dmplay.game.hints.hint_provider import SAMPLED_VALUES, TOO_CLOSE, choose_decimals, format_fixed
 from dmplay.game.position import Position
@@ -131,7 +131,7 @@ def review_actions(
     for number, turn in enumerate(session.turns, 1):
         budget.spend_work(1.0, (number - 1) / len(session.turns))
         for seat, (hint_agent, hint_policy) in hint_agents.items():
-            with scale_progress_part(number - 1, len(session.turns)):
+            with scale_progress_to_part(number - 1, len(session.turns)):
                 q, legal = hint_policy.action_values(), replayed.legal_actions_mask(seat)
                 values = hint_agent.join_values(q, legal)
                 if values is None and can_sample:

@@ -13,7 +13,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from dmplay.core.arrays import Array, Bools
-from dmplay.core.batch_columns import keep_rows, split_columns, stack_columns, to_array, to_column
+from dmplay.core.batch_columns import (
+    keep_states_where,
+    split_columns,
+    stack_columns,
+    to_array,
+    unwrap_single_row,
+)
 from dmplay.core.chance import Chance, Uniform
 from dmplay.core.parameters import parameter
 from dmplay.core.problem import ContinuousStates, Outcome
@@ -51,12 +57,12 @@ class CartPole(RealStateProblem):
     def resolve_events(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
         """Return the outcome of one Euler step (F.1 to F.4), old values on the right-hand sides."""
         x, v, theta, omega = split_columns(s)
-        push = self.force * (2.0 * to_column(a[:, 0]) - 1.0)
+        push = self.force * (2.0 * unwrap_single_row(a[:, 0]) - 1.0)
         acceleration, angular = self._compute_accelerations(push, theta, omega)
         dt = self.dt
         next_values = (x + dt * v, v + dt * acceleration, theta + dt * omega, omega + dt * angular)
         past_limit = self._is_past_limit(x, theta)
-        next_states = keep_rows(past_limit, s, stack_columns(next_values))
+        next_states = keep_states_where(past_limit, s, stack_columns(next_values))
         return Outcome(next_states, stack_columns([1.0 - past_limit]), next_states)
 
     def _compute_accelerations(
@@ -79,7 +85,7 @@ class CartPole(RealStateProblem):
 
     def terminal(self, s: Array) -> Bools:
         """Return whether the cart or the pole is past its limit."""
-        return to_array(self._is_past_limit(to_column(s[:, 0]), to_column(s[:, 2])))
+        return to_array(self._is_past_limit(unwrap_single_row(s[:, 0]), unwrap_single_row(s[:, 2])))
 
 
 VARIANTS = {"gym": CartPole(pole_mass_in_tau=True)}

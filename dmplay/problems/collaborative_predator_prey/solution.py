@@ -6,7 +6,7 @@ from math import ceil, log
 import numpy as np
 
 from dmplay.core.text import format_count
-from dmplay.core.work_budget import Budget, scale_progress, scale_progress_part
+from dmplay.core.work_budget import Budget, scale_progress, scale_progress_to_part
 from dmplay.evaluation.solutions.simulated_returns import simulate_games
 from dmplay.evaluation.solutions.solution import Solution
 from dmplay.evaluation.solutions.teams import TeamValue, compare_teams
@@ -65,19 +65,19 @@ def _iter_simulated_values(problem: CollaborativePredatorPrey) -> Iterator[TeamV
 
 def _iter_pair_values(problem: CollaborativePredatorPrey) -> Iterator[TeamValue]:
     """Yield the values of rules and plans for two hunters, and of a planner that bounds them."""
-    with scale_progress_part(0, 3):
+    with scale_progress_to_part(0, 3):
         value = optimize_reactive_team(problem).mean_value
     yield TeamValue("reactive", value, "exact, if the agents also observe the first state")
     if problem.sighted:
         return
     hunting_team = PredatorPreyDecPomdp.from_predator_prey(problem)
     budget = Budget("upper bound", "try fewer hexes", 5e10)
-    with scale_progress_part(1, 3):
+    with scale_progress_to_part(1, 3):
         upper_bound = CentralizedPomdp(
             hunting_team, MAX_SIMULATED_TURNS, budget, INFORMED_BOUND_WORK
         ).upper_bound
     yield TeamValue("one planner who senses for both", upper_bound, "fast informed upper bound")
-    with scale_progress_part(2, 3):
+    with scale_progress_to_part(2, 3):
         plans = HuntJointPlan(problem, 0, nodes=PLAN_NODES).plans
     plan_value = evaluate_plans(hunting_team, plans, budget)
     method = f"exact, with {format_count(len(plans[0]), 'turn')}"

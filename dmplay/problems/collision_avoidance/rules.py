@@ -14,11 +14,11 @@ import numpy as np
 from dmplay.core.arrays import Array, Bools
 from dmplay.core.batch_columns import (
     clip,
-    keep_rows,
+    keep_states_where,
     select,
     split_columns,
     stack_columns,
-    to_column,
+    unwrap_single_row,
 )
 from dmplay.core.chance import Categorical, Chance, Uniform
 from dmplay.core.parameters import parameter
@@ -83,13 +83,13 @@ class CollisionAvoidance(RealStateProblem):
     def resolve_events(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
         """Return the outcome of one second (F.5 to F.9), with the costs of the state before it."""
         h, dh, a_prev, t_col = split_columns(s)
-        advised = ADVISED_RATES[to_column(a[:, 0])]
-        gust = GUST_ACCELERATIONS[to_column(events[0])]
+        advised = ADVISED_RATES[unwrap_single_row(a[:, 0])]
+        gust = GUST_ACCELERATIONS[unwrap_single_row(events[0])]
         next_rate = dh + (self._compute_acceleration(dh, advised) + gust)
         collides = (abs(h) < COLLISION_DISTANCE) & (t_col == 0)
         cost = COLLISION_COST * collides + ADVISORY_CHANGE_COST * (advised != a_prev)
         moved = stack_columns((h + dh, next_rate, advised, t_col - 1.0))
-        next_states = keep_rows(t_col < 0, s, moved)
+        next_states = keep_states_where(t_col < 0, s, moved)
         return Outcome(next_states, stack_columns([0.0 - cost * (t_col >= 0)]), next_states)
 
     def _compute_acceleration(self, dh: Array, advised: Array) -> Array:

@@ -14,12 +14,12 @@ import numpy as np
 from dmplay.core.arrays import Array, Bools
 from dmplay.core.batch_columns import (
     clip,
-    keep_rows,
+    keep_states_where,
     select,
     split_columns,
     stack_columns,
     to_array,
-    to_column,
+    unwrap_single_row,
 )
 from dmplay.core.chance import Chance, Uniform
 from dmplay.core.parameters import parameter
@@ -78,7 +78,7 @@ class MountainCar(RealStateProblem):
         clamped.
         """
         x, v = split_columns(s)
-        push = THRUST * (to_column(a[:, 0]) - 1)
+        push = THRUST * (unwrap_single_row(a[:, 0]) - 1)
         unclamped_speed = v + (push - GRAVITY * compute_cosine_of_triple(x))
         next_speed = clip(unclamped_speed, -TOP_SPEED, TOP_SPEED)
         step = next_speed if self.speed_first else unclamped_speed
@@ -86,7 +86,7 @@ class MountainCar(RealStateProblem):
         if self.wall_stops:
             next_speed = select((next_position == LEFT_WALL) & (next_speed < 0), 0.0, next_speed)
         at_goal = self._is_at_goal(x, v)
-        next_states = keep_rows(at_goal, s, stack_columns((next_position, next_speed)))
+        next_states = keep_states_where(at_goal, s, stack_columns((next_position, next_speed)))
         return Outcome(next_states, stack_columns([at_goal - 1.0]), next_states)
 
     def _is_at_goal(self, x: Array, v: Array) -> Array:
@@ -95,7 +95,7 @@ class MountainCar(RealStateProblem):
 
     def terminal(self, s: Array) -> Bools:
         """Return whether the car has reached its goal."""
-        return to_array(self._is_at_goal(to_column(s[:, 0]), to_column(s[:, 1])))
+        return to_array(self._is_at_goal(unwrap_single_row(s[:, 0]), unwrap_single_row(s[:, 1])))
 
 
 VARIANTS = {

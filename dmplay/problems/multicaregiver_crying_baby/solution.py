@@ -5,7 +5,7 @@ import numpy as np
 from dmplay.core import belief
 from dmplay.core.best_actions import select_greedy_actions
 from dmplay.core.tabular import tabulate
-from dmplay.core.work_budget import scale_progress_part
+from dmplay.core.work_budget import scale_progress_to_part
 from dmplay.evaluation.solutions.solution import Row, Solution
 from dmplay.solvers.decpomdp import joint_plan_dynamic_programming
 from dmplay.solvers.mdp import mdp_values
@@ -23,9 +23,9 @@ def solve_team(problem: MulticaregiverCryingBaby) -> Solution:
     """
     b, tables = belief.initial_belief(problem), tabulate(problem)
     team = tables._replace(rewards=tables.rewards.sum(axis=2, keepdims=True))
-    with scale_progress_part(0, 2):
+    with scale_progress_to_part(0, 2):
         stages = joint_plan_dynamic_programming.run_dynamic_programming(problem, MAX_PLAN_TURNS)
-    with scale_progress_part(1, 2):
+    with scale_progress_to_part(1, 2):
         planner_stages = exact_pomdp.solve_finite_horizon(team, problem.discount, MAX_PLAN_TURNS)
     rows: list[Row] = []
     for turns, (stage, planner) in enumerate(zip(stages, planner_stages, strict=True), 1):

@@ -10,7 +10,7 @@ import numpy as np
 from dmplay.core.arrays import Ints, Reals
 from dmplay.core.work_budget import ARRAY_CALL_WORK, Budget
 from dmplay.solvers.decpomdp.dec_pomdp_model import PROBABILITY_DECIMALS, DecPomdp
-from dmplay.solvers.mdp.transition_graph import register_rows
+from dmplay.solvers.mdp.transition_graph import index_distinct_keys
 
 MAX_EXACT_HISTORIES = 300_000  # joint histories whose values are exact
 # for the fast informed bound; turns beyond it have the bound of the MDP
@@ -44,7 +44,7 @@ class _TurnBeliefs:
         """Return the indices `[N]` of beliefs `[N, S]`, adding new ones with a quick bound."""
         keys = np.round(beliefs, PROBABILITY_DECIMALS) + 0.0
         old_count = len(self.belief_index)
-        indices, new = register_rows([key.tobytes() for key in keys], self.belief_index)
+        indices, new = index_distinct_keys([key.tobytes() for key in keys], self.belief_index)
         added = slice(old_count, len(self.belief_index))
         while len(self.belief_index) > len(self.beliefs):
             self.beliefs = np.concatenate([self.beliefs, np.empty_like(self.beliefs)])
@@ -80,7 +80,7 @@ class CentralizedPomdp:
         self.team, self.budget, self.turns = team, budget, turns
         self._turns = [
             _TurnBeliefs(team, bound)
-            for bound in _compute_turn_bounds(team, turns, budget, informed_work_limit)
+            for bound in _bound_action_values_by_turn(team, turns, budget, informed_work_limit)
         ]
         self._turns[0].find_or_add_beliefs(team.initial_belief[None])
         self._backup_exact_turns(self._expand_first_turns())
@@ -99,7 +99,9 @@ class CentralizedPomdp:
         rewards = self.team.rewards[:, actions].T
         return np.asarray((self._turns[turn].beliefs[belief_indices] * rewards).sum(axis=1))
 
-    def expand_actions(self, turn: int, belief_indices: Ints, actions: Ints) -> tuple[Ints, Reals]:
+    def compute_next_beliefs(
+        self, turn: int, belief_indices: Ints, actions: Ints
+    ) -> tuple[Ints, Reals]:
         """Return the next beliefs `[N, O]` by joint observation, and the observation probabilities.
 
         Impossible observations have the index -1 and probability 0.
@@ -137,7 +139,7 @@ class CentralizedPomdp:
             if remaining < 0:
                 return turn
             pairs = np.divmod(np.arange(count * action_count), action_count)
-            self.expand_actions(turn, *pairs)
+            self.compute_next_beliefs(turn, *pairs)
         return self.turns - 1
 
     def _backup_exact_turns(self, exact_turn_count: int) -> None:
@@ -153,7 +155,7 @@ class CentralizedPomdp:
             current.action_upper_bounds[:count] = rewards + self.team.discount * next_values
 
 
-def _compute_turn_bounds(
+def _bound_action_values_by_turn(
     team: DecPomdp, turns: int, budget: Budget, informed_work_limit: float
 ) -> list[Reals]:
     """Return an upper bound `[S, A]` on the action values of each turn.

@@ -67,7 +67,7 @@ class DecPomdp:
         """Return next-state weights `[N, S']` after a joint action, from weights `[N, S]`."""
         return np.asarray(weights @ self.transition[:, action])
 
-    def list_seat_variants(self, action: int, seat: int) -> list[int]:
+    def vary_seat_action(self, action: int, seat: int) -> list[int]:
         """Return the joint actions that equal `action` except for the action of one seat."""
         actions = np.tile(self.joint_actions[action], (self.action_counts[seat], 1))
         actions[:, seat] = np.arange(len(actions))
@@ -76,7 +76,7 @@ class DecPomdp:
 
     def propagate_seat_actions(self, weights: Reals, action: int, seat: int) -> Reals:
         """Return `propagate_states` for each action of one seat, the others fixed, `[A, N, S']`."""
-        variants = self.list_seat_variants(action, seat)
+        variants = self.vary_seat_action(action, seat)
         return np.stack([self.propagate_states(weights, variant) for variant in variants])
 
     def backup_values(self, values: Reals, action: int) -> Reals:

@@ -35,7 +35,9 @@ def sample_random_plans(
     counts = zip(team.action_counts, team.observation_counts, strict=True)
     for seat, (action_count, observation_count) in enumerate(counts):
         shape = turns * nodes_per_turn, 1 + observation_count
-        by_turn = _generate_rows(seat, plan_number, shape).reshape(turns, nodes_per_turn, -1)
+        by_turn = _generate_plan_uniforms(seat, plan_number, shape).reshape(
+            turns, nodes_per_turn, -1
+        )
         actions = (action_count * by_turn[:, :, 0]).astype(int)
         next_nodes = (nodes_per_turn * by_turn[:, :, 1:]).astype(int)
         next_nodes[-1] = 0
@@ -43,7 +45,7 @@ def sample_random_plans(
     return tuple(plans)
 
 
-def _generate_rows(stream: int, number: int, shape: tuple[int, int]) -> Reals:
+def _generate_plan_uniforms(stream: int, number: int, shape: tuple[int, int]) -> Reals:
     """Return the uniforms `shape` of one number in a stream of plans."""
     rows, count = shape
     return generate_uniforms(PLAN_SEED, stream, number, first_episode=0, rows=rows, count=count)
@@ -115,7 +117,7 @@ class PlanGraph:
         values = np.zeros((1, len(self.team.initial_belief)))
         for turn in reversed(range(self.turns)):
             for seat in range(len(self.team.action_counts)):
-                weights = self._fill_unreached_nodes(turn, seat, reached[turn], sweep_number)
+                weights = self._weigh_joint_nodes(turn, seat, reached[turn], sweep_number)
                 total, next_nodes = self._score_node_actions(turn, seat, weights, values)
                 actions = total.argmax(axis=1)
                 next_nodes = next_nodes[np.arange(len(actions)), actions]
@@ -189,7 +191,7 @@ class PlanGraph:
             result[rows] = self.team.rewards[:, action] + self.team.discount * expected_values
         return result
 
-    def _fill_unreached_nodes(
+    def _weigh_joint_nodes(
         self, turn: int, seat: int, reach_probabilities: Reals, sweep_number: int
     ) -> Reals:
         """Return the weights of joint nodes and states for optimizing an agent's nodes.
@@ -202,7 +204,7 @@ class PlanGraph:
         unreached = np.flatnonzero(~node_weights.reshape(len(node_weights), -1).any(axis=1))
         if len(unreached):
             state_count = reach_probabilities.shape[1]
-            u = _generate_rows(turn, sweep_number, (len(unreached), 1 + state_count))
+            u = _generate_plan_uniforms(turn, sweep_number, (len(unreached), 1 + state_count))
             flat_weights = node_weights.reshape(len(node_weights), -1, state_count)
             partner_nodes = (flat_weights.shape[1] * u[:, 0]).astype(int)
             random_weights = -np.log1p(-u[:, 1:]) * reach_probabilities.sum(axis=0)
@@ -224,7 +226,7 @@ class PlanGraph:
         is_weighted = np.asarray(node_weights.any(axis=1))
         for action, action_rows in self._iter_joint_actions(turn, seat):
             rows = action_rows[is_weighted[action_rows]]
-            variants = team.list_seat_variants(action, seat)
+            variants = team.vary_seat_action(action, seat)
             work_per_action = ARRAY_CALL_WORK + 2.0 * team.propagation_work
             self.budget.spend_work(action_count * len(rows) * work_per_action)
             propagated = team.propagate_seat_actions(node_weights[rows], action, seat)

@@ -227,7 +227,9 @@ class MultiagentAStar:
             ]
             layers, occupancy = tuple(final_layers), partial_plan.occupancy
             return PartialJointPlan(turn + 1, occupancy, earned_value, partial_plan, layers)
-        next_beliefs, probabilities = centralized.expand_actions(turn, belief_indices, actions)
+        next_beliefs, probabilities = centralized.compute_next_beliefs(
+            turn, belief_indices, actions
+        )
         rows, observations = np.nonzero(probabilities)
         first_nodes = joint_nodes[rows] * np.array(observation_counts)
         next_nodes = first_nodes + self.team.joint_observations[observations]

@@ -60,16 +60,16 @@ def merge_equivalent_histories(
         if unchanged_count == 1:
             occupancy = _rename_nodes(occupancy, seat, labels[occupancy.joint_nodes[:, seat]])
             occupancy = _merge_equal_joint_nodes(occupancy)
-            merged_nodes[seat] = _rename_places(labels, merged_nodes[seat])
+            merged_nodes[seat] = _translate_nodes(labels, merged_nodes[seat])
         seat = (seat + 1) % len(node_counts)
     for seat in range(len(node_counts)):
         ranks = _rank_nodes(occupancy, seat)
         occupancy = _rename_nodes(occupancy, seat, ranks[occupancy.joint_nodes[:, seat]])
-        merged_nodes[seat] = _rename_places(ranks, merged_nodes[seat])
+        merged_nodes[seat] = _translate_nodes(ranks, merged_nodes[seat])
     return MergedOccupancy(_merge_equal_joint_nodes(occupancy), merged_nodes)
 
 
-def _rename_places(new_names: Ints, places: Ints) -> Ints:
+def _translate_nodes(new_names: Ints, places: Ints) -> Ints:
     """Return the nodes under their new names; -1 stays."""
     return np.where(places < 0, -1, new_names[places])
 

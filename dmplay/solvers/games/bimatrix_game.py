@@ -66,16 +66,16 @@ def find_undominated_actions(payoffs: Reals) -> tuple[list[int], list[int]]:
         budget.spend_work((len(rows) + len(columns)) * work_per_action)
         reduced = payoffs[np.ix_(rows, columns)]
         row_payoffs, column_payoffs = reduced[:, :, 0], reduced[:, :, 1].T
-        keep_rows = keep_columns = _find_surviving_rows(row_payoffs)
+        keep_rows = keep_columns = _find_possible_best_responses(row_payoffs)
         if not np.array_equal(row_payoffs, column_payoffs):
-            keep_columns = _find_surviving_rows(column_payoffs)
+            keep_columns = _find_possible_best_responses(column_payoffs)
         if len(keep_rows) == len(rows) and len(keep_columns) == len(columns):
             return rows, columns
         rows = [rows[i] for i in keep_rows]
         columns = [columns[j] for j in keep_columns]
 
 
-def _find_surviving_rows(values: Reals) -> list[int]:
+def _find_possible_best_responses(values: Reals) -> list[int]:
     """Return the rows `[A, others]` that may be best responses.
 
     A row that is the only best one in some column is one without a further test.
@@ -140,7 +140,7 @@ def remove_common_part(payoffs: Reals) -> Reals:
     return np.asarray(payoffs - np.where(abs(minimum) > MAX_COMMON_PART * payoff_range, minimum, 0))
 
 
-def needs_fractions(payoffs: Reals) -> bool:
+def needs_exact_arithmetic(payoffs: Reals) -> bool:
     """Return whether a small game has payoffs that differ too little for its rounding errors.
 
     They are the payoffs of an agent's actions against the same action of the other. A difference

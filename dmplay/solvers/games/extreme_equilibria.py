@@ -19,7 +19,7 @@ from dmplay.solvers import double_description
 from dmplay.solvers.games.bimatrix_game import (
     MixedProfile,
     find_enumerable_actions,
-    needs_fractions,
+    needs_exact_arithmetic,
     normalize_payoffs,
 )
 
@@ -42,7 +42,7 @@ def find_extreme_equilibria(payoffs: Reals) -> list[MixedProfile]:
 
     The list is empty for a game that is too large, or nondegenerate without need of fractions.
     """
-    is_exact = needs_fractions(payoffs)
+    is_exact = needs_exact_arithmetic(payoffs)
     if is_exact:
         rows, columns = list(range(payoffs.shape[0])), list(range(payoffs.shape[1]))
         reduced_payoffs = np.vectorize(_convert_to_fraction, otypes=[object])(payoffs)

@@ -13,7 +13,7 @@ from dmplay.core.problem import (
     enumerate_possible_outcomes,
 )
 from dmplay.core.work_budget import Budget
-from dmplay.solvers.mdp.sparse_mdp import SparseMdp, group_outcomes, join_parts
+from dmplay.solvers.mdp.sparse_mdp import SparseMdp, concatenate_sparse_mdps, group_outcomes
 
 BYTES_PER_OUTCOME = 160  # bytes per outcome while outcomes are listed
 
@@ -50,4 +50,4 @@ def build_induced_mdp(problem: Problem, seat: int, policies: Sequence[Reals]) ->
         states, rewards = rows // max_support, outcome.rewards[:, seat]
         next_states = checked_state_indices(problem, outcome.state)
         parts.append(group_outcomes(states, p * weights[rows], next_states, rewards, state_count))
-    return join_parts(parts, state_count)
+    return concatenate_sparse_mdps(parts, state_count)

@@ -18,7 +18,7 @@ from dmplay.solvers.games.bimatrix_game import (
     MixedProfile,
     compute_regrets,
     enumerate_equilibria_if_small,
-    needs_fractions,
+    needs_exact_arithmetic,
     normalize_payoffs,
 )
 from dmplay.solvers.games.extreme_equilibria import find_extreme_equilibria
@@ -61,7 +61,7 @@ class _LinearSystem(NamedTuple):
 
 def find_first_equilibrium(payoffs: Reals) -> MixedProfile:
     """Return the first enumerated equilibrium, or one of a game too large to enumerate."""
-    is_exact = needs_fractions(payoffs)
+    is_exact = needs_exact_arithmetic(payoffs)
     enumerate_all = find_extreme_equilibria if is_exact else enumerate_equilibria_if_small
     equilibria = enumerate_all(payoffs)
     return equilibria[0] if equilibria else find_equilibrium(payoffs)

@@ -77,10 +77,10 @@ class ShapleyResult(NamedTuple):
         """Return the values and optimal strategies of stage games, without illegal actions."""
         values, *strategies = zero_sum.solve_matrix_games(stage_games)
         masks = (legal_mask[state_indices] for legal_mask in self.legal_masks)
-        return MatrixGameSolutions(values, *map(_move_to_legal_actions, strategies, masks))
+        return MatrixGameSolutions(values, *map(_move_weight_to_legal_actions, strategies, masks))
 
 
-def _move_to_legal_actions(strategies: Reals, legal_actions_mask: Bools) -> Reals:
+def _move_weight_to_legal_actions(strategies: Reals, legal_actions_mask: Bools) -> Reals:
     """Return strategies `[B, A]` with illegal weight moved to the first legal action."""
     result = np.where(legal_actions_mask, strategies, 0.0)
     illegal_weights = np.where(legal_actions_mask, 0.0, strategies).sum(axis=1)

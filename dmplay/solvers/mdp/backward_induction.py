@@ -52,7 +52,7 @@ class BackwardInductionResult(NamedTuple):
         last = len(self.values_by_turns_left) - 1
         return self.values_by_turns_left[last if turns_left is None else min(turns_left, last)]
 
-    def get_lengths(self, turns_left: int) -> Reals:
+    def get_expected_turns(self, turns_left: int) -> Reals:
         """Return the expected number of turns to the end `[S]` with this number of turns left."""
         return self.lengths_by_turns_left[min(turns_left, len(self.lengths_by_turns_left) - 1)]
 
@@ -171,7 +171,7 @@ def _backup_one_turn(result: BackwardInductionResult, discount: float) -> tuple[
             result.indifferent_seats.update(seats[is_best & ~is_equal].tolist())
             is_best &= is_equal
         if result.lengths_by_turns_left:
-            lengths = compute_action_lengths(graph, rows, result.lengths_by_turns_left[-1])
+            lengths = compute_expected_turns(graph, rows, result.lengths_by_turns_left[-1])
             new_lengths[block] = np.minimum.reduceat(np.where(is_best, lengths, np.inf), starts)
             new_lengths[result.is_absorbing] = 0.0
     return new_values, new_lengths
@@ -182,7 +182,7 @@ def mark_equal_values(q: Reals, others: Reals, tolerance: float) -> Bools:
     return np.asarray((np.abs(q - others) <= tolerance).all(axis=1))
 
 
-def compute_action_lengths(graph: TransitionGraph, action_rows: Ints, lengths: Reals) -> Reals:
+def compute_expected_turns(graph: TransitionGraph, action_rows: Ints, lengths: Reals) -> Reals:
     """Return the expected turns `[R']` to the end by joint actions, given those of next states."""
     starts, outcomes = gather_ranges(graph.outcome_starts, action_rows)
     later = graph.probabilities[outcomes] * lengths[graph.next_states[outcomes]]

@@ -61,7 +61,7 @@ def build_sparse_mdp(problem: Problem) -> SparseMdp:
         rows, p, outcome = enumerate_possible_outcomes(problem, block, actions)
         next_states, rewards = checked_state_indices(problem, outcome.state), outcome.rewards[:, 0]
         parts.append(group_outcomes(rows, p, next_states, rewards, len(block)))
-    return join_parts(parts, len(states))
+    return concatenate_sparse_mdps(parts, len(states))
 
 
 def group_outcomes(
@@ -76,7 +76,7 @@ def group_outcomes(
     return SparseMdp(starts, probabilities, next_states, expected_rewards)
 
 
-def join_parts(parts: list[SparseMdp], state_count: int) -> SparseMdp:
+def concatenate_sparse_mdps(parts: list[SparseMdp], state_count: int) -> SparseMdp:
     """Return one sparse MDP from parts, which list the rows of one joint action after another."""
     offsets = np.cumsum([0, *(len(part.probabilities) for part in parts)])
     starts = [part.outcome_starts + offset for part, offset in zip(parts, offsets, strict=False)]

@@ -120,7 +120,7 @@ def build_reachable_graph(problem: Problem) -> TransitionGraph:
     """
     budget, memory = make_planning_budget(), 0.0
     state_index: dict[bytes, int] = {}
-    frontier = _register_states(initial_state_distribution(problem)[1], state_index)[1]
+    frontier = _index_distinct_states(initial_state_distribution(problem)[1], state_index)[1]
     state_blocks, parts = [frontier], list[_GraphPart]()
     while len(frontier):
         new_frontier = [frontier[:0]]
@@ -129,7 +129,7 @@ def build_reachable_graph(problem: Problem) -> TransitionGraph:
             legal_actions = list_joint_actions(problem, block)
             budget.check_work(1000.0 * len(legal_actions[0]))
             part = _list_outcomes(problem, block, legal_actions)
-            next_states, new_states = _register_states(part.next_states, state_index)
+            next_states, new_states = _index_distinct_states(part.next_states, state_index)
             work = 5 * ARRAY_CALL_WORK + 1000.0 * len(part.probabilities)
             budget.spend_work(work, len(state_index) / MAX_REACHABLE_STATES)
             memory += part.byte_count
@@ -144,17 +144,17 @@ def build_reachable_graph(problem: Problem) -> TransitionGraph:
     return _join_graph_parts(parts, np.concatenate(state_blocks), state_index)
 
 
-def _register_states(states: Array, state_index: dict[bytes, int]) -> tuple[Array, Array]:
+def _index_distinct_states(states: Array, state_index: dict[bytes, int]) -> tuple[Array, Array]:
     """Return the index of each state, and the states that are new, without duplicates.
 
     New states are added to `state_index`.
     """
     flat = np.ascontiguousarray(states)
-    indices, new = register_rows([state.tobytes() for state in flat], state_index)
+    indices, new = index_distinct_keys([state.tobytes() for state in flat], state_index)
     return indices, flat[new]
 
 
-def register_rows(keys: Iterable[bytes], row_index: dict[bytes, int]) -> tuple[Array, Ints]:
+def index_distinct_keys(keys: Iterable[bytes], row_index: dict[bytes, int]) -> tuple[Array, Ints]:
     """Return the index of each key, and the position of each new one, without duplicates.
 
     New keys are added to `row_index`.

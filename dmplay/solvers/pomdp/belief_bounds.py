@@ -41,7 +41,7 @@ class GrowingColumns:
         self.column_count += 1
         return self.column_count - 1
 
-    def keep_only(self, indices: Ints) -> None:
+    def keep_columns(self, indices: Ints) -> None:
         """Keep only the columns at these indices."""
         self._storage, self.column_count = self.array[:, indices], len(indices)
 
@@ -95,11 +95,11 @@ class BoundLayer:
 
     def keep_plans(self, plans: Ints, new_next_plans: Ints) -> None:
         """Keep only these plans, and renumber their next plans by `new_next_plans`."""
-        self.plan_vectors.keep_only(plans)
-        self._plan_facts.keep_only(plans)
+        self.plan_vectors.keep_columns(plans)
+        self._plan_facts.keep_columns(plans)
         self.next_plans[:] = new_next_plans[self.next_plans]
 
-    def add_point(self, node: int, belief: Reals, value: float) -> None:
+    def add_sawtooth_point(self, node: int, belief: Reals, value: float) -> None:
         """Add the belief `[S]` of a node as a point, with an upper bound on its value.
 
         It replaces an earlier point of the same node.

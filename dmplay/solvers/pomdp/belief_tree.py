@@ -52,7 +52,7 @@ class BeliefTree:
         self._stored_number_count = 0
         self.is_memory_full = False  # whether the memory limit was reached
         observations = np.arange(len(model.initial_joint))
-        self.root = self._add_branch(model.initial_joint, observations, 0.0, len(layers) - 1)
+        self.root = self._build_branch(model.initial_joint, observations, 0.0, len(layers) - 1)
 
     def spend_work(self, work: float) -> None:
         """Add to the work done, and report it to the budget in large portions."""
@@ -112,9 +112,9 @@ class BeliefTree:
         joint = cells.astype(float).reshape(shape)
         observations = np.flatnonzero(joint.any(axis=1))
         reward = float(probabilities @ rewards[action, states])
-        return self._add_branch(joint[observations], observations, reward, turns_left)
+        return self._build_branch(joint[observations], observations, reward, turns_left)
 
-    def _add_branch(
+    def _build_branch(
         self, joint: Reals, observations: Ints, reward: float, turns_left: int
     ) -> ActionBranch:
         """Add nodes for the joint probabilities `[K, S]` and return their branch.

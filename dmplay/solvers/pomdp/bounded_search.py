@@ -91,7 +91,7 @@ class BoundedSearch:
         missing = max(turns + 1 - EXACT_STAGE_COUNT - len(self._bounds_by_stage), 0)
         budget.check_work(missing * self._estimate_lookahead_work(len(self.grid.points)))
         while len(self._bounds_by_stage) + EXACT_STAGE_COUNT <= turns:
-            self._charge_lookahead(len(self.grid.points), budget)
+            self._spend_lookahead_work(len(self.grid.points), budget)
             self._bounds_by_stage.append(self._backup_bounds(self._bounds_by_stage[-1]))
         return self._bounds_by_stage[turns - EXACT_STAGE_COUNT]
 
@@ -102,8 +102,8 @@ class BoundedSearch:
         """
         levels, beliefs, budget = [], b, _make_budget()
         for turns_left in range(turns, EXACT_STAGE_COUNT, -1):
-            self._charge_lookahead(len(beliefs), budget, 1 - turns_left / turns)
-            level, beliefs = self._expand_level(
+            self._spend_lookahead_work(len(beliefs), budget, 1 - turns_left / turns)
+            level, beliefs = self._expand_tree_level(
                 beliefs, turns_left, search_all_actions=turns_left == turns
             )
             levels.append(level)
@@ -117,7 +117,7 @@ class BoundedSearch:
             q[searched] = level.rewards[searched] + self.discount * expected_values
         return self._scale * np.round(q / self._scale, VALUE_DECIMALS)
 
-    def _charge_lookahead(
+    def _spend_lookahead_work(
         self, belief_count: int, budget: Budget, share: float | None = None
     ) -> None:
         """Charge the budget for looking one turn ahead from this number of beliefs."""
@@ -131,7 +131,7 @@ class BoundedSearch:
             belief_count * self._joint_probabilities[0].size * (len(self._joint_probabilities) + 4)
         )
 
-    def _expand_level(
+    def _expand_tree_level(
         self, b: Reals, turns_left: int, *, search_all_actions: bool
     ) -> tuple[_SearchLevel, Reals]:
         """Return one level of the search, and the distinct beliefs of the next level."""

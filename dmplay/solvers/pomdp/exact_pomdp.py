@@ -10,7 +10,7 @@ import numpy as np
 
 from dmplay.core.arrays import Bools, Ints, Reals
 from dmplay.core.best_actions import compute_reward_scale, compute_tolerance
-from dmplay.core.chance import weighted_sum_columns
+from dmplay.core.chance import transposed_weighted_sum
 from dmplay.core.memoization import memoize
 from dmplay.core.problem import Problem
 from dmplay.core.tabular import Tables, tabulate
@@ -133,7 +133,7 @@ def compute_action_values(stage: AlphaVectorStage, b: Reals) -> Reals:
 
 def compute_belief_values(vectors: Reals, b: Reals) -> Reals:
     """Return the greatest value `[B]` of the vectors `[N, S]` at beliefs `[B, S]`."""
-    return np.asarray(weighted_sum_columns(b, vectors.T).max(axis=0))
+    return np.asarray(transposed_weighted_sum(b, vectors.T).max(axis=0))
 
 
 def _make_budget() -> Budget:

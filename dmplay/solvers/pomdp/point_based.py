@@ -285,7 +285,7 @@ class PointBasedSolver:
         bound = tree.compute_upper_bound(branches[best])
         if bound < tree.upper_bounds[node] - MIN_CHANGE_SHARE * self.gap:
             tree.reserve_memory(self.model.state_count)
-            tree.get_layer(turns_left).add_point(node, tree.get_dense_belief(node), bound)
+            tree.get_layer(turns_left).add_sawtooth_point(node, tree.get_dense_belief(node), bound)
         tree.upper_bounds[node] = min(tree.upper_bounds[node], bound)
 
     def _add_better_plan(self, node: int, action: int) -> None:

@@ -81,14 +81,14 @@ class SparsePomdp:
 
     def backup_mdp_values(self, values: Reals) -> Reals:
         """Return Q `[A, S]` of the MDP in which the state is seen, given next values `[S]`."""
-        return self._add_rewards(values[self.next_states])
+        return self._compute_action_values(values[self.next_states])
 
     def backup_blind_policies(self, vectors: Reals) -> Reals:
         """Return the values `[A, S]` of repeating each action, for one turn more than `vectors`."""
         vector_indices = self.joint_probabilities.row_indices // self.state_count
-        return self._add_rewards(vectors[vector_indices, self.next_states])
+        return self._compute_action_values(vectors[vector_indices, self.next_states])
 
-    def _add_rewards(self, next_values: Reals) -> Reals:
+    def _compute_action_values(self, next_values: Reals) -> Reals:
         """Return Q `[A, S]`, given the values `[N]` of the sparse entries."""
         matrix = self.joint_probabilities
         means = matrix.row_sums(matrix.values * next_values).reshape(self.rewards.shape)
@@ -190,10 +190,12 @@ def build_sparse_pomdp(problem: Problem, budget: Budget) -> SparsePomdp:
     row, column = np.divmod(np.concatenate(cells), column_count)
     starts = np.searchsorted(row, np.arange(action_count * state_count + 1))
     joint = SparseMatrix(starts, column, np.concatenate(probabilities))
-    return SparsePomdp(joint, rewards, compute_initial_joint(problem), problem.discount)
+    return SparsePomdp(
+        joint, rewards, compute_initial_joint_probabilities(problem), problem.discount
+    )
 
 
-def compute_initial_joint(problem: Problem) -> Reals:
+def compute_initial_joint_probabilities(problem: Problem) -> Reals:
     """Return the joint probabilities `[F, S]` of initial observation and state."""
     observations = problem.initial_observations(problem.enumerate_states())[:, 0]
     joint = belief.initial_belief(problem) * (observations == np.unique(observations)[:, None])

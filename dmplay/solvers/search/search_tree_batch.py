@@ -44,7 +44,7 @@ class TreeBatch:
                 self.node_states = np.empty((node_count, *state_shape), state_type)
                 self.node_rewards = np.zeros(node_count)
 
-    def find_unopened_lanes(self, node: Ints) -> Ints:
+    def find_lanes_at_new_nodes(self, node: Ints) -> Ints:
         """Return the first lane `[K]` at each node that does not offer an action yet."""
         unopened = np.flatnonzero(self.offered_counts[node] == 0)
         return np.asarray(unopened[np.unique(node[unopened], return_index=True)[1]])
@@ -141,9 +141,9 @@ class TreeBatch:
             if not len(lacking):
                 return
             mask = None if legal_actions_mask is None else legal_actions_mask[lacking]
-            self._try_actions(nodes[lacking], missing_counts[lacking], mask)
+            self._offer_suggested_actions(nodes[lacking], missing_counts[lacking], mask)
 
-    def _try_actions(
+    def _offer_suggested_actions(
         self, nodes: Ints, action_count: Ints, legal_actions_mask: Bools | None
     ) -> None:
         """Offer the next suggested actions of nodes, skipping repeated and illegal ones.
@@ -160,14 +160,14 @@ class TreeBatch:
             if legal_actions_mask is not None:
                 accepted &= np.take_along_axis(legal_actions_mask, actions, axis=1)
         else:
-            actions = self._suggest_near_best(nodes, positions)
+            actions = self._suggest_next_numbers(nodes, positions)
         slots = self.offered_counts[nodes][:, None] + np.cumsum(accepted, axis=1) - 1
         row, column = np.nonzero(accepted)
         self.offered_actions[nodes[row], slots[row, column]] = actions[row, column]
         self.offered_counts[nodes] += accepted.sum(axis=1)
         self.suggestion_counts[nodes] += action_count
 
-    def _suggest_near_best(self, nodes: Ints, positions: Ints) -> Array:
+    def _suggest_next_numbers(self, nodes: Ints, positions: Ints) -> Array:
         """Return the next numbers to try: evenly spread ones, and every other one near the best."""
         tree = self.config
         interval = tree.problem.actions[tree.seat]

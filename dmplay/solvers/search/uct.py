@@ -32,7 +32,7 @@ class UctResult(NamedTuple):
     mean_returns: Reals  # [B, K]; -inf for actions never tried
     squared_errors: Reals  # [B, K], of the means; infinite if unknown
 
-    def keep_usual_unless_better(self, action_mask: Bools, usual_actions: Array) -> Bools:
+    def prefer_usual_action(self, action_mask: Bools, usual_actions: Array) -> Bools:
         """Return `action_mask` `[B, K]`, or only the usual action if no marked one clearly leads.
 
         An action leads clearly if its mean return is MIN_LEAD_ERRORS standard errors higher. The
@@ -143,7 +143,9 @@ class _UctSearch:
         while True:
             self.budget.spend_work(turn_work)
             turn_uniforms = u[batch.lane_indices, batch.turns_done]
-            batch, children, existed, rewards = self._step_lanes(batch, nodes, slot, turn_uniforms)
+            batch, children, existed, rewards = self._step_simulations(
+                batch, nodes, slot, turn_uniforms
+            )
             path.append((batch.lane_indices, nodes, slot, rewards))
             unfinished = ~config.problem.terminal(batch.states)
             unfinished &= batch.turns_done < batch.turn_limits
@@ -169,7 +171,7 @@ class _UctSearch:
         config = self.config
         policy = config.opponent_model.seat_policies[config.seat]
         uniform_slice = config.opponent_model.uniform_slices[config.seat]
-        new_lanes = self.trees.find_unopened_lanes(nodes) if policy else nodes[:0]
+        new_lanes = self.trees.find_lanes_at_new_nodes(nodes) if policy else nodes[:0]
         if policy is None or not len(new_lanes):
             return
         memory = tuple(part[new_lanes] for part in memories[config.seat])
@@ -177,7 +179,7 @@ class _UctSearch:
         policy_uniforms = u[new_lanes][:, uniform_slice][:, : policy.uniform_count]
         self.trees.offer_actions(nodes[new_lanes], policy.choose(memory, mask, policy_uniforms))
 
-    def _step_lanes(
+    def _step_simulations(
         self, batch: SimulationBatch, node: Ints, slot: Ints, u: Reals
     ) -> tuple[SimulationBatch, Ints, Bools, Reals]:
         """Return the simulations after a turn, their nodes, if these existed, and rewards."""
@@ -202,7 +204,7 @@ class _UctSearch:
                 states, rewards = self.trees.node_states[children], outcome.rewards.copy()
                 rewards[:, config.seat] = self.trees.node_rewards[children]
                 outcome = Outcome(states, rewards, states)
-        batch = _advance_batch(model, batch, joint, outcome)
+        batch = _extend_simulations(model, batch, joint, outcome)
         return batch, children, existed, outcome.rewards[:, config.seat]
 
     def _run_playouts(self, batch: SimulationBatch, u: Reals, turn_work: float) -> Reals:
@@ -225,7 +227,7 @@ class _UctSearch:
             outcome = model.step_states(batch.states, joint, turn_uniforms)
             returns[batch.lane_indices] += weight * outcome.rewards[:, config.seat]
             weight *= problem.discount
-            batch = _advance_batch(model, batch, joint, outcome)
+            batch = _extend_simulations(model, batch, joint, outcome)
             unfinished = (batch.turns_done < batch.turn_limits) & ~problem.terminal(batch.states)
             batch = batch.select_simulations(unfinished)
         return returns
@@ -240,7 +242,7 @@ class _UctSearch:
         np.add.at(self.squared_return_sums, (row, path[0][2]), returns**2)
 
 
-def _advance_batch(
+def _extend_simulations(
     opponent_model: OpponentModel, batch: SimulationBatch, joint: Array, outcome: Outcome
 ) -> SimulationBatch:
     """Return the simulations with one turn more."""

@@ -45,7 +45,7 @@ def test_team_transitions_match_those_of_the_problem() -> None:
         for seat in (0, 1):
             expected_rows = [
                 TRIANGLE_TEAM.propagate_states(joint, other)
-                for other in TRIANGLE_TEAM.list_seat_variants(action, seat)
+                for other in TRIANGLE_TEAM.vary_seat_action(action, seat)
             ]
             np.testing.assert_allclose(
                 TRIANGLE_TEAM.propagate_seat_actions(joint, action, seat), expected_rows

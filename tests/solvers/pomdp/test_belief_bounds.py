@@ -21,8 +21,8 @@ def test_the_upper_bound_is_the_lowest_over_all_sawtooth_points() -> None:
     points /= points.sum(axis=1, keepdims=True)
     values = (points @ upper_vectors.T).max(axis=1) - rng.random(len(points))
     for node, (point, value) in enumerate(zip(points, values, strict=True)):
-        layer.add_point(node, point, value + 0.5)
-        layer.add_point(node, point, value)  # replaces the previous value
+        layer.add_sawtooth_point(node, point, value + 0.5)
+        layer.add_sawtooth_point(node, point, value)  # replaces the previous value
     probabilities = rng.dirichlet(np.full(STATE_COUNT - 1, 0.5), 8)
     beliefs = BeliefBatch(np.arange(1, STATE_COUNT), probabilities)
     upper_bounds = layer.compute_informed_bounds(beliefs).max(axis=1)
@@ -44,7 +44,7 @@ def test_the_upper_bound_is_the_lowest_over_all_sawtooth_points() -> None:
 def test_an_almost_impossible_state_can_dominate_the_value_of_a_point() -> None:
     layer = BoundLayer(np.full((1, 4), -1e12), np.zeros((1, 4)), 1)
     # the last state is a disaster
-    layer.add_point(0, np.array([0.5, 0.3, 0.2 - 1e-10, 1e-10]), -100.0)
+    layer.add_sawtooth_point(0, np.array([0.5, 0.3, 0.2 - 1e-10, 1e-10]), -100.0)
     safe = BeliefBatch(np.arange(3), np.array([[0.5, 0.3, 0.2]]))
     assert layer.compute_sawtooth_bounds(safe, np.zeros(1), 0)[0] == 0.0
 

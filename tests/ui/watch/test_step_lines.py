@@ -16,7 +16,7 @@ FITTING_PAIRS = [
     (name, problem)
     for name, algorithm in registry.load_algorithms().items()
     for problem in problem_names()
-    if not algorithm.find_obstacle(load_problem(problem))
+    if not algorithm.explain_misfit(load_problem(problem))
 ]
 
 
