@@ -21,7 +21,7 @@ class LearnGroup(TyperGroup):
     """The group of `dmplay learn`; without the name of a command, `lesson` is meant."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """Parse the arguments, with `dmplay learn 9` as `dmplay learn lesson 9`."""
+        """Parse the arguments, with `dmplay learn 8` as `dmplay learn lesson 8`."""
         if not args or (args[0] not in self.commands and args[0] not in {"-h", "--help"}):
             args = ["lesson", *args]
         return list(super().parse_args(ctx, args))
@@ -39,7 +39,7 @@ After a wrong answer, dmplay shows with numbers why it is wrong, and you try aga
 
 \b
   dmplay learn                  list the lessons and your progress
-  dmplay learn 9                open lesson 9
+  dmplay learn 8                open lesson 8
   dmplay learn ./week3/         list the lessons in a folder
   dmplay learn ./week3/ 2       open lesson 2 of the folder
   dmplay learn --json           print your progress as JSON, for a course page
@@ -48,7 +48,7 @@ After a wrong answer, dmplay shows with numbers why it is wrong, and you try aga
   dmplay learn from game.dmt    find better actions for your worst choices
 
 \b
-'dmplay learn 9' is short for 'dmplay learn lesson 9'.""",
+'dmplay learn 8' is short for 'dmplay learn lesson 8'.""",
 )
 
 
@@ -99,7 +99,7 @@ def lesson(
     time with 'quit'.
 
     \b
-      dmplay learn lesson 9
+      dmplay learn lesson 8
       dmplay learn lesson ./week3/ 2
       dmplay learn lesson ./week3/01-cries.toml
     """

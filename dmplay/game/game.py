@@ -563,7 +563,10 @@ class Game:
     def check_hints_allowed(self, command: str) -> None:
         """Raise BadParameter if this game forbids hints."""
         if self.hints_forbidden:
-            raise BadParameter(f"{command}: this game forbids hints (--strict=hints)")
+            reason = "this game forbids hints (--strict=hints)"
+            if self.lesson_goal:
+                reason = "this step of the lesson allows no hints"
+            raise BadParameter(f"{command}: {reason}")
 
     def record_hint(self) -> None:
         """Count a hint for the viewing person and record it in the transcript."""

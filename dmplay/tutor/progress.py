@@ -8,7 +8,7 @@ from contextlib import suppress
 from datetime import date
 from pathlib import Path
 from time import strftime
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol, TypeVar
 
 from dmplay.core import safe_files
 from dmplay.core.state_files import StateFile, require_line, require_whole_number
@@ -41,6 +41,9 @@ class LessonInList(Protocol):
     @property
     def old_key(self) -> str:
         """The key of the lesson in the files of older versions."""
+
+
+LessonT = TypeVar("LessonT", bound=LessonInList)
 
 
 class StepRecord(NamedTuple):
@@ -119,8 +122,8 @@ def _carry_over(content: dict[str, Any], lessons: Sequence[LessonInList]) -> Non
 
 
 def find_next_lesson(
-    lessons: Sequence[LessonInList], progress: Sequence[LessonProgress]
-) -> LessonInList | None:
+    lessons: Sequence[LessonT], progress: Sequence[LessonProgress]
+) -> LessonT | None:
     """Return the first lesson that is not finished; None if all are."""
     pairs = zip(lessons, progress, strict=True)
     return next((lesson for lesson, results in pairs if not results.is_finished), None)

@@ -1,6 +1,8 @@
 """The front end of lessons: steps as lines of text, and games on the screen or in lines."""
 
 import sys
+from collections.abc import Sequence
+from contextlib import suppress
 from shlex import quote
 from typing import TextIO
 
@@ -13,11 +15,11 @@ from dmplay.game.game_setup import start_new_game
 from dmplay.terminal.capabilities import Terminal
 from dmplay.terminal.signals import exit_on_signals
 from dmplay.transcript.format import NATURAL_END_REASONS
-from dmplay.tutor.lesson import GameTask, Prediction
+from dmplay.tutor.lesson import GameTask, Prediction, TutorLesson
 from dmplay.tutor.lesson_list import find_lesson, load_lessons
 from dmplay.tutor.lesson_run import LessonRun, TutorReply
 from dmplay.tutor.positions import PositionInGame, make_game_request
-from dmplay.tutor.progress import LessonProgress, load_progress
+from dmplay.tutor.progress import LessonProgress, find_next_lesson, load_all_progress, load_progress
 from dmplay.ui.lessons.line_dialog import DialogLeft, LineDialog
 from dmplay.ui.screen.full_screen import run_full_screen
 from dmplay.ui.screen.play_screen import PlayScreen
@@ -35,15 +37,21 @@ GAME_HELP = "or type: hint, show, skip, quit"
 def play_lesson(terminal: Terminal, command: LearnCommand) -> int:
     """Run a lesson with the front end that the terminal allows, and return the exit code.
 
-    It begins with the first step that is not finished, or with the first one if all are.
+    It begins with the first step that is not finished, or with the first one if all are. After
+    a finished lesson, the player may go on to the next one.
     """
-    lesson = find_lesson(load_lessons(command.source, trusted=command.trusted), command.lesson)
-    results = load_progress(lesson)
-    if command.restart or results.is_finished:
-        results = LessonProgress((None,) * len(lesson.steps))
-    finished = [index for index, step in enumerate(results.steps) if step]
-    run = LessonRun(lesson, results.first_open_step, finished, trusted=command.trusted)
-    return LessonPlayer(run, terminal, sys.stdin).play()
+    lesson_set = load_lessons(command.source, trusted=command.trusted)
+    lesson: TutorLesson | None = find_lesson(lesson_set, command.lesson)
+    restart, code = command.restart, 0
+    while lesson is not None:
+        results = load_progress(lesson)
+        if restart or results.is_finished:
+            results = LessonProgress((None,) * len(lesson.steps))
+        finished = [index for index, step in enumerate(results.steps) if step]
+        run = LessonRun(lesson, results.first_open_step, finished, trusted=command.trusted)
+        player = LessonPlayer(run, terminal, sys.stdin, lesson_set.lessons, command.source)
+        code, lesson, restart = player.play(), player.next_lesson, False
+    return code
 
 
 def format_watch_command(name: str, position: PositionInGame) -> str:
@@ -65,10 +73,19 @@ class LessonPlayer(LineDialog):
     Its games do not count as records, because their random numbers are always the same.
     """
 
-    def __init__(self, run: LessonRun, terminal: Terminal, stdin: TextIO) -> None:
+    def __init__(
+        self,
+        run: LessonRun,
+        terminal: Terminal,
+        stdin: TextIO,
+        lessons: Sequence[TutorLesson],
+        source: str,
+    ) -> None:
         super().__init__(terminal, stdin)
         self._controller = GameController()
         self._run = run
+        self._lessons, self._source = lessons, source  # the list of this lesson
+        self.next_lesson: TutorLesson | None = None  # the lesson that the player goes on to
 
     def play(self) -> int:
         """Run the lesson from its current step, and return the exit code."""
@@ -91,6 +108,7 @@ class LessonPlayer(LineDialog):
         steps = format_count(len(lesson.steps), "step")
         if run.is_passed:
             self._print(f"lesson {lesson.number} is finished: all {steps} done.")
+            self._offer_next_lesson()
             return 0
         path = escape_newlines(quote(str(lesson.path)))
         word = str(lesson.number) if lesson.is_builtin else path
@@ -106,7 +124,7 @@ class LessonPlayer(LineDialog):
 
     def _play_step(self) -> None:
         """Print the current step and run it until it is finished or skipped."""
-        run, step = self._run, self._run.step
+        run, step, finished_count = self._run, self._run.step, len(self._run.finished_steps)
         number = f"step {run.index + 1} of {len(run.lesson.steps)}"
         self._print("")
         if isinstance(step.task, Prediction) and step.task.shows_board:
@@ -121,20 +139,48 @@ class LessonPlayer(LineDialog):
             is_offered = step.task.watch and not step.task.watch_first
             if is_offered and index in run.finished_steps:
                 self._offer_algorithm(step.task.watch, position)
+                return
+        # The next board would push the reply off the screen; a game waits for Enter anyway.
+        is_board_next = not run.is_over and isinstance(run.step.task, Prediction)
+        if (
+            self._terminal.full_screen
+            and is_board_next
+            and len(run.finished_steps) > finished_count
+        ):
+            self._read_choice("Enter goes on> ")
 
     def _offer_algorithm(self, name: str, position: PositionInGame) -> None:
         """Let the player watch an algorithm on the position, or print the command for it."""
         if not self._terminal.full_screen:
             self._print(format_watch_command(name, position))
-            return
-        prompt = f"w watches {name}, Enter goes on> "
-        while (line := self._read(prompt)) != "w":
-            if not line:
-                return
+        elif self._read_choice(f"w watches {name}, Enter goes on> ", "w"):
+            self._watch(name, position)
+
+    def _read_choice(self, prompt: str, choice: str = "") -> bool:
+        """Return whether the player types the choice instead of Enter alone."""
+        expected = " or ".join(filter(None, (choice, "Enter")))
+        while line := self._read(prompt):
             if line in LEAVE_WORDS:
                 raise DialogLeft
-            self._print(f"error: got {line!r}, expected w or Enter; the step is done")
-        self._watch(name, position)
+            if line == choice:
+                return True
+            self._print(f"error: got {line!r}, expected {expected}; the step is done")
+        return False
+
+    def _offer_next_lesson(self) -> None:
+        """Name the next lesson that is not finished; on a terminal, Enter opens it."""
+        numbers = [lesson.number for lesson in self._lessons]
+        position = numbers.index(self._run.lesson.number) + 1
+        lessons = [*self._lessons[position:], *self._lessons[:position]]
+        following = find_next_lesson(lessons, load_all_progress(lessons))
+        if following is None:
+            return
+        words = " ".join(filter(None, ("dmplay learn", self._source, str(following.number))))
+        self._print(f"next: {escape_newlines(words)} ({following.title})")
+        if self._terminal.full_screen:
+            with suppress(DialogLeft), exit_on_signals():
+                self._read_choice(f"Enter opens lesson {following.number}, q leaves> ")
+                self.next_lesson = following
 
     def _watch(self, name: str, position: PositionInGame) -> None:
         """Show an algorithm on a position, step by step on the full screen."""

@@ -37,9 +37,8 @@ def test_each_lesson_passes_as_a_script(name: str, tmp_path: Path) -> None:
     result = run_dmplay(tmp_path, "learn", str(NUMBERS[name]), stdin=make_script(name))
     assert (result.returncode, result.stderr) == (0, "")
     assert "not yet" not in result.stdout
-    assert result.stdout.endswith(
-        f"lesson {NUMBERS[name]} is finished: all {len(RIGHT_ANSWERS[name])} steps done.\n"
-    )
+    end = f"lesson {NUMBERS[name]} is finished: all {len(RIGHT_ANSWERS[name])} steps done.\nnext: "
+    assert end in result.stdout
 
 
 def test_a_wrong_game_is_judged_and_played_again(tmp_path: Path) -> None:
@@ -79,7 +78,7 @@ def test_a_finished_lesson_that_is_left_starts_again(tmp_path: Path) -> None:
 
 
 def test_a_question_about_another_state_has_no_board(tmp_path: Path) -> None:
-    result = run_dmplay(tmp_path, "learn", "13", stdin="look\n")
+    result = run_dmplay(tmp_path, "learn", "12", stdin="look\n")
     text = result.stdout.partition("this question has no board.")[2]
     assert "You are at height 52 with rate 0" in " ".join(text.splitlines())
     assert "40" not in text.partition("answer>")[0]  # the seconds at the start of the game
@@ -136,7 +135,7 @@ def test_a_game_that_was_left_is_no_try(tmp_path: Path) -> None:
 def test_a_game_without_hints_gives_none(tmp_path: Path) -> None:
     script = "0.907\n0\nfeed\nhint\n"
     result = run_dmplay(tmp_path, "learn", "bayes-at-the-cradle", stdin=script)
-    assert result.stderr == "error: line 4: hint: this game forbids hints (--strict=hints)\n"
+    assert result.stderr == "error: line 4: hint: this step of the lesson allows no hints\n"
 
 
 def test_a_game_may_leave_the_belief_to_the_player(tmp_path: Path) -> None:
@@ -205,6 +204,9 @@ def test_a_game_is_played_on_the_full_screen(tmp_path: Path) -> None:
         terminal.until("Enter back to the lesson")
         assert "expected at best" not in terminal.text
         terminal.press("\r")
+        terminal.until("Enter goes on>")
+        assert "step 3 of 3." not in terminal.text
+        terminal.press("\r")
         terminal.until("step 3 of 3.")
         terminal.press("quit\r")
         terminal.until("2 of 3 steps done")
@@ -214,12 +216,11 @@ def test_a_game_is_played_on_the_full_screen(tmp_path: Path) -> None:
 def test_an_algorithm_is_watched_after_the_answer(tmp_path: Path) -> None:
     with Terminal("learn", "watch-v-converge", folder=tmp_path) as terminal:
         terminal.until("answer>")
-        terminal.press("-0.3\r")
-        terminal.until("step 2 of 4.")
-        terminal.press("5.92\r")
-        terminal.until("step 3 of 4.")
-        terminal.press("6\r")
-        terminal.until("step 4 of 4.")
+        for number, answer in enumerate(("-0.3", "5.92", "6"), 2):
+            terminal.press(f"{answer}\r")
+            terminal.until("Enter goes on>")
+            terminal.press("\r")
+            terminal.until(f"step {number} of 4.")
         terminal.press("4.256\r")
         terminal.until("w watches value-iteration, Enter goes on>")
         terminal.press("hint\r")
@@ -228,6 +229,11 @@ def test_an_algorithm_is_watched_after_the_answer(tmp_path: Path) -> None:
         terminal.until("value-iteration on hexworld")
         terminal.press("q")
         terminal.until("lesson 3 is finished")
+        terminal.until("Enter opens lesson 4, q leaves>")
+        terminal.press("4\r")
+        terminal.until("error: got '4', expected Enter")
+        terminal.press("\r")
+        terminal.until("lesson 4: Straight to the exit")
 
 
 @pytest.mark.slow
@@ -239,7 +245,7 @@ def test_an_algorithm_is_watched_before_the_answer(tmp_path: Path) -> None:
         terminal.press("q")
         terminal.until("What is plan A worth")
         terminal.press("-9\r")
-        terminal.until("step 2 of 4.")
+        terminal.until("Enter goes on>")
 
 
 def test_a_pipe_prints_the_command_of_an_algorithm_to_watch(tmp_path: Path) -> None:
@@ -268,6 +274,9 @@ def test_the_lines_of_a_lesson_fit_the_terminal(size: tuple[int, int], tmp_path:
     with Terminal("learn", "4", folder=tmp_path, size=size) as terminal:
         terminal.until("answer>")
         terminal.press("0.15\r")
+        terminal.until("Enter goes on>")
+        assert "right." in terminal.text
+        terminal.press("\r")
         terminal.until("step 2 of 4.")
         terminal.press("w\r")
         terminal.until("Try again; hint gives you a hint")
@@ -278,7 +287,7 @@ def test_the_lines_of_a_lesson_fit_the_terminal(size: tuple[int, int], tmp_path:
 
 @pytest.mark.slow
 def test_the_text_of_a_step_is_one_paragraph_on_a_narrow_terminal(tmp_path: Path) -> None:
-    with Terminal("learn", "9", folder=tmp_path, size=(50, 14)) as terminal:
+    with Terminal("learn", "8", folder=tmp_path, size=(50, 14)) as terminal:
         terminal.until("answer>")
         rows = [row.rstrip() for row in terminal.text.splitlines()]
         first = rows.index("A catcher has the skill 20, 40, 60 or 80, each")
