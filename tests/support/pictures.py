@@ -1,4 +1,4 @@
-"""The pictures of the README, exported again from the transcripts next to them."""
+"""The pictures in transcripts/README.md, exported again from the transcripts next to them."""
 
 import re
 from pathlib import Path
@@ -6,9 +6,13 @@ from pathlib import Path
 from dmplay.game.playback import Playback
 from dmplay.output.transcript_export import DEFAULT_COLUMNS, ExportOptions, render_film, render_svg
 from dmplay.ui.screen.frame_state import Viewport
-from tests.support.document_examples import PROJECT_ROOT, README_TEXT
+from tests.support.document_examples import PROJECT_ROOT
 
-PICTURE_PATHS = re.findall(r"\((transcripts/\S+\.svg)\)", README_TEXT)
+PICTURE_PAGE = PROJECT_ROOT / "transcripts" / "README.md"
+PICTURE_PATHS = [
+    f"transcripts/{path}"
+    for path in re.findall(r"\((\S+\.svg)\)", PICTURE_PAGE.read_text(encoding="utf-8"))
+]
 FILM_VIEWPORT, STILL_VIEWPORT = Viewport(DEFAULT_COLUMNS, 18), Viewport(100, 30)
 
 

@@ -1,7 +1,7 @@
 """Draw what a player sees of every problem in terminals of four sizes: one game, five moments.
 
-`python -m tests.ui.screen.frames` redraws these frames and the pictures of the README; read the
-diff in a review.
+`python -m tests.ui.screen.frames` redraws these frames and the pictures in
+`transcripts/README.md`; read the diff in a review.
 """
 
 import json
