@@ -30,7 +30,12 @@ from dmplay.core.uniforms import SeededUniforms, new_seed
 from dmplay.errors import BadParameter, EpisodeOver, IllegalAction, UnknownName
 from dmplay.registry import agents, problems
 from dmplay.registry.builtin_names import problem_names
-from dmplay.simulation.seat_spaces import IllegalActionRule, Info, SeatSpaces, read_actions
+from dmplay.simulation.seat_spaces import (
+    IllegalActionRule,
+    Info,
+    SeatSpaces,
+    convert_to_action_array,
+)
 from dmplay.simulation.uniform_sources import (
     EpisodeSequence,
     FastUniforms,
@@ -260,7 +265,7 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Any, Any]):
     def step(self, actions: Array) -> tuple[Array, Reals, Bools, Bools, Info]:
         """Play a turn in each row; a finished row starts its next game and ignores its action."""
         rows = check_started(self._rows, "step")
-        action_array = read_actions(actions)
+        action_array = convert_to_action_array(actions)
         if action_array.shape[:1] != (self.num_envs,):
             raise IllegalAction(
                 f"step: got shape {action_array.shape}, expected {self.num_envs} actions"

@@ -49,7 +49,7 @@ def make_seat_factory(agent: str, problem_name: str) -> SeatFactory:
         if turn_limit is None:
             name = agent
         else:
-            name = agents.plan_for_turn_limit(problem, seat_index, agent, turn_limit)
+            name = agents.set_horizon_in_name(problem, seat_index, agent, turn_limit)
         return problem, seat_index, agents.load_agent(problem, seat_index, name)
 
     return create_seat

@@ -194,27 +194,27 @@ class ExternalProblem(Problem, ABC):
         """Return the time step of each state."""
         return [self.time_step_after(history) for history in s[:, 0]]
 
-    def _seed_chance(self, rows: int) -> tuple[Chance, ...]:
+    def _make_seed_chance(self, rows: int) -> tuple[Chance, ...]:
         """Return a uniform for each row, which seeds its random numbers; () if it has none."""
         return (Uniform(np.zeros(rows), np.ones(rows)),) if self.is_stochastic else ()
 
     def initial_chance(self, rows: int) -> tuple[Chance, ...]:
         """Return a uniform for each row that determines all random numbers of the start."""
-        return self._seed_chance(rows)
+        return self._make_seed_chance(rows)
 
     def initial_states(self, rows: int, events: tuple[Array, ...]) -> Array:
         """Return histories without turns, as states."""
         uniforms = events[0].tolist() if events else [0.0] * rows
-        return _to_state_column([GameHistory(self.name, uniform) for uniform in uniforms])
+        return stack_histories([GameHistory(self.name, uniform) for uniform in uniforms])
 
     def chance(self, s: Array, a: Array) -> tuple[Chance, ...]:
         """Return a uniform for each row that determines all random numbers of the turn."""
-        return self._seed_chance(len(s))
+        return self._make_seed_chance(len(s))
 
     def resolve_events(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
         """Play a turn in the environment of each row; games that are over stay as they are."""
         uniforms = events[0].tolist() if events else [0.0] * len(s)
-        next_states = _to_state_column(
+        next_states = stack_histories(
             list(map(self._extend_history, s[:, 0], a.tolist(), uniforms))
         )
         rewards = np.zeros((len(s), len(self.agents)))
@@ -255,7 +255,7 @@ class ExternalProblem(Problem, ABC):
         names_by_agent = self.time_step_after(s[0]).action_labels
         pairs = zip(self.actions, names_by_agent, strict=bool(names_by_agent))
         if names_by_agent:
-            return tuple(_rename_labels(space.labels, names) for space, names in pairs)
+            return tuple(_replace_labels(space.labels, names) for space, names in pairs)
         return None
 
     def terminal(self, s: Array) -> Bools:
@@ -294,12 +294,12 @@ class ExternalProblem(Problem, ABC):
 
     def draw_state(self, s: Array) -> str:
         """Return the state as the library writes it; '' if that is a single line."""
-        return _keep_if_multiline(self.time_step_after(s[0]).state_text)
+        return _drop_single_line(self.time_step_after(s[0]).state_text)
 
     def draw_observation(self, observation: Array) -> str:
         """Return a text observation; '' if it is a single line, or not text."""
         if isinstance(self.observations[0], TextLine):
-            return _keep_if_multiline(str(observation))
+            return _drop_single_line(str(observation))
         return ""
 
     def format_state(self, s: Array) -> str:
@@ -308,7 +308,7 @@ class ExternalProblem(Problem, ABC):
 
     def parse_state(self, text: str) -> Array:
         """Return the history that a text describes."""
-        state: Array = _to_state_column([parse_history(self.name, text)])[0]
+        state: Array = stack_histories([parse_history(self.name, text)])[0]
         return state
 
 
@@ -324,16 +324,16 @@ class EnvironmentProblem(ExternalProblem):
         return True
 
 
-def _rename_labels(labels: Labels, new_names: Mapping[int, str]) -> Labels:
+def _replace_labels(labels: Labels, new_names: Mapping[int, str]) -> Labels:
     """Return the labels with some replaced; a name used twice gets the action's number appended."""
     names = [new_names.get(n, label) for n, label in enumerate(labels)]
     count = Counter(map(str.lower, names))
     for n, name in new_names.items():
-        names[n] = append_number(name, n, count) if count[name.lower()] > 1 else name
+        names[n] = make_label_unique(name, n, count) if count[name.lower()] > 1 else name
     return Labels(names)
 
 
-def append_number(label: str, number: int, taken: Counter[str]) -> str:
+def make_label_unique(label: str, number: int, taken: Counter[str]) -> str:
     """Return the label with the number appended until no other label is equal, and count it.
 
     Labels are compared in lower case, as they are typed.
@@ -345,14 +345,14 @@ def append_number(label: str, number: int, taken: Counter[str]) -> str:
     return new_label
 
 
-def _to_state_column(histories: list[GameHistory]) -> Array:
+def stack_histories(histories: list[GameHistory]) -> Array:
     """Return histories as an array of states `[B, 1]`."""
     column = np.empty((len(histories), 1), object)
     column[:, 0] = histories
     return column
 
 
-def _keep_if_multiline(text: str) -> str:
+def _drop_single_line(text: str) -> str:
     """Return a text of several lines; '' for a text of one line."""
     return text if "\n" in text else ""
 

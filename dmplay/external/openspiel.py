@@ -26,7 +26,7 @@ from dmplay.external.history_problem import (
     ExternalEnvironment,
     ExternalProblem,
     TimeStep,
-    append_number,
+    make_label_unique,
 )
 from dmplay.external.optional_libraries import LIBRARY_ERRORS, import_library, summarize_error
 from dmplay.formats.gambit_efg import ExtensiveForm, read_efg, schedule_information_sets
@@ -69,7 +69,7 @@ def _add_file_hash(name: str) -> str:
     return f"{PIP_EXTRA}:efg_game(filename={match[1]}, sha256={digest})"
 
 
-def _get_file_or_name(name: str) -> str:
+def _find_game_file(name: str) -> str:
     """Return the file that a game is read from, else the game's name."""
     match = EFG_FILE_PATTERN.fullmatch(name.partition(":")[2])
     return match[1] if match else name
@@ -83,7 +83,7 @@ def list_problem_names() -> list[str]:
 @cache
 def _load_game(name: str) -> Any:
     """Return the game; raise UnknownName or BadParameter with a message of one line."""
-    pyspiel = import_library("pyspiel", PIP_EXTRA, _get_file_or_name(name))
+    pyspiel = import_library("pyspiel", PIP_EXTRA, _find_game_file(name))
     text = name.partition(":")[2]
     base_name = text.partition("(")[0]
     if base_name not in pyspiel.registered_names():  # The library itself would print an error.
@@ -99,7 +99,7 @@ def _load_game(name: str) -> Any:
         with _silence_stderr():
             return pyspiel.load_efg_game(form.text) if form else pyspiel.load_game(text)
     except LIBRARY_ERRORS as error:
-        raise BadParameter(f"{_get_file_or_name(name)}: {summarize_error(error)}") from None
+        raise BadParameter(f"{_find_game_file(name)}: {summarize_error(error)}") from None
 
 
 @cache
@@ -123,7 +123,7 @@ def _schedule_turns(name: str) -> dict[str, int]:
         player = error.args[1][0][0] - 1
         reason = f"the number of turns would reveal hidden information to player-{player}"
         raise BadParameter(
-            f"{_get_file_or_name(name)}: its information sets cannot be ordered in time: {reason}"
+            f"{_find_game_file(name)}: its information sets cannot be ordered in time: {reason}"
         ) from None
     return {
         f"{player - 1}-{player - 1}-{number}-": count for (player, number), count in turns.items()
@@ -171,7 +171,7 @@ class ChanceSampler:
         return outcomes[int(edges.searchsorted(u, "right"))][0]
 
 
-def _resolve_chance_nodes(state: Any, sampler: ChanceSampler) -> None:
+def _sample_chance_nodes(state: Any, sampler: ChanceSampler) -> None:
     """Apply sampled chance outcomes until a player is to act, or the game is over."""
     while state.is_chance_node():
         state.apply_action(sampler.sample_outcome(state.chance_outcomes()))
@@ -190,7 +190,7 @@ class OpenSpielEnvironment(ExternalEnvironment):
         """Start a new game, and resolve the chance events before the first action."""
         self._state = _load_game(self._name).new_initial_state()
         self._returns, self._turn_count = [0.0] * self._state.num_players(), 0
-        _resolve_chance_nodes(self._state, ChanceSampler(uniform))
+        _sample_chance_nodes(self._state, ChanceSampler(uniform))
         return self._make_time_step()
 
     def step(self, actions: tuple[float, ...], uniform: float) -> TimeStep:
@@ -207,7 +207,7 @@ class OpenSpielEnvironment(ExternalEnvironment):
             )
         else:
             state.apply_action(int(actions[state.current_player()]))
-        _resolve_chance_nodes(state, ChanceSampler(uniform))
+        _sample_chance_nodes(state, ChanceSampler(uniform))
         return self._make_time_step()
 
     def clone(self) -> "OpenSpielEnvironment":
@@ -276,7 +276,7 @@ class OpenSpielEnvironment(ExternalEnvironment):
         self, legal_actions: Sequence[Sequence[int]]
     ) -> tuple[dict[int, str], ...]:
         """Return the names of the legal actions in this state; () if the labels name them all."""
-        labels_by_player = _collect_action_labels(self._name)
+        labels_by_player = _collect_labels_by_playing(self._name)
         wait_action = _load_game(self._name).num_distinct_actions()
         pairs = [*zip(labels_by_player, legal_actions, strict=True)]
         if not any(
@@ -319,7 +319,7 @@ def _shows_information_state(name: str) -> bool:
 
 
 @cache
-def _collect_action_labels(name: str) -> tuple[Labels, ...]:
+def _collect_labels_by_playing(name: str) -> tuple[Labels, ...]:
     """Return the action labels of each player, collected in some games that are played for this.
 
     OpenSpiel names an action only in a state. An action with different names in different states
@@ -332,7 +332,7 @@ def _collect_action_labels(name: str) -> tuple[Labels, ...]:
     for game_number in range(1, LABEL_TRIAL_GAMES + 1):
         state, sampler = game.new_initial_state(), ChanceSampler(game_number / MAX_SEED)
         for _ in range(MAX_TRIAL_TURNS):
-            _resolve_chance_nodes(state, sampler)
+            _sample_chance_nodes(state, sampler)
             if state.is_terminal() or query_count > MAX_LABEL_QUERIES:
                 break
             joint = []
@@ -380,7 +380,7 @@ def _choose_unique_labels(
     ]
     label_counts = Counter(labels)
     return [
-        append_number(label, n, label_counts)
+        make_label_unique(label, n, label_counts)
         if label_counts[label] > 1 or label in ("", WAIT_LABEL, *RESERVED_WORDS)
         else label
         for n, label in enumerate(labels)
@@ -394,7 +394,7 @@ class OpenSpielProblem(ExternalProblem):
     @property
     def source(self) -> str:
         """The file that the game is read from, else its name."""
-        return _get_file_or_name(self.name)
+        return _find_game_file(self.name)
 
     @cached_property
     def is_stochastic(self) -> bool:
@@ -410,7 +410,7 @@ class OpenSpielProblem(ExternalProblem):
     @property
     def actions(self) -> tuple[Labels, ...]:
         """The action labels of each player, with one to wait if there are several players."""
-        return _collect_action_labels(self.name)
+        return _collect_labels_by_playing(self.name)
 
     @cached_property
     def observations(self) -> tuple[TextLine, ...]:

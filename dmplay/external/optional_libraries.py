@@ -55,11 +55,11 @@ def parse_library_call(text: str) -> LibraryCall:
         key, equals, value = pair.partition("=")
         if not equals:
             raise BadParameter(f"{match['name']}: got {pair!r}, expected KEY=VALUE")
-        arguments[key.strip()] = _parse_value(value.strip())
+        arguments[key.strip()] = _parse_json_or_text(value.strip())
     return LibraryCall(match["name"], arguments)
 
 
-def _parse_value(text: str) -> object:
+def _parse_json_or_text(text: str) -> object:
     """Return the JSON value of a text, or the text itself if it is not JSON."""
     try:
         return json.loads(text.lower() if text in ("True", "False") else text)

@@ -26,7 +26,7 @@ from dmplay.formats.cassandra_syntax import (
     Statement,
     iter_statements,
     parse_preamble,
-    to_index_array,
+    selection_indices,
 )
 from dmplay.formats.lexer import EXACT_SUM_TOLERANCE, SUM_TOLERANCE, SourceText, make_reading_budget
 from dmplay.formats.problem_classes import FileProblem, MarkovModel, make_unique_labels
@@ -47,7 +47,7 @@ def read_markov_file(path: str, raw: bytes, *, team: bool = False) -> FileProble
     fields = preamble.list_fields()
     memory = _ReadingMemory()
     sets = (preamble.states, *preamble.actions, *preamble.observations)
-    memory.record("names", sum(declared.byte_count for declared in sets))
+    memory.set_part_bytes("names", sum(declared.byte_count for declared in sets))
     start = preamble.initial_belief
     probability_arrays = {
         kind: _ProbabilityArray(kind, fields[kind], start, memory)
@@ -86,12 +86,12 @@ class _ReadingMemory:
         self._budget = make_reading_budget()
         self._bytes_by_part: dict[str, int] = {}
 
-    def record(self, part: str, byte_count: int) -> None:
+    def set_part_bytes(self, part: str, byte_count: int) -> None:
         """Set the measured bytes that a part holds; raise BudgetExceeded if all hold too many."""
         self._bytes_by_part[part] = byte_count
-        self.check_addition(0.0)
+        self.check_more_bytes(0.0)
 
-    def check_addition(self, byte_count: float) -> None:
+    def check_more_bytes(self, byte_count: float) -> None:
         """Raise BudgetExceeded if this many more bytes would exceed the limit."""
         self._budget.check_memory(sum(self._bytes_by_part.values()) + byte_count)
 
@@ -124,7 +124,7 @@ class _ProbabilityArray:
         self._all_columns = np.arange(self._columns)
         self._size = self._actions * self._states
         # Each row has one entry or more.
-        memory.check_addition(float(BYTES_PER_NEW_ENTRY) * self._size)
+        memory.check_more_bytes(float(BYTES_PER_NEW_ENTRY) * self._size)
         self.empty_row_count = 0  # rows without probabilities that no game uses
         self._entries: list[_SparseEntries] = []
         self._n_entries = 0  # number of the entries in `_entries`
@@ -134,7 +134,9 @@ class _ProbabilityArray:
         self._row_resets = np.zeros(self._size, np.int64)
         # file offset of the last statement about each row
         self._row_offsets = np.full(self._size, -1)
-        memory.record(f"{self._kind} rows", self._row_resets.nbytes + self._row_offsets.nbytes)
+        memory.set_part_bytes(
+            f"{self._kind} rows", self._row_resets.nbytes + self._row_offsets.nbytes
+        )
 
     def add_statement(self, statement: Statement) -> None:
         """Store the probabilities of one statement."""
@@ -167,14 +169,17 @@ class _ProbabilityArray:
         A statement for all columns replaces the rows' earlier entries.
         """
         action, state, column = (*statement.selections, None, None)[:3]
-        actions, states = to_index_array(action, self._actions), to_index_array(state, self._states)
+        actions, states = (
+            selection_indices(action, self._actions),
+            selection_indices(state, self._states),
+        )
         is_identity = statement.keyword == "identity"
-        columns = states if is_identity else to_index_array(column, self._columns)
+        columns = states if is_identity else selection_indices(column, self._columns)
         is_one_number = len(statement.selections) == FIELD_COUNT and column is None
         is_zero = is_one_number and not statement.value_tokens.parse_probability()
         entries_per_row = 1 if is_identity else len(columns) * (not is_zero)
         new_entry_count = float(len(actions)) * len(states) * entries_per_row
-        self._memory.check_addition(
+        self._memory.check_more_bytes(
             BYTES_PER_MERGED_ENTRY * float(self._n_entries) + BYTES_PER_NEW_ENTRY * new_entry_count
         )
         self._flush_single_entries()
@@ -208,8 +213,8 @@ class _ProbabilityArray:
         """Append entries; raise BudgetExceeded if they take too much memory."""
         self._entries.append(entries)
         self._n_entries += len(entries.rows)
-        self._memory.record(f"{self._kind} entries", BYTES_PER_ENTRY * self._n_entries)
-        self._memory.check_addition(BYTES_PER_MERGED_ENTRY * float(self._n_entries))
+        self._memory.set_part_bytes(f"{self._kind} entries", BYTES_PER_ENTRY * self._n_entries)
+        self._memory.check_more_bytes(BYTES_PER_MERGED_ENTRY * float(self._n_entries))
 
     def _expand_statement(
         self, statement: Statement, states: Ints, columns: Ints
@@ -287,7 +292,7 @@ class _ProbabilityArray:
             raise self._row_sum_error(text, int(np.argmax(deviation > SUM_TOLERANCE)), sums)
         value = np.where(deviation[row] > EXACT_SUM_TOLERANCE, value / sums[row], value)
         matrix = SparseMatrix(np.searchsorted(row, np.arange(self._size + 1)), column, value)
-        self._memory.record(f"{self._kind} entries", sum(part.nbytes for part in matrix))
+        self._memory.set_part_bytes(f"{self._kind} entries", sum(part.nbytes for part in matrix))
         return matrix
 
     def _merge_entries(self) -> _SparseEntries:
@@ -353,7 +358,7 @@ class _RewardArray:
         """
         row_count = len(transitions.columns) if self._depth > 1 else self._actions * self._states
         column_count = self._n_observations if self._depth == 3 else 1
-        self._memory.check_addition(16.0 * row_count * column_count)
+        self._memory.check_more_bytes(16.0 * row_count * column_count)
         rewards = np.zeros((row_count, column_count))
         entry_index = _TransitionIndex(transitions, self._actions, self._states)
         budget = make_reading_budget()
@@ -367,7 +372,7 @@ class _RewardArray:
             if self._depth == 1:
                 rewards[indices, 0] = values[0]
             elif len(selections) == 4:
-                columns = to_index_array(observation, column_count) if column_count > 1 else 0
+                columns = selection_indices(observation, column_count) if column_count > 1 else 0
                 rewards[indices[:, None], columns] = values[0]
             else:
                 value_rows = values.reshape(-1, self._n_observations)
@@ -386,8 +391,8 @@ class _TransitionIndex:
 
     def find_rows(self, action: IndexSelection, state: IndexSelection) -> Ints:
         """Return the rows of T for the selected actions and states."""
-        states = to_index_array(state, self.state_count)
-        actions = to_index_array(action, self.action_count)
+        states = selection_indices(state, self.state_count)
+        actions = selection_indices(action, self.action_count)
         return (states[:, None] * self.action_count + actions).reshape(-1)
 
     def find_entries(

@@ -51,7 +51,7 @@ PAIR_LENGTH = 2  # numbers in a row that looks like a column and its value
 IndexSelection = int | Ints | None  # one index, an array of indices, or None for all
 
 
-def to_index_array(selection: IndexSelection, count: int) -> Ints:
+def selection_indices(selection: IndexSelection, count: int) -> Ints:
     """Return a selection as an array of indices, out of `count` in all."""
     return np.arange(count) if selection is None else np.atleast_1d(selection)
 
@@ -105,7 +105,7 @@ class Declaration:
         """Return the name at an index."""
         return self.names[index]
 
-    def matches(self, words: Sequence[str]) -> bool:
+    def names_element(self, words: Sequence[str]) -> bool:
         """Return whether these words name an element of the set, or all."""
         return len(words) == 1 and (words[0] == WILDCARD or words[0] in self.index_by_name)
 
@@ -156,11 +156,12 @@ class JointDeclaration:
             part.name_at(int(n)) for part, n in zip(self._declarations, indices, strict=True)
         )
 
-    def matches(self, words: Sequence[str]) -> bool:
+    def names_element(self, words: Sequence[str]) -> bool:
         """Return whether these words name one or several joint elements."""
         if len(words) == len(self._declarations):
             return all(
-                part.matches([word]) for part, word in zip(self._declarations, words, strict=True)
+                part.names_element([word])
+                for part, word in zip(self._declarations, words, strict=True)
             )
         return len(words) == 1 and (words[0] == WILDCARD or parse_integer(words[0]) is not None)
 
@@ -184,7 +185,7 @@ class JointDeclaration:
             ]
             if all(n is None for n in selections):
                 return None
-            indices = map(to_index_array, selections, self._counts)
+            indices = map(selection_indices, selections, self._counts)
             joint_indices = np.ravel_multi_index(np.ix_(*indices), self._counts).reshape(-1)
             return int(joint_indices[0]) if len(joint_indices) == 1 else joint_indices
         if len(words) == 1 and words[0] == WILDCARD:
@@ -291,13 +292,13 @@ def _iter_declarations(source: SourceText, end: int) -> Iterator[tuple[str, Toke
         for index in range(colon + 1, last):
             if tokens[index] in KEYWORDS and (key, tokens[index]) != UNIFORM_START:
                 got = f"got {tokens[index]!r} after {key}:, which is a keyword"
-                raise span.error_at(index, f"{got}; {_keyword_advice(tokens[index])}")
+                raise span.error_at(index, f"{got}; {_advise_on_keyword(tokens[index])}")
         yield key, span.slice(colon + 1, last)
         if colon - first > 1:
             yield tokens[first + 1], span.slice(colon + 1, last)
 
 
-def _keyword_advice(keyword: str) -> str:
+def _advise_on_keyword(keyword: str) -> str:
     """Return the advice for a keyword where a declaration has its names or numbers."""
     if keyword in DECLARATION_KEYS:
         return f"expected {keyword}: with a colon, or another name"
@@ -466,7 +467,7 @@ class _StatementGrammar:
             return int(not self._team)
         fits_values = len(tokens) == self._value_counts[named_count]
         fits_name_and_values = len(tokens) - 1 == self._value_counts[named_count + 1]
-        is_name = self._fields[named_count].matches(tokens[:1])
+        is_name = self._fields[named_count].names_element(tokens[:1])
         # With two states, this is either a row on its own line, or a state and its value.
         if fits_values and fits_name_and_values:
             return int(is_name and not span.is_line_start)

@@ -69,7 +69,7 @@ class _TreeReader:
         if path.node_count == MAX_PATH_NODES and kind in ("c", "p"):
             expected = f"t, because a path has at most {MAX_PATH_NODES} nodes before it"
             raise lexer.unexpected_token(expected)
-        lexer.expect("c", "p", "t")
+        lexer.expect_token("c", "p", "t")
         lexer.read_optional_string("the name of a node")
         if kind == "t":
             self.terminal_count += 1
@@ -81,7 +81,7 @@ class _TreeReader:
             count = len(self.players)
             player = lexer.read_integer(1, count, f"the number of a player, 1 to {count}")
         number = lexer.read_integer(1, 1e9, "the number of an information set, 1 or more")
-        set_ = self._number_set(player, number)
+        set_ = self._renumber_information_set(player, number)
         lexer.read_optional_string("the name of an information set")
         actions = self._read_actions(player, number)
         last_set = path.last_set
@@ -98,10 +98,10 @@ class _TreeReader:
 
         The node exists so that the payoffs are those of a turn.
         """
-        set_ = self._number_set(1, -self.terminal_count)
+        set_ = self._renumber_information_set(1, -self.terminal_count)
         return f'p "" 1 {set_} "" {{ "{END_ACTION}" }} 0'
 
-    def _number_set(self, player: int, number: int) -> int:
+    def _renumber_information_set(self, player: int, number: int) -> int:
         """Return the new number of an information set of a player, by its number in the file."""
         return self.information_sets[player].setdefault(
             number, len(self.information_sets[player]) + 1
@@ -134,14 +134,14 @@ class _TreeReader:
     def _read_chance_actions(self) -> list[str]:
         """Return the actions of chance, each with its probability, scaled to sum to 1."""
         lexer = self.lexer
-        lexer.expect("{")
+        lexer.expect_token("{")
         position = lexer.position
         names: list[str] = []
         probabilities: list[float] = []
         while not names or lexer.token != "}":
             names.append(lexer.read_string("the name of an action in quotation marks, or }"))
             probabilities.append(lexer.read_number())
-        lexer.expect("}")
+        lexer.expect_token("}")
         if min(probabilities) < 0 or abs(sum(probabilities) - 1) > SUM_TOLERANCE:
             raise lexer.unexpected_token("probabilities that sum to 1", position)
         total = sum(probabilities)
@@ -155,9 +155,9 @@ class _TreeReader:
         number = lexer.read_integer(0, 1e9, "the number of an outcome, 0 for none")
         lexer.read_optional_string("the name of an outcome")
         if lexer.token == "{":
-            lexer.expect("{")
+            lexer.expect_token("{")
             self.outcomes[number] = tuple(lexer.read_number() for _ in self.players)
-            lexer.expect("}")
+            lexer.expect_token("}")
         if number and number not in self.outcomes:
             expected = "an outcome whose payoffs are given here or earlier"
             raise lexer.unexpected_token(expected, position)

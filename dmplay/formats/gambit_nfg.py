@@ -67,7 +67,7 @@ class GambitLexer:
             offset, got = self._tokens[self.position].start(), repr(self.token)
         return self._text.error_at(offset, f"got {got}, expected {expected}")
 
-    def expect(self, *words: str) -> None:
+    def expect_token(self, *words: str) -> None:
         """Read the next token; raise BadFile unless it is one of these words."""
         if self.token not in words:
             raise self.unexpected_token(" or ".join(words))
@@ -76,7 +76,7 @@ class GambitLexer:
     def read_header(self, name: str, version: str) -> tuple[str, list[str]]:
         """Read the start of a file in a format; return the title of the game and its players."""
         for words in ((name,), (version,), ("R", "D")):
-            self.expect(*words)
+            self.expect_token(*words)
         title = self.read_string("the title of the game, in quotation marks")
         return title, self.read_strings("a player")
 
@@ -94,11 +94,11 @@ class GambitLexer:
 
     def read_strings(self, kind: str) -> list[str]:
         """Read and return names in braces."""
-        self.expect("{")
+        self.expect_token("{")
         names = [self.read_string(f"the name of {kind} in quotation marks")]
         while self.token != "}":
             names.append(self.read_string(f"the name of {kind} in quotation marks, or }}"))
-        self.expect("}")
+        self.expect_token("}")
         return names
 
     def read_number(self) -> float:
@@ -123,7 +123,7 @@ class GambitLexer:
 
 def _read_strategies(lexer: GambitLexer, players: int) -> tuple[Labels, ...]:
     """Return the strategies of each player, read as names or as a count."""
-    lexer.expect("{")
+    lexer.expect_token("{")
     strategies: list[Labels] = []
     for _ in range(players):
         if lexer.token == "{":
@@ -134,7 +134,7 @@ def _read_strategies(lexer: GambitLexer, players: int) -> tuple[Labels, ...]:
             count = lexer.read_integer(1, np.inf, expected)
             make_reading_budget().check_memory(float(BYTES_PER_PAYOFF) * count)
             strategies.append(Labels(str(n + 1) for n in range(count)))
-    lexer.expect("}")
+    lexer.expect_token("}")
     return tuple(strategies)
 
 
@@ -145,14 +145,14 @@ def _read_payoffs(lexer: GambitLexer, players: int, cells: int) -> Reals:
 
 def _read_outcomes(lexer: GambitLexer, players: int, cells: int) -> Reals:
     """Return the payoffs `[cells, n]`, read as numbered outcomes; outcome 0 has payoff 0."""
-    lexer.expect("{")
+    lexer.expect_token("{")
     payoffs = [[0.0] * players]
     while lexer.token == "{":
-        lexer.expect("{")
+        lexer.expect_token("{")
         lexer.read_string("the name of an outcome in quotation marks")
         payoffs.append([lexer.read_number() for _ in range(players)])
-        lexer.expect("}")
-    lexer.expect("}")
+        lexer.expect_token("}")
+    lexer.expect_token("}")
     last = len(payoffs) - 1
     expected = f"the number of an outcome, 0 to {last}"
     return np.array(payoffs)[[lexer.read_integer(0, last, expected) for _ in range(cells)]]

@@ -142,13 +142,15 @@ class TokenSpan(NamedTuple):
 
     def parse_numbers(self, expected_count: int) -> Reals:
         """Return all tokens as `expected_count` numbers up to MAX_NUMBER; else raise BadFile."""
-        return self._parse_values(expected_count, -MAX_NUMBER, MAX_NUMBER, EXPECTED_NUMBER)
+        return self._parse_bounded_numbers(expected_count, -MAX_NUMBER, MAX_NUMBER, EXPECTED_NUMBER)
 
     def parse_probabilities(
         self, expected_count: int, expected_text: str = "a probability, 0 to 1"
     ) -> Reals:
         """Return all tokens as `expected_count` numbers from 0 to 1; else raise BadFile."""
-        return self._parse_values(expected_count, 0, 1 + PROBABILITY_TOLERANCE, expected_text)
+        return self._parse_bounded_numbers(
+            expected_count, 0, 1 + PROBABILITY_TOLERANCE, expected_text
+        )
 
     def parse_probability(self) -> float:
         """Return the only token as a probability; raise BadFile if it is not one."""
@@ -158,7 +160,7 @@ class TokenSpan(NamedTuple):
                 return value
         return float(self.parse_probabilities(1)[0])
 
-    def _parse_values(
+    def _parse_bounded_numbers(
         self, expected_count: int, least: float, most: float, expected_text: str
     ) -> Reals:
         """Return all tokens as numbers from `least` to `most`; raise BadFile for another token.

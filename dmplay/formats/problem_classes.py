@@ -96,7 +96,7 @@ class FileProblem(Tabular):
         return self.model.tables
 
     @cached_property
-    def absorbing_mask(self) -> Bools:
+    def absorbing_states_mask(self) -> Bools:
         """The mask `[S]` of states that lead only to themselves with reward 0."""
         transitions, joint_action_count = self.tables.transition, prod(self.action_counts)
         row_states = np.repeat(np.arange(self.state_count), joint_action_count)
@@ -108,7 +108,7 @@ class FileProblem(Tabular):
 
     def terminal(self, s: Array) -> Bools:
         """Return the mask `[B]` of terminal states; all False if the states are hidden."""
-        return self.absorbing_mask[s] & (not self.partially_observable)
+        return self.absorbing_states_mask[s] & (not self.partially_observable)
 
 
 @dataclass(frozen=True, eq=False)

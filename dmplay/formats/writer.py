@@ -29,7 +29,7 @@ def iter_problem_lines(problem: Problem, suffix: str, description: str) -> Itera
     Raises BadParameter if the format cannot represent the problem.
     """
     if not isinstance(problem.state_count, int) or not all(problem.action_counts):
-        reason = _describe_unlisted(problem)
+        reason = _explain_unlistable(problem)
         raise BadParameter(f"a file lists all states and actions, but {reason}")
     if suffix == ".nfg":
         return _iter_nfg_lines(problem, description)
@@ -46,7 +46,7 @@ def iter_problem_lines(problem: Problem, suffix: str, description: str) -> Itera
     return _iter_markov_lines(problem, description, team=team)
 
 
-def _describe_unlisted(problem: Problem) -> str:
+def _explain_unlistable(problem: Problem) -> str:
     """Return the reason why the states or the actions of a problem cannot be listed."""
     if not all(problem.action_counts):
         return "an action of this problem is a real number"

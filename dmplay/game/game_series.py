@@ -158,7 +158,7 @@ class GameController:
         """
         recorder = self._game.recorder if self._game else None
         is_hidden = self.is_interactive and self.awaiting_handover
-        return "" if recorder is None or is_hidden else recorder.take_write_notice()
+        return "" if recorder is None or is_hidden else recorder.pop_write_notice()
 
     def confirmation_question(self, line: str) -> str:
         """Return a question before a typed line ends an unfinished game; '' if none is needed.

@@ -47,12 +47,12 @@ from dmplay.game.transcript_verification import describe_problem_change, load_tr
 from dmplay.registry import agents, problem_name_kinds, problems
 from dmplay.transcript.concealment import (
     GameKey,
-    disclose_transcript,
     has_hidden_information,
     is_concealed,
     make_game_key,
     mark_header_peeked,
     mark_peeked,
+    mark_peeked_if_concealed,
 )
 from dmplay.transcript.external_players import MODEL_PLAYER
 from dmplay.transcript.format import NATURAL_END_REASONS, FrameRenderer, resolve_turn_limit
@@ -216,7 +216,7 @@ def assign_players(
     if other_agent and len(problem.agents) == 1:
         raise BadParameter(f"--vs: {loaded_problem.name} has only one seat; use --agent")
     other_seats = range(1, len(problem.agents))
-    players = [first_agent or agents.default_agent(problem, 0, turns)]
+    players = [first_agent or agents.default_agent_name(problem, 0, turns)]
     players += [
         other_agent or agents.load_roster(problem, seat).default_partner for seat in other_seats
     ]
@@ -235,7 +235,7 @@ def assign_players(
     if turns is None:
         return players
     return [
-        agents.plan_for_turn_limit(problem, seat, player, turns)
+        agents.set_horizon_in_name(problem, seat, player, turns)
         for seat, player in enumerate(players)
     ]
 
@@ -378,7 +378,7 @@ def branch_game(request: BranchRequest, disclosed_games: Collection[GameKey] = (
     )
     new_header = mark_header_peeked(new_header, loaded_problem.problem, transcript.path)
     if make_game_key(loaded_problem.name, new_header.uniform_source) not in disclosed_games:
-        disclose_transcript(transcript, loaded_problem.problem, peek=request.peek)
+        mark_peeked_if_concealed(transcript, loaded_problem.problem, peek=request.peek)
     check_unattended_turns(transcript, players, request.turn_limit)
     limit = resolve_turn_limit(loaded_problem.problem, players, new_header.turns)
     session = Session(

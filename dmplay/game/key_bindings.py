@@ -43,7 +43,7 @@ def resolve_key_maps(problem: Problem, preferences: KeyPreferences) -> KeyMaps:
             f"--keys: got {preferences.preset!r}, expected one of {', '.join(KEY_PRESETS)}"
         )
     view_module, labels = load_view_module(problem), problem.actions[0].labels
-    for key in problem_module_exports.module_keys(problem):
+    for key in problem_module_exports.load_module_keys(problem):
         if not _can_play_action(key):
             raise _make_key_error(key, problem_module_exports.locate_export(problem, "KEYS"))
     second_player_keys: Mapping[str, str] = getattr(view_module, "SECOND_PLAYER_KEYS", {})

@@ -17,7 +17,7 @@ from dmplay.game.launch_requests import format_settings
 from dmplay.game.saves import load_transcript
 from dmplay.game.seats import list_human_seats, list_scripts
 from dmplay.game.transcript_verification import describe_problem_change, load_transcript_problem
-from dmplay.transcript.concealment import disclose_transcript
+from dmplay.transcript.concealment import mark_peeked_if_concealed
 from dmplay.transcript.replay import start_session
 from dmplay.transcript.turn_batch_replay import BatchReplayer
 
@@ -31,7 +31,7 @@ class Playback(NotebookDisplay, Game):
     def __init__(self, path: Path, *, trusted: bool = False, peek: bool = False) -> None:
         transcript = load_transcript(path)
         loaded_problem = load_transcript_problem(transcript, trusted=trusted)
-        self.transcript = disclose_transcript(transcript, loaded_problem.problem, peek=peek)
+        self.transcript = mark_peeked_if_concealed(transcript, loaded_problem.problem, peek=peek)
         self._problem = loaded_problem.problem
         first_block, *blocks = self.transcript.blocks
         hint_blocks = [block for block in blocks if block.kind == "help"]

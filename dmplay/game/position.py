@@ -310,7 +310,7 @@ class Position:
         if self.agent is None:
             return None
         if q is not None:
-            return self.agent.join_values(q, self.view.legal_actions_mask)
+            return self.agent.attach_basis(q, self.view.legal_actions_mask)
         choice = self._choose()
         return choice if isinstance(choice, ActionValues) else None
 

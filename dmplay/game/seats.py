@@ -22,7 +22,7 @@ from dmplay.registry.problem_name_kinds import (
     resolve_recorded_name,
     transcript_folder,
 )
-from dmplay.transcript.concealment import disclose_transcript
+from dmplay.transcript.concealment import mark_peeked_if_concealed
 from dmplay.transcript.external_players import EXTERNAL_PLAYERS, HUMAN_PLAYER
 from dmplay.transcript.header import Header
 from dmplay.transcript.replay import replay
@@ -76,7 +76,7 @@ def make_seat_policy(
         return Script(problem, seat, _parse_script(problem, seat, argument))
     if kind == "replay":
         replayed_turns = replay(
-            disclose_transcript(load_transcript(Path(argument)), problem), problem
+            mark_peeked_if_concealed(load_transcript(Path(argument)), problem), problem
         ).turns
         return Script(problem, seat, tuple(turn.actions[seat].item() for turn in replayed_turns))
     if names_bot(player):

@@ -15,7 +15,7 @@ from dmplay.game.saves import STDIN_PATH, resolve_dash
 from dmplay.game.seats import load_verifiable_policies
 from dmplay.registry import problems
 from dmplay.registry.problem_name_kinds import resolve_recorded_name, transcript_folder
-from dmplay.transcript.concealment import disclose_transcript, is_concealed
+from dmplay.transcript.concealment import is_concealed, mark_peeked_if_concealed
 from dmplay.transcript.reader import Transcript, read_transcript
 from dmplay.transcript.rewriting import rewrite_transcript
 from dmplay.transcript.verification_report import (
@@ -23,7 +23,7 @@ from dmplay.transcript.verification_report import (
     Finding,
     VerificationReport,
     make_finding,
-    merge_waiting_observations,
+    merge_waiting_players_findings,
 )
 from dmplay.transcript.verify import verify_transcript
 
@@ -85,7 +85,7 @@ def load_transcript_problem(
             loaded_problem = problems.resolve_problem(name, parameters, trusted=may_import)
         except DmplayError as error:
             line = entries.get(key, entries["problem"]).line
-            is_untrusted_code = not may_import and problems.names_code(name)
+            is_untrusted_code = not may_import and problems.names_other_code(name)
             is_assigned = assigned_names is None or header.problem in assigned_names
             explanation = str(error)
             if is_untrusted_code:
@@ -166,7 +166,7 @@ def verify(
     frame_renderer = render_transcript_frame if compares_frames else None
     report = verify_transcript(transcript, problem, policies, frame_renderer)
     report.problem_change = describe_problem_change(transcript, loaded_problem)
-    report.findings = merge_waiting_observations(report.findings)
+    report.findings = merge_waiting_players_findings(report.findings)
     if is_concealed(transcript, problem):
         report.findings = [finding.without_values for finding in report.findings]
     return report
@@ -182,7 +182,7 @@ def rewrite_file(path: Path, *, trusted: bool = False, keeps_line_ends: bool = F
     transcript = read_transcript(path)
     loaded_problem = load_transcript_problem(transcript, trusted=trusted)
     problem = loaded_problem.problem
-    disclose_transcript(transcript, problem)
+    mark_peeked_if_concealed(transcript, problem)
     transcript = replace(
         transcript, header=replace(transcript.header, origin=loaded_problem.origin)
     )

@@ -368,7 +368,7 @@ def find_compared_agent(provider: agents.HintAgent) -> str:
     substitute = agents.load_roster(policy.problem, policy.seat).batch_agent
     is_exact = provider.basis.accuracy in {Accuracy.EXACT, Accuracy.CONDITIONAL}
     is_quick = is_exact or not substitute
-    return provider.label if is_quick else cast(str, substitute)
+    return provider.base_name if is_quick else cast(str, substitute)
 
 
 def _iter_compared_players(
@@ -403,7 +403,9 @@ def _iter_compared_players(
             return
         label = find_compared_agent(provider)
         strong[seat] = (
-            provider.policy if label == provider.label else agents.load_agent(problem, seat, label)
+            provider.policy
+            if label == provider.base_name
+            else agents.load_agent(problem, seat, label)
         )
     if label != SEARCH_AGENT:
         yield label, fill_seats(strong)

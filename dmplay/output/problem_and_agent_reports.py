@@ -71,7 +71,7 @@ def load_problem_info(name: str, keys: KeyPreferences = DEFAULT_KEY_PREFERENCES)
     return ProblemInfo(
         problem=name,
         kind=problem.kind,
-        about=problems.full_description(problem),
+        about=problems.problem_docstring(problem),
         agents=list(problem.agents),
         states=problem_summary(problem)["states"],
         actions=_describe_actions(problem.actions[0]),
@@ -92,7 +92,7 @@ def _list_agents(problem: Problem) -> dict[str, type[SeatPolicy]]:
     return {
         name: agent_class
         for name, agent_class in agents.load_roster(problem).agents.items()
-        if not agents.refuses_problem(problem, agent_class)
+        if not agents.refuses_to_play(problem, agent_class)
     }
 
 

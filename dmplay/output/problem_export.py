@@ -23,7 +23,7 @@ def convert_problem(name: str, parameters: Mapping[str, object], path: Path, *, 
     loaded = problems.resolve_problem(name, parameters)
     try:
         lines = [
-            *iter_problem_lines(loaded.problem, suffix, problems.full_description(loaded.problem))
+            *iter_problem_lines(loaded.problem, suffix, problems.problem_docstring(loaded.problem))
         ]
     except (BadParameter, BudgetExceeded) as error:
         raise BadParameter(f"{loaded.name}: {error}") from None

@@ -50,7 +50,7 @@ class HintAgent:
     question: AdviceQuestion
 
     @property
-    def label(self) -> str:
+    def base_name(self) -> str:
         """Its name without the turns that it plans and the players that it assumes."""
         return _format_agent_name(self.name.partition(":")[0], self.policy, ["horizon", "to"])
 
@@ -75,12 +75,12 @@ class HintAgent:
     def _list_opponents(self) -> Iterator[str]:
         """Yield the names of the other players, with the number of actions that one repeats."""
         for seat, name in enumerate(self.question.players):
-            script = find_script(self.question, seat)
+            script = make_script_policy(self.question, seat)
             count = f" of {format_count(len(script.actions), 'action')}" if script else ""
             if seat != self.question.seat:
                 yield f"{name}{count}"
 
-    def join_values(self, q: Reals | None, legal: Bools | None) -> ActionValues | None:
+    def attach_basis(self, q: Reals | None, legal: Bools | None) -> ActionValues | None:
         """Return its values `[A]` with their basis; None if it has none.
 
         Those of illegal actions are nan. Ratings are whole numbers, as they are not more exact.
@@ -138,7 +138,7 @@ class _SpecificAgentsFirst(Mapping[str, type[SeatPolicy]]):
         self._specific, self._find_general = {**specific}, find_general
 
     @cached_property
-    def _all(self) -> dict[str, type[SeatPolicy]]:
+    def _all_agents(self) -> dict[str, type[SeatPolicy]]:
         """All agents; a general one is left out if the problem has it under another name."""
         classes = {*self._specific.values()}
         general = self._find_general().items()
@@ -147,18 +147,18 @@ class _SpecificAgentsFirst(Mapping[str, type[SeatPolicy]]):
         return {**self._specific, **others, **AGENTS_FOR_ANY_PROBLEM, **self._specific}
 
     @property
-    def _quickly_found(self) -> dict[str, type[SeatPolicy]]:
+    def _quickly_found_agents(self) -> dict[str, type[SeatPolicy]]:
         """The agents of the problem, and those for any problem."""
         return AGENTS_FOR_ANY_PROBLEM | self._specific
 
     def __getitem__(self, name: str) -> type[SeatPolicy]:
-        return self._quickly_found.get(name) or self._all[name]
+        return self._quickly_found_agents.get(name) or self._all_agents[name]
 
     def __iter__(self) -> Iterator[str]:
-        return iter(self._all)
+        return iter(self._all_agents)
 
     def __len__(self) -> int:
-        return len(self._all)
+        return len(self._all_agents)
 
 
 def load_agent(problem: Problem, seat: int, name: str) -> Policy:
@@ -223,10 +223,10 @@ def find_hint_provider(problem: Problem, question: AdviceQuestion) -> HintAgent 
         agent = load_hint_agent(problem, question, name)
     except BadPolicy:
         return None
-    return _plan_best_response(agent) or agent
+    return _find_best_response(agent) or agent
 
 
-def _plan_best_response(agent: HintAgent) -> HintAgent | None:
+def _find_best_response(agent: HintAgent) -> HintAgent | None:
     """Return the best response to the players of an agent's question; None if it is not computed.
 
     It is not needed if the agent plans with these players; if all see the state, its values must
@@ -235,7 +235,8 @@ def _plan_best_response(agent: HintAgent) -> HintAgent | None:
     problem, question = agent.policy.problem, agent.question
     others = [(seat, name) for seat, name in enumerate(question.players) if seat != question.seat]
     is_known = [
-        find_script(question, seat) or name.partition(":")[0] in load_roster(problem, seat).agents
+        make_script_policy(question, seat)
+        or name.partition(":")[0] in load_roster(problem, seat).agents
         for seat, name in others
     ]
     is_large = agent.name == "search" and not isinstance(problem.state_count, int)
@@ -264,9 +265,9 @@ def _make_best_response(problem: Problem, question: AdviceQuestion) -> tuple[Sea
 
         def make_partner(other: int, name: str) -> SeatPolicy | None:
             """Return the policy of the partner; None for random play."""
-            return find_script(question, other) or _make_opponent(problem, other, name)
+            return make_script_policy(question, other) or _make_opponent(problem, other, name)
 
-        script = find_script(question, 1 - seat)
+        script = make_script_policy(question, 1 - seat)
         horizon = turns or (len(script.actions) if script else 0)
         team_policy = BestResponseInTeam(problem, seat, to=names[0], horizon=horizon)
         return team_policy.with_policy_maker(make_partner), np.full(1, -1)
@@ -274,14 +275,14 @@ def _make_best_response(problem: Problem, question: AdviceQuestion) -> tuple[Sea
 
     others = [other for other in range(len(problem.agents)) if other != seat]
     policies = [
-        find_script(question, other) or _make_roster_agent(problem, other, name)
+        make_script_policy(question, other) or _make_roster_agent(problem, other, name)
         for other, name in zip(others, names, strict=True)
     ]
     plan = BestResponsePlan(problem, seat, names, turns, tuple(policies))
     return plan, initial_state_distribution(problem)[1]
 
 
-def find_script(question: AdviceQuestion, seat: int) -> Script | None:
+def make_script_policy(question: AdviceQuestion, seat: int) -> Script | None:
     """Return the policy of a seat that repeats listed actions; None if it does not."""
     is_scripted = question.players[seat] in SCRIPTED_PLAYERS  # not if another player is assumed
     scripts = (script for script in question.scripts if isinstance(script, Script))
@@ -306,7 +307,7 @@ def load_hint_agent(problem: Problem, question: AdviceQuestion, name: str) -> Hi
     return HintAgent(_format_agent_name(name, policy), policy, question)
 
 
-def default_agent(problem: Problem, seat: int, turn_limit: int | None = None) -> str:
+def default_agent_name(problem: Problem, seat: int, turn_limit: int | None = None) -> str:
     """Return the name of the agent that plays a seat of many games if none is named.
 
     It is the roster's batch agent, else the hint provider, else the default partner.
@@ -317,7 +318,7 @@ def default_agent(problem: Problem, seat: int, turn_limit: int | None = None) ->
     return seat_roster.batch_agent or hint_provider or seat_roster.default_partner
 
 
-def refuses_problem(problem: Problem, agent_class: type[SeatPolicy]) -> bool:
+def refuses_to_play(problem: Problem, agent_class: type[SeatPolicy]) -> bool:
     """Return whether an agent of a roster refuses to play the first seat of a problem.
 
     An agent that needs an optional package is assumed to play, as the package is not loaded.
@@ -331,7 +332,7 @@ def refuses_problem(problem: Problem, agent_class: type[SeatPolicy]) -> bool:
     return False
 
 
-def plan_for_turn_limit(problem: Problem, seat: int, name: str, turn_limit: int) -> str:
+def set_horizon_in_name(problem: Problem, seat: int, name: str, turn_limit: int) -> str:
     """Return an agent's name with its horizon set to `turn_limit`, if it plans whole games.
 
     A name that sets a horizon already, and that of any other agent, is returned unchanged.

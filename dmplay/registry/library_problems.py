@@ -31,7 +31,7 @@ def list_external_problems(word: str) -> list[str]:
     return [f"{library}:{name}" for name in library_names]
 
 
-def load_external_problem(name: str) -> LookupResult:
+def load_library_problem(name: str) -> LookupResult:
     """Return the problem of this name; its origin is the library's version."""
     from dmplay.external.optional_libraries import format_library_version
 

@@ -23,7 +23,7 @@ def load_data_problem(name: str) -> LookupResult:
 
     origin = f"sha256:{hashlib.sha256(raw).hexdigest()[:HASH_DIGITS]}"
     if path.suffix.lower() == ".efg":  # read by OpenSpiel
-        result = library_problems.load_external_problem(f"openspiel:efg_game(filename={name})")
+        result = library_problems.load_library_problem(f"openspiel:efg_game(filename={name})")
         return LookupResult(name, result.problem, f"{origin}, {result.origin}")
     try:
         return LookupResult(name, _parse_problem(name, raw), origin)

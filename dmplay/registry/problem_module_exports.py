@@ -57,45 +57,45 @@ def find_export(problem: Problem, name: str) -> Any:
     Quantities and figures are computed from the problem itself, so a subclass inherits them.
     """
     module = _find_defining_module(problem, name)
-    if name == "VIEW" and module and _is_part(module, "view"):
+    if name == "VIEW" and module and _is_part_module(module, "view"):
         return module
     return getattr(module, name, None)
 
 
 def defines_export(problem: Problem, name: str) -> bool:
     """Return whether the code of a problem's own class defines a name of `PART_BY_NAME`."""
-    return getattr(_find_part(type(problem), name), name, None) is not None
+    return getattr(_find_part_module(type(problem), name), name, None) is not None
 
 
 def _find_defining_module(problem: Problem, name: str) -> ModuleType | None:
     """Return the module that defines a name for a problem, or would define it."""
     kinds = type(problem).__mro__ if name in INHERITED_NAMES else (type(problem),)
-    modules = [_find_part(kind, name) for kind in kinds]
+    modules = [_find_part_module(kind, name) for kind in kinds]
     defining = (module for module in modules if getattr(module, name, None) is not None)
     return next(defining, modules[0])
 
 
-def _find_part(kind: type, name: str) -> ModuleType | None:
+def _find_part_module(kind: type, name: str) -> ModuleType | None:
     """Return the module that defines a name for a class, or would define it; None without one."""
     rules = sys.modules.get(kind.__module__)
-    return _load_part(rules, PART_BY_NAME[name]) or rules if rules else None
+    return _load_part_module(rules, PART_BY_NAME[name]) or rules if rules else None
 
 
 @lru_cache(256)
-def _load_part(rules: ModuleType, part: str) -> ModuleType | None:
+def _load_part_module(rules: ModuleType, part: str) -> ModuleType | None:
     """Return a file of a problem's folder as a module; None if there is none, or no folder."""
     name = f"{rules.__package__}.{part}"
-    if not _is_part(rules, RULES) or find_spec(name) is None:
+    if not _is_part_module(rules, RULES) or find_spec(name) is None:
         return None
     return import_module_quietly(name)
 
 
-def _is_part(module: ModuleType, part: str) -> bool:
+def _is_part_module(module: ModuleType, part: str) -> bool:
     """Return whether a module is this file of a package."""
     return module.__name__ == f"{module.__package__}.{part}"
 
 
-def problem_classes(module: ModuleType) -> dict[str, type[Problem]]:
+def list_problem_classes(module: ModuleType) -> dict[str, type[Problem]]:
     """Return the playable problem classes that a module defines, by name."""
     classes = [value for value in vars(module).values() if isinstance(value, type)]
     module_classes = [kind for kind in classes if kind.__module__ == module.__name__]
@@ -109,7 +109,7 @@ def _is_playable_class(kind: type[Problem], module_classes: list[type]) -> bool:
     return not (completed and inspect.isabstract(kind))
 
 
-def module_variants(module: ModuleType) -> dict[str, Problem]:
+def load_module_variants(module: ModuleType) -> dict[str, Problem]:
     """Return the variants in VARIANTS of a module; raise BadParameter for anything else."""
     variants_by_name = getattr(module, "VARIANTS", {})
     if not isinstance(variants_by_name, Mapping):
@@ -117,12 +117,12 @@ def module_variants(module: ModuleType) -> dict[str, Problem]:
         location = _locate_name(module, "VARIANTS")
         raise BadParameter(f"{location}: got {variants_by_name!r}, {expected}")
     return {
-        str(name): to_problem(f"VARIANTS: {name}", value)
+        str(name): convert_to_problem(f"VARIANTS: {name}", value)
         for name, value in variants_by_name.items()
     }
 
 
-def to_problem(name: str, value: object) -> Problem:
+def convert_to_problem(name: str, value: object) -> Problem:
     """Return the problem of a class or an instance; raise BadParameter for anything else."""
     if isinstance(value, type) and issubclass(value, Problem):
         value = _instantiate_with_defaults(value)
@@ -164,7 +164,7 @@ def load_specific_roster(problem: Problem, seat: int) -> "Roster | None":
         expected = "expected a mapping of names to classes, a Roster, or a function"
         raise BadParameter(f"{locate_export(problem, 'AGENTS')}: got {exported!r}, {expected}")
     for name, agent_class in agents.items():
-        _check_agent(_find_part(type(problem), "AGENTS"), name, agent_class)
+        _check_agent(_find_part_module(type(problem), "AGENTS"), name, agent_class)
     return roster
 
 
@@ -173,7 +173,7 @@ def check_roles(problem: Problem, roster: "Roster") -> None:
     for role in ROLES:
         name = getattr(roster, role)
         if name is not None and name not in roster.agents:
-            location, expected = locate_export(problem, "AGENTS"), ", ".join(roster.agents)
+            location, expected = (locate_export(problem, "AGENTS"), ", ".join(roster.agents))
             raise BadParameter(f"{location}: {role}: got {name!r}, expected one of {expected}")
 
 
@@ -216,7 +216,7 @@ def _ignored_parameters(agent_class: type) -> list[str]:
     return [*dict.fromkeys([*names, *parameters])]
 
 
-def module_keys(problem: Problem) -> dict[str, str]:
+def load_module_keys(problem: Problem) -> dict[str, str]:
     """Return the action of each key in KEYS; raise BadParameter or UnknownName if it is invalid."""
     bindings = find_export(problem, "KEYS")
     if bindings is None:
@@ -258,7 +258,7 @@ def get_problem_name(problem: Problem) -> str:
 def get_command_line_name(problem: Problem) -> str:
     """Return the name of a problem's folder with hyphens; '' if its code is in a single file."""
     rules = sys.modules.get(type(problem).__module__)
-    if rules is None or not _is_part(rules, RULES):
+    if rules is None or not _is_part_module(rules, RULES):
         return ""
     return stem_to_name(Path(rules.__file__ or "").parent.name)
 

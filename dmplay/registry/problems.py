@@ -87,9 +87,9 @@ def find_problem(
 ) -> LoadedProblem:
     """Return the problem of this name, without checking that it is playable."""
     name = name if folder == CURRENT_FOLDER else rebase_name(name, folder, CURRENT_FOLDER)
-    source = _source_of(name)
+    source = _find_problem_source(name)
     if not (source.safe or trusted):
-        if names_code(name):
+        if names_other_code(name):
             remedy = "if you trust it, add --trust"
             raise BadParameter(f"problem {name!r} is code outside dmplay; {remedy}")
         raise UnknownName("problem", name, problem_names())
@@ -102,7 +102,7 @@ def find_problem(
     return LoadedProblem(result.name, problem, changed, result.origin)
 
 
-def _source_of(name: str) -> ProblemSource:
+def _find_problem_source(name: str) -> ProblemSource:
     """Return the first source of problems that accepts a name."""
     return next(source for source in PROBLEM_SOURCES if source.accepts(name))
 
@@ -112,15 +112,15 @@ def load_variants(name: str) -> dict[str, Problem]:
 
     The standard one is left out if its module defines several problems.
     """
-    source = _source_of(name)
+    source = _find_problem_source(name)
     if source.load_module is None:
         return {}
     module = source.load_module(name)
-    classes = problem_module_exports.problem_classes(module)
+    classes = problem_module_exports.list_problem_classes(module)
     standard = {}
     if len(classes) == 1:
-        standard[""] = problem_module_exports.to_problem(name, *classes.values())
-    return standard | problem_module_exports.module_variants(module)
+        standard[""] = problem_module_exports.convert_to_problem(name, *classes.values())
+    return standard | problem_module_exports.load_module_variants(module)
 
 
 def with_parameters(problem: Problem, parameters: Mapping[str, object]) -> Problem:
@@ -165,7 +165,7 @@ def is_built_in(problem: Problem) -> bool:
     return type(problem).__module__.startswith("dmplay.problems.")
 
 
-def full_description(problem: Problem) -> str:
+def problem_docstring(problem: Problem) -> str:
     """Return a problem's full description: the docstring of its module, or its `description`.
 
     A class that serves many problems, of files or another library, has only the latter.
@@ -176,10 +176,10 @@ def full_description(problem: Problem) -> str:
 
 def requires_trust(name: str) -> bool:
     """Return whether a name may load code other than dmplay's, so that transcripts need trust."""
-    return not _source_of(name).safe
+    return not _find_problem_source(name).safe
 
 
-def names_code(name: str) -> bool:
+def names_other_code(name: str) -> bool:
     """Return whether a name is that of a problem whose code is not part of dmplay."""
     return requires_trust(name) and is_problem_name(name)
 
@@ -189,7 +189,7 @@ def _is_shared_class(problem: Problem) -> bool:
     return type(problem).__module__.startswith((FORMATS_PACKAGE, EXTERNAL_PACKAGE))
 
 
-def _base_name(name: str) -> str:
+def _name_before_colon(name: str) -> str:
     """Return a name's part before the colon, in lower case with hyphens unless it is a path."""
     base = name.partition(":")[0]
     return base if "/" in base or "." in base else base.lower().replace("_", "-")
@@ -197,19 +197,19 @@ def _base_name(name: str) -> str:
 
 def _is_built_in(name: str) -> bool:
     """Return whether a name is that of a built-in problem."""
-    return _base_name(name) in problem_names()
+    return _name_before_colon(name) in problem_names()
 
 
 def _builtin_module(name: str) -> ModuleType:
     """Return the module with the rules of a built-in problem."""
-    return load_rules(import_module(f"dmplay.problems.{name_to_stem(_base_name(name))}"))
+    return load_rules(import_module(f"dmplay.problems.{name_to_stem(_name_before_colon(name))}"))
 
 
 @lru_cache(64)
 def _load_builtin(name: str) -> LookupResult:
     """Return a built-in problem, cached: it never changes, so that all games can share it."""
-    base, variant = _base_name(name), name.partition(":")[2].lower()
-    problem = _problem_of_module(_builtin_module(name), base, variant)
+    base, variant = _name_before_colon(name), name.partition(":")[2].lower()
+    problem = _choose_module_problem(_builtin_module(name), base, variant)
     return LookupResult(f"{base}:{variant}" if variant else base, problem)
 
 
@@ -226,23 +226,25 @@ def iter_installed_problems() -> Iterator[tuple[str, Problem | str]]:
 
 def _is_installed(name: str) -> bool:
     """Return whether a name is that of an installed entry point."""
-    return _base_name(name) in entry_point_targets()
+    return _name_before_colon(name) in entry_point_targets()
 
 
 def _installed_module(name: str) -> ModuleType:
     """Return the module of an entry point."""
-    return load_rules(import_module(entry_point_targets()[_base_name(name)].partition(":")[0]))
+    return load_rules(
+        import_module(entry_point_targets()[_name_before_colon(name)].partition(":")[0])
+    )
 
 
 def _load_installed(name: str) -> LookupResult:
     """Return the problem of an entry point, `MODULE` or `MODULE:PROBLEM`."""
     base, _, variant = name.partition(":")
-    attribute_name = entry_point_targets()[_base_name(name)].partition(":")[2]
+    attribute_name = entry_point_targets()[_name_before_colon(name)].partition(":")[2]
     module = _installed_module(name)
     if attribute_name and not variant:
-        problem = problem_module_exports.to_problem(name, getattr(module, attribute_name))
+        problem = problem_module_exports.convert_to_problem(name, getattr(module, attribute_name))
         return LookupResult(name, problem)
-    return LookupResult(name, _problem_of_module(module, base, variant))
+    return LookupResult(name, _choose_module_problem(module, base, variant))
 
 
 def _load_user_problem(name: str) -> LookupResult:
@@ -250,23 +252,23 @@ def _load_user_problem(name: str) -> LookupResult:
     source, _, selection = name.partition(":")
     module = user_code.load_named_module(name)
     if selection and hasattr(module, selection):
-        problem = problem_module_exports.to_problem(name, getattr(module, selection))
+        problem = problem_module_exports.convert_to_problem(name, getattr(module, selection))
         return LookupResult(name, problem)
     attribute_name, _, variant = selection.partition(":")
     names = [key for key, value in vars(module).items() if isinstance(value, Problem)]
-    names += problem_module_exports.problem_classes(module)
-    problem = _problem_of_module(module, source, variant or attribute_name, tuple(names))
+    names += problem_module_exports.list_problem_classes(module)
+    problem = _choose_module_problem(module, source, variant or attribute_name, tuple(names))
     return LookupResult(name, problem)
 
 
 def is_problem_name(word: str) -> bool:
     """Return whether a word is the name of a problem, or of something that may contain one."""
-    return _source_of(word).load is not _raise_unknown_problem
+    return _find_problem_source(word).load is not _raise_unknown_problem
 
 
 def depends_on_location(name: str) -> bool:
     """Return whether a name has a path or a module, which may contain another problem later."""
-    return _source_of(name).load not in (_load_builtin, _load_installed)
+    return _find_problem_source(name).load not in (_load_builtin, _load_installed)
 
 
 def _raise_unknown_problem(name: str) -> LookupResult:
@@ -280,15 +282,15 @@ def _raise_unknown_problem(name: str) -> LookupResult:
     raise UnknownName("problem", name.partition(":")[0], [*problem_names(), *entry_point_targets()])
 
 
-def _problem_of_module(
+def _choose_module_problem(
     module: ModuleType, name: str, variant: str, other_names: Collection[str] = ()
 ) -> Problem:
     """Return the only problem of a module, or one of its variants.
 
     The error for an unknown variant also suggests `other_names`, of problems in the module.
     """
-    variants_by_name = problem_module_exports.module_variants(module)
-    classes = problem_module_exports.problem_classes(module)
+    variants_by_name = problem_module_exports.load_module_variants(module)
+    classes = problem_module_exports.list_problem_classes(module)
     if not (classes or variants_by_name or other_names):
         raise BadParameter(f"{name} defines no Problem")
     if variant and variant != "standard":
@@ -302,14 +304,14 @@ def _problem_of_module(
         raise BadParameter(f"{name}: got several problems, expected {choices}")
     if not classes:
         raise BadParameter(f"{name} defines no Problem")
-    return problem_module_exports.to_problem(name, *classes.values())
+    return problem_module_exports.convert_to_problem(name, *classes.values())
 
 
 PROBLEM_SOURCES = (
     ProblemSource(_is_built_in, _load_builtin, _builtin_module, safe=True),
     ProblemSource(names_python_file, _load_user_problem, user_code.load_named_module),
     ProblemSource(names_data_file, problem_files.load_data_problem, safe=True),
-    ProblemSource(library_problems.names_external_problem, library_problems.load_external_problem),
+    ProblemSource(library_problems.names_external_problem, library_problems.load_library_problem),
     # after those above, because scanning entry points is slow
     ProblemSource(_is_installed, _load_installed, _installed_module),
     ProblemSource(user_code.names_module, _load_user_problem, user_code.load_named_module),

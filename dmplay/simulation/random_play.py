@@ -25,9 +25,9 @@ class SampledTurns(NamedTuple):
     u: Reals  # [B, uniform_counts.step], some rows with the least and the greatest uniforms
 
 
-def sample_turns(problem: Problem, rows: int) -> SampledTurns:
+def sample_random_turns(problem: Problem, rows: int) -> SampledTurns:
     """Return turns of random play: row r is game r after r % WALK_LENGTH turns, with an action."""
-    start_uniforms = turn_uniforms(problem.uniform_counts.start, 0, rows)
+    start_uniforms = generate_turn_uniforms(problem.uniform_counts.start, 0, rows)
     start_uniforms[0], start_uniforms[1] = 0.0, MAX_UNIFORM
     s = problem.sample_initial_states(start_uniforms)
     states = s.copy()
@@ -36,7 +36,7 @@ def sample_turns(problem: Problem, rows: int) -> SampledTurns:
         is_reached = np.arange(rows) % WALK_LENGTH == turn
         states[is_reached] = s[is_reached]
     a = random_joint_actions(problem, states, WALK_LENGTH, rows)
-    u = turn_uniforms(count_uniforms(problem, states, a), WALK_LENGTH, rows)
+    u = generate_turn_uniforms(count_uniforms(problem, states, a), WALK_LENGTH, rows)
     u[::100], u[1::100] = 0.0, MAX_UNIFORM
     return SampledTurns(*make_arrays_readonly(start_uniforms, states, a, u))
 
@@ -48,7 +48,7 @@ def count_uniforms(problem: Problem, s: Array, a: Array) -> int:
 
 def step_turn(problem: Problem, s: Array, a: Array, turn: int) -> Outcome:
     """Return the outcome of these actions under the uniforms of a turn."""
-    return problem.step(s, a, turn_uniforms(count_uniforms(problem, s, a), turn, len(s)))
+    return problem.step(s, a, generate_turn_uniforms(count_uniforms(problem, s, a), turn, len(s)))
 
 
 def random_joint_actions(problem: Problem, s: Array | None, turn: int, rows: int) -> Array:
@@ -56,7 +56,8 @@ def random_joint_actions(problem: Problem, s: Array | None, turn: int, rows: int
     legal = None if s is None else problem.legal_actions_mask(s)
     columns = [
         action_space.sample_actions(
-            turn_uniforms(1, turn, rows, 1 + seat)[:, 0], None if legal is None else legal[:, seat]
+            generate_turn_uniforms(1, turn, rows, 1 + seat)[:, 0],
+            None if legal is None else legal[:, seat],
         )
         for seat, action_space in enumerate(problem.actions)
     ]
@@ -80,7 +81,7 @@ def has_finite_outcomes(chances: Iterable[Chance]) -> bool:
     return not any(isinstance(chance, Uniform | Normal) for chance in chances)
 
 
-def turn_uniforms(count: int, turn: int, rows: int, stream: int = NATURE_STREAM) -> Reals:
+def generate_turn_uniforms(count: int, turn: int, rows: int, stream: int = NATURE_STREAM) -> Reals:
     """Return the uniforms `[B, count]` of a turn."""
     return generate_uniforms(SEED, stream, turn, rows=rows, count=count)
 
@@ -96,9 +97,11 @@ def is_bitwise_equal(first: Array, second: Array) -> bool:
     return has_same_type and first.tobytes() == second.tobytes()
 
 
-def final_states(problem: Problem, games: int, max_turns: int) -> Array:
+def sample_final_states(problem: Problem, games: int, max_turns: int) -> Array:
     """Return the states after random games of `max_turns` turns, and all states if they are few."""
-    s = problem.sample_initial_states(turn_uniforms(problem.uniform_counts.start, 0, games))
+    s = problem.sample_initial_states(
+        generate_turn_uniforms(problem.uniform_counts.start, 0, games)
+    )
     for turn in range(1, max_turns + 1):
         active = ~problem.terminal(s)
         if not active.any():

@@ -184,10 +184,10 @@ def rollout_entrants(
                 finished[block_rows] = True
                 budget.spend_work(0, float(finished.mean()))
         except LostGames as error:
-            partial_results = _partial_results(results, keep, first, finished)
+            partial_results = _collect_finished_episodes(results, keep, first, finished)
             raise RolloutBlocksLost(error, partial_results) from None
         except KeyboardInterrupt:
-            partial_results = _partial_results(results, keep, first, finished)
+            partial_results = _collect_finished_episodes(results, keep, first, finished)
             raise RolloutInterrupted(partial_results) from None
     return results or block_function(episode_range)
 
@@ -198,7 +198,7 @@ def _block_size(
     """Return the episodes per block: few enough for memory, and not more than suits the workers."""
     size = MAX_BLOCK_EPISODES
     for index, policies in enumerate(entrants):
-        with _set_error_entrant(index):
+        with _name_entrant_in_errors(index):
             size = min(size, _max_episodes_in_memory(problem, policies, spec.seed))
             try:
                 if workers:
@@ -239,7 +239,7 @@ def _efficient_block_size(
     def measure_seconds(episode_count: int) -> float:
         """Return the seconds that the first turns of this many episodes take."""
         start_time = time.thread_time()
-        _run_block(problem, policies, RolloutSpec(range(episode_count), turns, spec.seed, keep=()))
+        _play_block(problem, policies, RolloutSpec(range(episode_count), turns, spec.seed, keep=()))
         return time.thread_time() - start_time
 
     measure_seconds(1)  # The first call computes what is cached later.
@@ -280,7 +280,7 @@ def _allocate_rollout(template: Rollout, keep: Sequence[str], episodes: int) -> 
     return Rollout(*arrays)
 
 
-def _partial_results(
+def _collect_finished_episodes(
     results: tuple[Rollout, ...] | None, keep: Sequence[str], first_episode: int, finished: Bools
 ) -> PartialResults:
     """Return the results and the numbers of the episodes that were finished."""
@@ -300,9 +300,9 @@ def _run_block_for_entrants(
     spec = spec._replace(episodes=episodes)
     results = []
     for index, policies in enumerate(entrants):
-        with scale_progress_to_part(index, len(entrants)), _set_error_entrant(index):
+        with scale_progress_to_part(index, len(entrants)), _name_entrant_in_errors(index):
             try:
-                results.append(_run_block(problem, policies, spec))
+                results.append(_play_block(problem, policies, spec))
             except Forfeit as error:
                 if error.episode is not None:
                     error.episode += episodes.start
@@ -310,7 +310,7 @@ def _run_block_for_entrants(
     return tuple(results)
 
 
-def _call_for_seat(seat: int, method: Callable[..., T], *args: object) -> T:
+def _call_recording_seat(seat: int, method: Callable[..., T], *args: object) -> T:
     """Return the result of a call, and record the seat in an error that its policy raises.
 
     Raise BadPolicy if it would end the program.
@@ -323,7 +323,7 @@ def _call_for_seat(seat: int, method: Callable[..., T], *args: object) -> T:
 
 
 @contextmanager
-def _set_error_entrant(entrant_index: int) -> Iterator[None]:
+def _name_entrant_in_errors(entrant_index: int) -> Iterator[None]:
     """Run the block and record the index of the entrant in errors that it raises."""
     try:
         yield
@@ -332,7 +332,7 @@ def _set_error_entrant(entrant_index: int) -> Iterator[None]:
         raise
 
 
-def _run_block(  # noqa: PLR0915 - the steps of one loop
+def _play_block(  # noqa: PLR0915 - the steps of one loop
     problem: Problem, policies: Sequence[Policy], spec: RolloutSpec
 ) -> Rollout:
     """Play a block of games in parallel rows and return their rollout.
@@ -370,7 +370,7 @@ def _run_block(  # noqa: PLR0915 - the steps of one loop
     memories = []
     for seat, player in enumerate(policies):
         observation = make_initial_observation(problem, state, seat)
-        memory = _call_for_seat(
+        memory = _call_recording_seat(
             seat, call_memory_method, "turn 1", player.initial_memory, episode_count, observation
         )
         memories.append(memory)
@@ -404,7 +404,7 @@ def _run_block(  # noqa: PLR0915 - the steps of one loop
         validate_outcome(problem, outcome)
         for seat, (prefix, player) in enumerate(zip(error_prefixes, policies, strict=True)):
             percept = build_percept(problem, seat, actions, outcome, required_fields(player))
-            memories[seat] = _call_for_seat(
+            memories[seat] = _call_recording_seat(
                 seat, call_memory_method, prefix, player.update_memory, len(running),
                 memories[seat], percept,
             )  # fmt: skip
@@ -480,7 +480,9 @@ def _choose_joint_actions(
     """Return the joint actions `[B, n]` that the policies choose, real numbers rounded."""
     legal = problem.legal_actions_mask(state)
     choices = [
-        _call_for_seat(seat, choose, None if legal is None else readonly_copy(legal[:, seat]), u)
+        _call_recording_seat(
+            seat, choose, None if legal is None else readonly_copy(legal[:, seat]), u
+        )
         for seat, (choose, u) in enumerate(zip(choosers, uniforms, strict=True))
     ]
     if legal is not None:  # Inactive agents wait, whatever their policy chose.
@@ -492,7 +494,7 @@ def _choose_joint_actions(
     for seat, seat_actions in enumerate(choices):
         seat_legal = None if legal is None else legal[:, seat]
         call = problem.actions[seat], seat_actions, seat_legal, error_prefixes[seat]
-        valid_actions.append(_call_for_seat(seat, _validate_actions, *call))
+        valid_actions.append(_call_recording_seat(seat, _validate_actions, *call))
     actions = np.stack(valid_actions, axis=1).astype(int if all(problem.action_counts) else float)
     # Rounded as in a session, so that the text of an action is exactly the action.
     return np.round(actions, ACTION_DECIMALS) + 0.0 if actions.dtype.kind == "f" else actions

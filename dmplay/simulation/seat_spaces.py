@@ -91,7 +91,7 @@ class SeatSpaces:
 
     def decode_action(self, value: object) -> Any:
         """Return the action for one value of the action space."""
-        return self.decode_actions(read_actions(value)[None])[0]
+        return self.decode_actions(convert_to_action_array(value)[None])[0]
 
     def decode_actions(self, values: Array) -> Array:
         """Return the actions `[B]` for values of the action space; numbers are clipped.
@@ -149,7 +149,7 @@ class SeatSpaces:
         return np.asarray(info["action_mask"], bool)
 
 
-def read_actions(values: object) -> Array:
+def convert_to_action_array(values: object) -> Array:
     """Return actions as an array; raise IllegalAction if they make none."""
     try:
         return np.asarray(values)

@@ -184,7 +184,7 @@ def is_zero_sum_simultaneous(problem: Problem) -> bool:
         return False
     from dmplay.solvers.games.shapley import compute_loss_ratio
 
-    sampled = random_play.sample_turns(problem, ZERO_SUM_TEST_TURNS)
+    sampled = random_play.sample_random_turns(problem, ZERO_SUM_TEST_TURNS)
     rewards = problem.step(sampled.s, sampled.a, sampled.u).rewards
     return compute_loss_ratio(rewards) is not None
 

@@ -43,7 +43,7 @@ def is_concealed(transcript: Transcript, problem: Problem) -> bool:
         return True
 
 
-def disclose_transcript(
+def mark_peeked_if_concealed(
     transcript: Transcript, problem: Problem, *, peek: bool | None = None
 ) -> Transcript:
     """Return a transcript that may be shown, marked as peeked if its game can be continued.

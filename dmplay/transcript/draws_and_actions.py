@@ -12,7 +12,7 @@ from dmplay.transcript.reader import Block, Transcript
 
 def read_uniforms(transcript: Transcript, block: Block, count: int) -> Reals:
     """Return the uniforms `[count]` of a block; raise BadTranscript if they are malformed."""
-    values = block.get("draws", [])
+    values = block.get_value("draws", [])
     if not isinstance(values, list) or not all(
         [type(u) in (int, float) and 0.0 <= u < 1.0 for u in values]
     ):
@@ -26,7 +26,7 @@ def read_uniforms(transcript: Transcript, block: Block, count: int) -> Reals:
 
 def read_actions(transcript: Transcript, block: Block, problem: Problem) -> list[float]:
     """Return each agent's action in a turn; raise BadTranscript if one is missing or unknown."""
-    values_by_agent = block.get("actions")
+    values_by_agent = block.get_value("actions")
     if not isinstance(values_by_agent, dict) or list(values_by_agent) != list(problem.agents):
         expected = f"expected one for each of {', '.join(problem.agents)}"
         raise transcript.error_at(block.line_of_key("actions"), f"actions: {expected}")

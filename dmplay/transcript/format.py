@@ -269,7 +269,7 @@ def format_lines(facts: Mapping[str, object]) -> list[str]:
     return [f"{key}: {encode_json(value)}" for key, value in facts.items()]
 
 
-def append_frame(rows: list[str], frame: str) -> list[str]:
+def format_with_frame(rows: list[str], frame: str) -> list[str]:
     """Return the lines of a block, followed by the lines of its frame."""
     return rows + [f"| {line}".rstrip() for line in frame.split("\n") if frame]
 

@@ -65,7 +65,7 @@ class Block:
     def __getitem__(self, key: str) -> object:
         return self.values[self.keys.index(key)]
 
-    def get(self, key: str, default: object = None) -> object:
+    def get_value(self, key: str, default: object = None) -> object:
         """Return the value of a key, or the default if the block does not have it."""
         return self[key] if key in self.keys else default
 
@@ -83,7 +83,7 @@ class Block:
         """All values by key, with their line numbers."""
         return {key: Entry(self.line_of_key(key), self[key]) for key in self.keys}
 
-    def rewrite(self, rows: list[str]) -> str:
+    def replace_lines(self, rows: list[str]) -> str:
         """Return the text of the block with new lines and its old notes."""
         return join_block(self.insert_notes(rows))
 
@@ -304,7 +304,7 @@ def _parse_blocks(content: str, path: str, first: int) -> Iterator[Block]:
         if (
             parsed_line is None
             and row
-            and not _collect_frame_or_note(row, line, path, len(entries), frame, notes)
+            and not _store_frame_or_note(row, line, path, len(entries), frame, notes)
         ):
             parsed_line = parse_line(row, path, line)
             if len(cache) < MAX_CACHED_LINES:
@@ -342,7 +342,7 @@ def _iter_lines(content: str) -> Iterator[str]:
     yield from content[start:].split("\n")
 
 
-def _collect_frame_or_note(  # noqa: PLR0913, PLR0917 - a line, and where it goes
+def _store_frame_or_note(  # noqa: PLR0913, PLR0917 - a line, and where it goes
     row: str, line: int, path: str, entry_count: int, frame: list[str], notes: list[tuple[int, str]]
 ) -> bool:
     """Append a line of a frame or a note to its list; return whether the line was either.

@@ -13,9 +13,9 @@ from dmplay.transcript.concealment import RESUMABLE_END_REASONS
 from dmplay.transcript.format import (
     FrameRenderer,
     TurnFormatter,
-    append_frame,
     format_end_block,
     format_lines,
+    format_with_frame,
     join_block,
     shorten_digest,
     strip_notes,
@@ -128,7 +128,7 @@ class Recorder:
         rows = self._formatter.format_turn()
         self._append_block(
             header
-            + join_block(append_frame(rows, self.frame(self.session)) if self.frame else rows)
+            + join_block(format_with_frame(rows, self.frame(self.session)) if self.frame else rows)
         )
 
     def write_event(self, key: str, value: object) -> None:
@@ -174,7 +174,7 @@ class Recorder:
         """The text that the file contains."""
         return self._written.decode()
 
-    def take_write_notice(self) -> str:
+    def pop_write_notice(self) -> str:
         """Return one line if writing began to fail, or works again, since the last call; else ''.
 
         An error that is gone before this call is not mentioned, because nothing is missing.
@@ -219,7 +219,7 @@ class Recorder:
         """Append data and any that earlier failed, in one write: all of it or nothing."""
         self._pending += data
         try:
-            self._check_file()
+            self._restore_lost_file()
         except OSError as error:  # The file of another program must not be truncated.
             self.write_error = error
             return
@@ -236,7 +236,7 @@ class Recorder:
             self._written += self._pending
             self._pending = b""
 
-    def _check_file(self) -> None:
+    def _restore_lost_file(self) -> None:
         """Prepare a file that was removed or emptied to be written again from its beginning.
 
         Raise OSError if that is impossible, if the path is another file or a folder now, or if
@@ -252,7 +252,7 @@ class Recorder:
             self._open_new_file(os.O_EXCL)
             os.close(old_file)
             safe_files.is_locked_elsewhere(self._file)  # locks the new file
-            self._restart_file()
+            self._rewrite_from_beginning()
             return
         if not is_same_file:
             raise OSError(errno.EEXIST, "another file or folder has this path now")
@@ -260,9 +260,9 @@ class Recorder:
             raise OSError(errno.EBUSY, "another program changed it")
         if not status.st_size and self._written:
             os.lseek(self._file, 0, os.SEEK_SET)
-            self._restart_file()
+            self._rewrite_from_beginning()
 
-    def _restart_file(self) -> None:
+    def _rewrite_from_beginning(self) -> None:
         """Let the next write begin with the text that the file contained."""
         self._pending = bytes(self._written) + self._pending
         self._written.clear()

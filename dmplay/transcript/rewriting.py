@@ -9,11 +9,11 @@ from dmplay.transcript.draws_and_actions import read_actions
 from dmplay.transcript.format import (
     NATURAL_END_REASONS,
     FrameRenderer,
-    append_frame,
     collect_turn_facts,
     compute_checksum,
     format_end_block,
     format_lines,
+    format_with_frame,
     join_block,
 )
 from dmplay.transcript.header import collect_header_facts
@@ -34,7 +34,9 @@ def rewrite_transcript(
     """
     session = _start_seeded_session(transcript, problem, policies)
     start_block, *blocks = transcript.blocks
-    parts = [transcript.header_block.rewrite(format_lines(collect_header_facts(transcript.header)))]
+    parts = [
+        transcript.header_block.replace_lines(format_lines(collect_header_facts(transcript.header)))
+    ]
     parts.append(_rewrite_turn(session, start_block, frame))
     parts += [_rewrite_block(transcript, block, session, frame) for block in blocks]
     if transcript.end_block is None:
@@ -72,7 +74,7 @@ def _rewrite_block(
     """
     if block.kind != "turn":
         apply_block(transcript, block, session)
-        return block.rewrite(format_lines({block.kind: block[block.kind]}))
+        return block.replace_lines(format_lines({block.kind: block[block.kind]}))
     if session.over:
         return ""
     actions = read_actions(transcript, block, session.problem)
@@ -90,7 +92,9 @@ def _rewrite_block(
 def _rewrite_turn(session: Session, block: Block, frame: FrameRenderer | None) -> str:
     """Return the session's last turn or its start, as the new text of a block."""
     frame_text = frame(session) if frame and block.frame else ""
-    return block.rewrite(append_frame(format_lines(collect_turn_facts(session)), frame_text))
+    return block.replace_lines(
+        format_with_frame(format_lines(collect_turn_facts(session)), frame_text)
+    )
 
 
 def _play_remaining_turns(
@@ -107,7 +111,7 @@ def _play_remaining_turns(
     ):
         session.advance()
         yield join_block(
-            append_frame(
+            format_with_frame(
                 format_lines(collect_turn_facts(session)), renderer(session) if renderer else ""
             )
         )

@@ -85,7 +85,7 @@ class BatchReplayer:
         """Apply the block at a position; raise BadTranscript if that is impossible."""
         block, session = self._blocks[position], self._session
         if not 0 <= position - self._batch_start < len(self._batch_turns):
-            batch = self.compute_turns(position)
+            batch = self.compute_turns_at_once(position)
             self._batch_start = position
             self._batch_turns = [] if batch is None else split_turns(batch)
         if self._batch_turns and block["turn"] == len(session.turns) + 1:
@@ -95,7 +95,7 @@ class BatchReplayer:
         else:
             apply_block(self._transcript, block, session)
 
-    def compute_turns(self, position: int) -> Turn | None:
+    def compute_turns_at_once(self, position: int) -> Turn | None:
         """Return as many turns from a position as can be computed at once `[T, ...]`; else None."""
         self._cache_state(self._blocks[position - 1], self._session.state)
         with suppress(Exception):  # errors are reported when turns are played one by one
@@ -108,15 +108,15 @@ class BatchReplayer:
 
     def _cache_state(self, block: Block, state: Array) -> None:
         """Cache the state after a block by its text in the file, if the text is exact."""
-        state_text = block.get("state")
+        state_text = block.get_value("state")
         if (
             isinstance(state_text, str)
             and len(self._states_by_text) < MAX_CACHED_LINES
-            and self._is_exact(state)
+            and self._is_exact_state(state)
         ):
             self._states_by_text[state_text] = state
 
-    def _is_exact(self, state: Array) -> bool:
+    def _is_exact_state(self, state: Array) -> bool:
         """Return whether a state consists of integers or Booleans, like the initial state."""
         return state.dtype.kind in "iub" and state.dtype == self._session.initial_state.dtype
 
@@ -129,7 +129,7 @@ class BatchReplayer:
             else session.turn_limit - len(session.turns)
         )
         state_column = keys.index("state") if "state" in keys else None
-        is_known = self._computes_states or self._is_exact(session.state)
+        is_known = self._computes_states or self._is_exact_state(session.state)
         state = session.state if is_known else None
         states: list[Array] = []
         for index in range(

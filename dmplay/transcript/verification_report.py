@@ -67,7 +67,7 @@ def make_finding(error: BadTranscript, location: str) -> Finding:
     return Finding("facts", error.path, error.line, location, f"{column}{error.explanation}")
 
 
-def merge_waiting_observations(findings: Sequence[Finding]) -> list[Finding]:
+def merge_waiting_players_findings(findings: Sequence[Finding]) -> list[Finding]:
     """Return the findings with a single one for all that waiting players once observed.
 
     They are those of `.efg` games that an older version recorded, and that are empty now.

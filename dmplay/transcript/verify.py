@@ -15,10 +15,10 @@ from dmplay.transcript.draws_and_actions import read_actions
 from dmplay.transcript.format import (
     FrameRenderer,
     TurnFormatter,
-    append_frame,
     collect_end_facts,
     collect_turn_facts,
     format_lines,
+    format_with_frame,
     shorten_digest,
     strip_notes,
 )
@@ -98,7 +98,7 @@ class _Verifier:
         while position < len(blocks):
             turns = None
             if formatter.omits_belief and self.first_mismatch is None:
-                turns = replayer.compute_turns(position)
+                turns = replayer.compute_turns_at_once(position)
             turn_count = len(turns.state) if turns else 1
             if turns is None or not self._check_batch(turns, session, uniform_source, formatter):
                 for block in blocks[position : position + turn_count]:
@@ -156,7 +156,7 @@ class _Verifier:
 
     def _matches_rewriting(self, block: Block, rows: list[str]) -> bool:
         """Return whether the file equals its rewriting up to this block, with these new lines."""
-        text = block.rewrite(rows)
+        text = block.replace_lines(rows)
         self.rewritten_digest.update((strip_notes(text) if block.notes else text).encode())
         if self.first_mismatch is None and not self.transcript.content.startswith(
             text, self.matched_chars
@@ -184,7 +184,7 @@ class _Verifier:
         if not isinstance(end_facts, dict) or end_facts.get("reason") != "turn limit":
             return False
         entry = header.entries.get("turns")
-        last = self.transcript.blocks[-1].get("turn")
+        last = self.transcript.blocks[-1].get_value("turn")
         if entry is None or entry.value == last or end_facts.get("turns") != last:
             return False
         self._add_finding("facts", entry.line, "header", "turns", entry.value, last)
@@ -228,7 +228,7 @@ class _Verifier:
         self._compare_uniforms(block, session, uniform_source, turn)
         recorded_frame = "\n".join(block.frame)
         frame = self.frame(session) if block.frame and self.frame else recorded_frame
-        if self._matches_rewriting(block, append_frame(formatter.format_turn(), frame)):
+        if self._matches_rewriting(block, format_with_frame(formatter.format_turn(), frame)):
             return
         facts = collect_turn_facts(session)
         for key, got in facts.items():

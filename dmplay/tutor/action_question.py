@@ -21,7 +21,7 @@ from dmplay.game.action_breakdown import PossibleOutcome, merge_by_text
 from dmplay.game.hints.review import RIGHT_LOSS_PERCENT
 from dmplay.game.rules_of_thumb import build_seat_payoffs, is_repeated_game
 from dmplay.game.seats import HUMAN
-from dmplay.registry.agents import HintAgent, default_parameters, find_script, load_roster
+from dmplay.registry.agents import HintAgent, default_parameters, load_roster, make_script_policy
 from dmplay.registry.problem_module_exports import find_export
 from dmplay.registry.problem_name_kinds import names_data_file, names_python_file
 from dmplay.tutor.answers import AnswerCheck
@@ -352,7 +352,7 @@ def describe_agent(position: PositionInGame, seat: int, name: str) -> str:
     """Return sentences with an agent's name, parameters and description."""
     problem, (short_name, _, settings) = position.problem, name.partition(":")
     agent_class = load_roster(problem, seat).agents.get(short_name)
-    script = find_script(position.question, seat)
+    script = make_script_policy(position.question, seat)
     if script:
         listed = [problem.format_action(seat, a) for a in script.actions[:MAX_LISTED_ACTIONS]]
         listed += ["..."] * (len(script.actions) > MAX_LISTED_ACTIONS)

@@ -172,7 +172,7 @@ def _choose_players(problem: Problem, position: PositionText, *, trusted: bool) 
     if position.turns is None:
         return players
     return [
-        agents.plan_for_turn_limit(problem, seat, player, position.turns)
+        agents.set_horizon_in_name(problem, seat, player, position.turns)
         for seat, player in enumerate(players)
     ]
 

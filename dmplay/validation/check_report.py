@@ -74,8 +74,8 @@ def _list_notes(problem: Problem) -> list[str]:
     if not isinstance(problem, FileProblem):
         return []
     start = problem.initial_belief > 0
-    ended = problem.state_names[int(np.argmax(start & problem.absorbing_mask))]
-    can_start_over = bool((start & problem.absorbing_mask).any())
+    ended = problem.state_names[int(np.argmax(start & problem.absorbing_states_mask))]
+    can_start_over = bool((start & problem.absorbing_states_mask).any())
     notes = [
         f"note: a game may start in {ended}, where it is over; start: names the first states"
     ] * (can_start_over and not problem.partially_observable)

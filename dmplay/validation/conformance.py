@@ -31,7 +31,7 @@ from dmplay.simulation.random_play import (
     SEED,
     SampledTurns,
     make_arrays_readonly,
-    sample_turns,
+    sample_random_turns,
     slice_rows,
 )
 from dmplay.solvers.pomdp.legal_action_leak import check_legal_action_leak
@@ -88,7 +88,7 @@ def _iter_dynamics_stages(problem: Problem) -> Iterator[Stage]:
     @cache
     def sampled_turns() -> SampledTurns:
         """Return the sampled turns of random play."""
-        return sample_turns(problem, SAMPLED_TURNS)
+        return sample_random_turns(problem, SAMPLED_TURNS)
 
     @cache
     def sampled_outcomes() -> tuple[Array, ...]:
@@ -98,7 +98,7 @@ def _iter_dynamics_stages(problem: Problem) -> Iterator[Stage]:
     @cache
     def final_states() -> Array:
         """Return the states of the sampled turns and the final states of random games."""
-        ends = random_play.final_states(problem, RANDOM_GAMES, RANDOM_GAME_TURNS)
+        ends = random_play.sample_final_states(problem, RANDOM_GAMES, RANDOM_GAME_TURNS)
         return make_arrays_readonly(np.concatenate([sampled_turns().s, ends]))[0]
 
     yield [lambda: invariants.check_determinism(problem, sampled_turns(), sampled_outcomes())]

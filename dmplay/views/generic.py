@@ -262,7 +262,7 @@ def _describe_dead_end(view: View[Problem]) -> str:
     problem = view.problem
     if not isinstance(problem, FileProblem) or view.beliefs is None:
         return ""
-    alive = float(view.belief[~problem.absorbing_mask].sum())
+    alive = float(view.belief[~problem.absorbing_states_mask].sum())
     return " nothing can change any more, and every reward is 0." * (alive < MIN_ALIVE_PROBABILITY)
 
 

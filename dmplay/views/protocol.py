@@ -129,7 +129,7 @@ def load_view_module(problem: Problem) -> ViewModule:
         location = problem_module_exports.locate_export(problem, "VIEW")
         expected = f"expected a module, or an object that has some of {', '.join(VIEW_NAMES)}"
         raise BadParameter(f"{location}: got {view!r}, {expected}")
-    keys = problem_module_exports.module_keys(problem)
+    keys = problem_module_exports.load_module_keys(problem)
     if view is None and not keys:
         return generic_view
     return cast(ViewModule, UserView(view, keys, generic_view))

@@ -16,7 +16,7 @@ from dmplay.core.uniforms import expand_uniforms
 from dmplay.errors import BadParameter, BadPolicy, DmplayError
 from dmplay.problems._shared.real_state import RealStateProblem
 from dmplay.problems.collaborative_predator_prey.rules import CollaborativePredatorPrey
-from dmplay.registry.agents import load_roster, plan_for_turn_limit
+from dmplay.registry.agents import load_roster, set_horizon_in_name
 from dmplay.solvers.search.search_config import SearchConfig
 from dmplay.solvers.search.uct import UctResult
 from tests.support.literature_dec_pomdps import format_dectiger, parse_team_file
@@ -326,7 +326,7 @@ def test_search_in_a_team_earns_at_least_the_value_of_its_joint_plan(turns: int)
     problem = parse_team_file(format_dectiger())
     mean_returns = []
     for agent in ("joint-plan", "search:simulations=60"):
-        names = [plan_for_turn_limit(problem, seat, agent, turns) for seat in range(2)]
+        names = [set_horizon_in_name(problem, seat, agent, turns) for seat in range(2)]
         team = [dmplay.load_agent(problem, seat, name) for seat, name in enumerate(names)]
         result = dmplay.rollout(problem, team, episodes=12, turn_limit=turns, seed=1)
         mean_returns.append(result.returns[:, 0].mean())

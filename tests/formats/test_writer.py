@@ -13,7 +13,7 @@ from dmplay.errors import BadParameter
 from dmplay.formats import cassandra, gambit_nfg
 from dmplay.formats.writer import iter_problem_lines, make_valid_names
 from dmplay.output.problem_export import convert_problem
-from dmplay.registry.problems import full_description, load_problem
+from dmplay.registry.problems import load_problem, problem_docstring
 from tests.formats.sources import TIGER_TEXT, read_ballet, read_team, read_tiger, write_text_file
 
 FINITE_PROBLEMS = {
@@ -34,9 +34,9 @@ def read_problem(text: str, suffix: str) -> Problem:
 
 def write_and_read(problem: Problem, suffix: str) -> Problem:
     """Write a problem and read it, and assert that writing it again gives the same file."""
-    text = "".join(iter_problem_lines(problem, suffix, full_description(problem)))
+    text = "".join(iter_problem_lines(problem, suffix, problem_docstring(problem)))
     reread = read_problem(text, suffix)
-    assert "".join(iter_problem_lines(reread, suffix, full_description(reread))) == text
+    assert "".join(iter_problem_lines(reread, suffix, problem_docstring(reread))) == text
     return reread
 
 

@@ -130,7 +130,7 @@ def test_a_replay_in_another_terminal_is_detected(
 ) -> None:
     assert "replay game.dmt --json --trust" in iter_lines(twins, "replay")
     monkeypatch.setattr(
-        "dmplay.game.playback.disclose_transcript", lambda transcript, *_, **__: transcript
+        "dmplay.game.playback.mark_peeked_if_concealed", lambda transcript, *_, **__: transcript
     )
     with pytest.raises(AssertionError, match=LEAK_MESSAGE):
         assert_no_leak_outside(twins, monkeypatch, "replay", killed=True)

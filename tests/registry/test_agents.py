@@ -16,7 +16,7 @@ from dmplay.registry.agents import (
     MAX_LISTED_PROBLEMS,
     find_hint_provider,
     load_roster,
-    plan_for_turn_limit,
+    set_horizon_in_name,
 )
 from dmplay.registry.builtin_names import problem_names
 from dmplay.registry.problems import load_variants
@@ -115,7 +115,7 @@ def test_a_plan_is_limited_to_the_end_of_the_game_only_for_hints() -> None:
         if (provider := find_hint_provider(endless, AdviceQuestion(0, turns)))
     ]
     assert names == [f"optimal:horizon={turns}" for turns in (3, 10, 30)]
-    assert plan_for_turn_limit(endless, 0, "plan", 3) == "plan"
+    assert set_horizon_in_name(endless, 0, "plan", 3) == "plan"
 
 
 @pytest.mark.parametrize(
@@ -137,7 +137,7 @@ def test_a_plan_is_limited_to_the_end_of_the_game_only_for_hints() -> None:
 def test_a_planning_agent_gets_the_turn_limit_unless_its_name_sets_a_horizon(
     agent: str, turns: int, expected: str
 ) -> None:
-    assert plan_for_turn_limit(dmplay.load_problem("catch"), 0, agent, turns) == expected
+    assert set_horizon_in_name(dmplay.load_problem("catch"), 0, agent, turns) == expected
 
 
 @pytest.mark.parametrize(
@@ -239,7 +239,7 @@ def test_the_uniform_count_of_an_agent_must_be_a_whole_number(
 def test_a_minimal_agent_class_plays_and_can_be_verified(tmp_path: Path) -> None:
     (tmp_path / "bots.py").write_text(PLAIN_AGENT_SOURCE)
     problem, name = dmplay.load_problem("hexworld"), f"{tmp_path}/bots.py:Plain"
-    assert plan_for_turn_limit(problem, 0, name, 3) == name
+    assert set_horizon_in_name(problem, 0, name, 3) == name
     result = dmplay.rollout(
         problem, [dmplay.load_agent(problem, 0, name)], episodes=2, turn_limit=3
     )

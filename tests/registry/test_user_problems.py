@@ -26,7 +26,7 @@ from dmplay.evaluation.solutions.simulated_returns import solve_by_simulation
 from dmplay.game import position as advising
 from dmplay.game.game import Game
 from dmplay.game.seats import HUMAN
-from dmplay.registry.agents import find_hint_provider, load_roster, plan_for_turn_limit
+from dmplay.registry.agents import find_hint_provider, load_roster, set_horizon_in_name
 from dmplay.solvers.mdp import mdp_values
 from dmplay.solvers.pomdp import exact_pomdp
 from dmplay.solvers.pomdp import point_based as solver
@@ -444,8 +444,8 @@ def test_a_hint_depends_on_the_number_of_remaining_turns() -> None:
 
 
 def test_a_game_with_a_turn_limit_is_planned_to_its_end() -> None:
-    assert plan_for_turn_limit(EndlessTiger(), 0, "optimal", 3) == "optimal:horizon=3"
-    assert plan_for_turn_limit(EndlessTiger(), 0, "optimal", 1000) == "optimal"
+    assert set_horizon_in_name(EndlessTiger(), 0, "optimal", 3) == "optimal:horizon=3"
+    assert set_horizon_in_name(EndlessTiger(), 0, "optimal", 1000) == "optimal"
     with pytest.raises(
         BadPolicy, match="an infinite horizon needs a discount below 1; or set --turns"
     ):
@@ -492,7 +492,7 @@ def test_a_problem_without_values_gets_hints_from_a_search() -> None:
 
 def test_a_limited_number_of_turns_of_an_endless_game_is_planned() -> None:
     lamp = Lamp(discount=1.0)
-    assert plan_for_turn_limit(lamp, 0, "plan", 3) == "plan:horizon=3"
+    assert set_horizon_in_name(lamp, 0, "plan", 3) == "plan:horizon=3"
     policy = dmplay.load_agent(lamp, 0, "plan:horizon=3")
     values = policy.action_values(policy.initial_memory(np.array([0, 1])))
     assert values is not None

@@ -5,7 +5,7 @@ from functools import cache
 
 from dmplay.core.problem import Problem
 from dmplay.core.violation import CheckResults, Violation
-from dmplay.simulation.random_play import WALK_LENGTH, SampledTurns, sample_turns
+from dmplay.simulation.random_play import WALK_LENGTH, SampledTurns, sample_random_turns
 from dmplay.validation import invariants
 from tests.support.problem_cases import ROW_COUNT, load_problem, make_readonly, sample_actions
 
@@ -17,7 +17,7 @@ def make_turn_pool(name: str) -> SampledTurns:
     The actions may be illegal.
     """
     problem = load_problem(name)
-    return sample_turns(problem, ROW_COUNT)._replace(
+    return sample_random_turns(problem, ROW_COUNT)._replace(
         a=make_readonly(sample_actions(problem, None, WALK_LENGTH))[0]
     )
 

@@ -8,7 +8,7 @@ from dmplay.core.policy import Memory, Percept, Policy
 from dmplay.core.problem import Problem
 from dmplay.errors import BadParameter, BadPolicy, UnknownName
 from dmplay.registry import agents
-from dmplay.registry.agents import plan_for_turn_limit
+from dmplay.registry.agents import set_horizon_in_name
 from tests.support.problem_cases import load_small_problem, make_random_policies
 
 # faster settings of slow agents, for the tests of invariants
@@ -27,7 +27,7 @@ def format_fast_agent(problem: Problem, seat: int, agent: str) -> str:
         )
     if is_planned and agent == "joint-plan":
         return SMALL_JOINT_PLAN
-    return plan_for_turn_limit(problem, seat, agent, PLANNING_TURNS)
+    return set_horizon_in_name(problem, seat, agent, PLANNING_TURNS)
 
 
 def make_agent(problem: Problem, seat: int, agent: str) -> Policy | None:

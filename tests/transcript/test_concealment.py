@@ -18,7 +18,7 @@ from dmplay.game.game_series import GameController
 from dmplay.game.game_setup import branch_game, resume_game, start_new_game
 from dmplay.game.launch_requests import BranchRequest, GameRequest, ResumeRequest
 from dmplay.game.transcript_verification import format_reports, verify
-from dmplay.transcript.concealment import disclose_transcript
+from dmplay.transcript.concealment import mark_peeked_if_concealed
 from dmplay.transcript.reader import read_transcript
 from dmplay.ui.game_launcher import print_epilogue
 from dmplay.ui.shell.commands import run_line
@@ -151,7 +151,7 @@ def test_the_standard_input_cannot_be_marked(tmp_path: Path) -> None:
     text = write_killed_game(tmp_path).read_text()
     transcript = replace(read_transcript(tmp_path / "g.dmt"), path="/dev/stdin")
     with pytest.raises(BadParameter, match="--peek: got standard input, expected a file"):
-        disclose_transcript(transcript, dmplay.load_problem("crying-baby"), peek=True)
+        mark_peeked_if_concealed(transcript, dmplay.load_problem("crying-baby"), peek=True)
     for words, message in (((), OPEN_GAME_MESSAGE), (("--peek",), "--peek: got standard input")):
         process = run_dmplay(tmp_path, "export", "-", "--csv", *words, stdin=text)
         assert (process.returncode, process.stdout) == (2, "")

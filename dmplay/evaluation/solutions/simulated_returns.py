@@ -15,7 +15,7 @@ from dmplay.core.work_budget import scale_progress
 from dmplay.evaluation.solutions.options import DEFAULT_TURNS, get_options
 from dmplay.evaluation.solutions.solution import Row, Solution
 from dmplay.external.history_problem import ExternalProblem
-from dmplay.registry.agents import default_agent, load_agent
+from dmplay.registry.agents import default_agent_name, load_agent
 from dmplay.simulation.rollouts import rollout
 
 DEFAULT_EPISODES, SIMULATION_SEED = 1000, 1
@@ -90,7 +90,7 @@ def mean_with_error(sample: Reals) -> dict[str, object]:
 
 def solve_by_simulation(problem: Problem, agents: Sequence[str] = ()) -> Solution:
     """Return the mean returns of these agents in simulated games, or of the default agents."""
-    names = agents or [default_agent(problem, seat) for seat in range(len(problem.agents))]
+    names = agents or [default_agent_name(problem, seat) for seat in range(len(problem.agents))]
     policies = [load_agent(problem, seat, name) for seat, name in enumerate(names)]
     has_search = any(isinstance(policy, TreeSearch) for policy in policies)
     is_slow = has_search and isinstance(problem, ExternalProblem)

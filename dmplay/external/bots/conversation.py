@@ -32,7 +32,7 @@ class HistoryNode(NamedTuple):
     belief: Reals | None
     game_number: int = 0  # index among the games that are played at once
 
-    def nodes_after(self, last_sent: "HistoryNode | None") -> "list[HistoryNode]":
+    def list_nodes_after(self, last_sent: "HistoryNode | None") -> "list[HistoryNode]":
         """Return the nodes after another one, oldest first; all if that is not in this history."""
         nodes, node = [self], self
         while node is not last_sent and node.previous is not None:
@@ -145,29 +145,29 @@ class BotConversation:
         """Return the messages of a request: the game's new turns, then `act`."""
         history, legal, uniforms = request
         turn_messages = self._encode_new_turns(history)
-        fields: JsonObject = {"id": request_id, **self._game_field(history)}
+        fields: JsonObject = {"id": request_id, **self._make_game_field(history)}
         fields |= {"turn": history.turn + 1, "observation": history.facts["observation"]}
         fields["legal"] = describe_choices(self._problem, self._seat, legal)
         if len(uniforms):
             fields["luck"] = uniforms.tolist()
         if "history" in self._wants:
             turn_messages = ""
-            fields["history"] = [node.turn_message for node in history.nodes_after(None)]
+            fields["history"] = [node.turn_message for node in history.list_nodes_after(None)]
         if "belief" in self._wants and history.belief is not None:
             problem = self._problem
             pairs = zip(problem.enumerate_states(), history.belief.tolist(), strict=True)
             fields["belief"] = {problem.format_state(state): p for state, p in pairs if p}
         return turn_messages + encode_message("act", fields)
 
-    def _game_field(self, history: HistoryNode) -> JsonObject:
+    def _make_game_field(self, history: HistoryNode) -> JsonObject:
         """Return the index of the game as a field if the program plays many at once, else {}."""
         return {"game": history.game_number} if MANY_GAMES_OFFER in self._wants else {}
 
     def _encode_new_turns(self, history: HistoryNode) -> str:
         """Return messages for the turns that were not sent yet, and record them as sent."""
-        game_field = self._game_field(history)
+        game_field = self._make_game_field(history)
         key = history.game_number if game_field else 0
-        nodes = history.nodes_after(self._last_sent.get(key))
+        nodes = history.list_nodes_after(self._last_sent.get(key))
         self._last_sent[key] = history
         return "".join(encode_message("turn", game_field | node.turn_message) for node in nodes)
 

@@ -147,7 +147,7 @@ def _load_for_game(session: Session, seat: int, name: str) -> Policy:
     """Return the named agent for a seat; one that plans whole games plans for the turn limit."""
     problem, turns = session.problem, session.turn_limit
     if turns is not None and not agents.names_user_code(problem, seat, name):
-        name = agents.plan_for_turn_limit(problem, seat, name, turns)
+        name = agents.set_horizon_in_name(problem, seat, name, turns)
     return agents.load_agent(problem, seat, name)
 
 
@@ -182,7 +182,7 @@ def create_best_ghost(session: Session, questions: Sequence[AdviceQuestion]) -> 
         return None
     policies = {agent.question.seat: agent.policy for agent in hint_agents}
     first = hint_agents[0]
-    return Ghost(first.label, session, policies, lambda: first.basis)
+    return Ghost(first.base_name, session, policies, lambda: first.basis)
 
 
 def _have_common_reward(problem: Problem, human_seats: Sequence[int]) -> bool:

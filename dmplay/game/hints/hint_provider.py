@@ -345,7 +345,7 @@ class HintProvider:
             return ""
         doc = inspect.getdoc(type(self._hint_agent.policy)) or ""
         sentence = " ".join(doc.partition("\n\n")[0].split()).rstrip(".")
-        return f"{self._hint_agent.label} {sentence[:1].lower()}{sentence[1:]}".rstrip()
+        return f"{self._hint_agent.base_name} {sentence[:1].lower()}{sentence[1:]}".rstrip()
 
     def clear_forecast(self) -> None:
         """Remove the stored forecast."""
@@ -382,7 +382,7 @@ class HintProvider:
         with limit_total_work(ADVICE_WORK_LIMIT):
             basis = position.agent.basis
             is_tie = bool(basis.tie_rule) and len(position.best_actions()) > 1
-            name, _, method = (basis.method or position.agent.label).partition(", ")
+            name, _, method = (basis.method or position.agent.base_name).partition(", ")
             parts = [
                 name,
                 self.describe_game(),  # before the longer texts, which a narrow screen cuts

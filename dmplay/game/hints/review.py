@@ -133,7 +133,7 @@ def review_actions(
         for seat, (hint_agent, hint_policy) in hint_agents.items():
             with scale_progress_to_part(number - 1, len(session.turns)):
                 q, legal = hint_policy.action_values(), replayed.legal_actions_mask(seat)
-                values = hint_agent.join_values(q, legal)
+                values = hint_agent.attach_basis(q, legal)
                 if values is None and can_sample:
                     memory = hint_policy.current_memory()
                     question = hint_agent.question

@@ -74,7 +74,7 @@ class ModelGames:
         facts = []
         for name, problem_name in self._problem_names.items():
             problem = problems.load_problem(problem_name)
-            about = problems.full_description(problem).partition("\n")[0]
+            about = problems.problem_docstring(problem).partition("\n")[0]
             facts.append({"problem": name, "kind": problem.kind, "about": about})
         return facts
 

@@ -88,7 +88,7 @@ def make_preview(problem_name: str, seed: int) -> ProblemPreview:
     problem = problems.load_problem(problem_name)
     view_module, roster = load_view_module(problem), agents.load_roster(problem)
     view = Session(problem, SeededUniforms(seed)).view(0)
-    summary = problems.full_description(problem).partition("\n\n")[0]
+    summary = problems.problem_docstring(problem).partition("\n\n")[0]
     best_agent = roster.hint_provider or next(iter(roster.agents))
     others = [agent for agent in roster.agents if agent != best_agent]
     goal = "; ".join(map(escape_unprintable, view_module.goal_lines(view)))

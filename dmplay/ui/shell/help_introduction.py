@@ -57,7 +57,7 @@ def list_advising_agents(game: Game) -> list[tuple[str, str]]:
     provider = find_hint_provider(game.problem, game.advice_question(seat))
     if provider is None:
         return []
-    names = dict.fromkeys((provider.label, find_compared_agent(provider), RANDOM_AGENT))
+    names = dict.fromkeys((provider.base_name, find_compared_agent(provider), RANDOM_AGENT))
     available = load_roster(game.problem, seat).agents
     summaries = {name: available.get(name.partition(":")[0]) for name in names}
     return [(name, _read_summary(agent)) for name, agent in summaries.items() if agent]

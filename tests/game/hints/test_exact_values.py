@@ -536,7 +536,7 @@ def check_best_reply(problem: Problem, seat: int, partner: str | Script, turns: 
     agent = find_hint_provider(problem, AdviceQuestion(seat, turns, players, scripts=scripts))
     assert agent is not None
     count = "".join(f" of {len(script.actions)} actions" for script in scripts)
-    assert (agent.label, agent.basis.players) == ("best-response", f"with {name}{count}")
+    assert (agent.base_name, agent.basis.players) == ("best-response", f"with {name}{count}")
     assert agent.basis.accuracy is Accuracy.EXACT
     policy, reply = agent.policy, BestReply(problem, seat, partner)
     rng, memory = np.random.default_rng(7), policy.initial_memory(np.full(1, -1))
@@ -587,7 +587,7 @@ def find_script_values(problem: Problem, seat: int, turns: int | None, *actions:
     players = ("human", "script") if seat == 0 else ("script", "human")
     agent = find_hint_provider(problem, AdviceQuestion(seat, turns, players, scripts=(script,)))
     assert agent is not None
-    assert (agent.label, agent.basis.scope) == ("best-response", "")
+    assert (agent.base_name, agent.basis.scope) == ("best-response", "")
     assert agent.basis.accuracy is Accuracy.EXACT
     _, states = initial_state_distribution(problem)
     observation = np.full(1, -1) if problem.partially_observable else states

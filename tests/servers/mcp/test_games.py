@@ -17,7 +17,7 @@ from dmplay.game.game_setup import start_game
 from dmplay.game.launch_requests import ResumeRequest
 from dmplay.game.transcript_verification import verify
 from dmplay.servers.mcp.language_model_games import MAX_GAMES, ModelGames
-from dmplay.transcript.concealment import disclose_transcript
+from dmplay.transcript.concealment import mark_peeked_if_concealed
 from dmplay.transcript.reader import read_transcript
 from tests.privacy.indistinguishable_pairs import SHARED_TURNS, TURN_COUNT, Pair, Side, find_pair
 from tests.support.games import assert_verified, read_values
@@ -187,7 +187,9 @@ def test_a_disconnected_client_leaves_a_complete_and_sealed_transcript(folder: P
     assert '"reason": "interrupted"' in read_values(assert_verified(path), "end")[0]
     assert read_values(path, "strict") == ['"hints"']
     with pytest.raises(BadParameter, match="this game can still be continued"):
-        disclose_transcript(read_transcript(path), find_pair("crying-baby", 0).problem, peek=False)
+        mark_peeked_if_concealed(
+            read_transcript(path), find_pair("crying-baby", 0).problem, peek=False
+        )
     with pytest.raises(BadParameter, match="a seat was played by a language model"):
         start_game(ResumeRequest(path))
     assert [*saves.iter_unfinished_saves()] == []
