@@ -43,6 +43,7 @@ from dmplay.game.seats import (
     name_in_transcript,
     name_without_actions,
 )
+from dmplay.game.start_seeds import draw_seed
 from dmplay.game.transcript_verification import describe_problem_change, load_transcript_problem
 from dmplay.registry import agents, problem_name_kinds, problems
 from dmplay.transcript.concealment import (
@@ -101,7 +102,8 @@ def start_new_game(request: GameRequest, disclosed_games: Collection[GameKey] = 
     policies = [
         make_seat_policy(problem, seat, player, request.turns) for seat, player in enumerate(seats)
     ]
-    request, uniforms = _with_seed(replace(request, peeked=False, branched=None, earlier=()))
+    request = replace(request, peeked=False, branched=None, earlier=())
+    request, uniforms = _with_seed(request, problem, seats)
     session = Session(
         problem, uniforms, policies, turn_limit=resolve_turn_limit(problem, seats, request.turns)
     )
@@ -186,13 +188,19 @@ def _make_ghost(session: Session, player_names: Sequence[str], agent_name: str) 
     return create_ghost(session, list_human_seats(player_names), agent_name) if agent_name else None
 
 
-def _with_seed(request: GameRequest) -> tuple[GameRequest, SeededUniforms]:
+def _with_seed(
+    request: GameRequest, problem: Problem, player_names: Sequence[str]
+) -> tuple[GameRequest, SeededUniforms]:
     """Return the request with a seed, newly drawn if it has none, and the seed's uniforms.
 
-    Raise BadParameter if the seed is out of range.
+    A person's new game does not end at once if it need not. Raise BadParameter if the seed is out
+    of range.
     """
     if request.seed is None:
-        request = replace(request, seed=new_seed(), is_seed_visible=False, has_fresh_seed=True)
+        is_of_person = HUMAN in player_names and request.person_label == HUMAN
+        is_checked = is_of_person and not request.is_handed_in
+        seed = draw_seed(problem, request.episode, request.turns) if is_checked else new_seed()
+        request = replace(request, seed=seed, is_seed_visible=False, has_fresh_seed=True)
     assert request.seed is not None
     if not 0 <= request.seed <= MAX_SEED:
         raise BadParameter(f"--seed: got {request.seed}, expected 0 to {MAX_SEED}")

@@ -5,7 +5,8 @@ from pathlib import Path
 
 from dmplay.core.text import format_json_report
 from dmplay.tutor import mistakes, puzzles
-from dmplay.tutor.exercise import Exercise, current_day
+from dmplay.tutor.exercise import Exercise
+from dmplay.tutor.progress import current_day
 
 
 def report_puzzle(code: str, *, with_solution: bool) -> str:

@@ -1,11 +1,11 @@
 """An exercise: a question for the best action, the tries, and the replies to each answer."""
 
 from dataclasses import dataclass
-from datetime import UTC, date, datetime
 
 from dmplay.errors import BadParameter
 from dmplay.tutor.action_question import ActionQuestion
 from dmplay.tutor.lesson_run import TutorReply
+from dmplay.tutor.progress import current_day
 from dmplay.tutor.repetition import save_answer
 
 
@@ -68,8 +68,3 @@ class ExerciseRun:
         """Save the result of the first try; later ones do not count."""
         if not self.wrong_count:
             save_answer(self.exercise.key, is_right=is_right, today=current_day())
-
-
-def current_day() -> date:
-    """Return the day in UTC, which is the same for all players."""
-    return datetime.now(UTC).date()

@@ -5,7 +5,7 @@ import json
 import os
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from datetime import date
+from datetime import UTC, date, datetime
 from pathlib import Path
 from time import strftime
 from typing import Any, NamedTuple, Protocol, TypeVar
@@ -74,6 +74,11 @@ class LessonProgress(NamedTuple):
     def first_open_step(self) -> int:
         """The index of the first step that is not finished; 0 if all are."""
         return next((index for index, step in enumerate(self.steps) if step is None), 0)
+
+
+def current_day() -> date:
+    """Return the day in UTC, which is the same for all players."""
+    return datetime.now(UTC).date()
 
 
 def load_progress(lesson: LessonInList) -> LessonProgress:

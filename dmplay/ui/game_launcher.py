@@ -17,7 +17,8 @@ from dmplay.registry import problems
 from dmplay.terminal.capabilities import current_terminal, read_line
 from dmplay.terminal.signals import exit_on_signals
 from dmplay.transcript.recorder import Recorder
-from dmplay.ui.gallery.gallery import LESSON_COMMAND, SHELL_COMMAND, Gallery, todays_seed
+from dmplay.tutor.progress import current_day
+from dmplay.ui.gallery.gallery import LESSON_COMMAND, SHELL_COMMAND, Gallery
 from dmplay.ui.gallery.problem_entries import list_problem_entries
 from dmplay.ui.screen.full_screen import run_full_screen, show_game
 from dmplay.ui.screen.play_screen import PlayScreen
@@ -108,7 +109,7 @@ def _run_gallery(shell: Shell, message: str) -> int:
 
     It shows a message until the first key.
     """
-    gallery = Gallery(list_problem_entries(), shell.terminal, todays_seed())
+    gallery = Gallery(list_problem_entries(), shell.terminal, current_day())
     gallery.message = message
     while True:
         code = run_full_screen(

@@ -1,7 +1,7 @@
 """The gallery: a list of all problems by kind, and a preview of the selected one."""
 
-import time
 from collections.abc import Callable
+from datetime import date
 from typing import NamedTuple
 
 from rich.text import Text
@@ -32,11 +32,6 @@ SHELL_COMMAND = ("shell",)
 LESSON_COMMAND = "learn"  # the first word of a command that opens a lesson
 
 
-def todays_seed() -> int:
-    """Return the seed of the game of the day: the current date in UTC, as YYYYMMDD."""
-    return int(time.strftime("%Y%m%d", time.gmtime()))
-
-
 class Gallery:
     """The state of the gallery: the list, the filter, the selection and the final command."""
 
@@ -44,12 +39,12 @@ class Gallery:
     follow_up = None  # no key leaves work to do
     speed, is_playing = 1.0, False  # nothing moves by itself
 
-    def __init__(self, entries: list[ProblemEntry], terminal: Terminal, daily_seed: int) -> None:
+    def __init__(self, entries: list[ProblemEntry], terminal: Terminal, today: date) -> None:
         self.terminal = terminal
         self.message = self.progress_message = ""
         # words of the CLI command to run after the gallery quits
         self.pending_command: tuple[str, ...] = ()
-        self.daily_seed = daily_seed
+        self._today = today
         self._entries = entries
         self._cursor_row = 0  # index among the visible entries
         self._filter_text = ""
@@ -78,6 +73,12 @@ class Gallery:
         entries = self.visible_entries
         return entries[min(self._cursor_row, len(entries) - 1)].name if entries else ""
 
+    @property
+    def daily_seed(self) -> int | None:
+        """The seed of the selected problem's game of the day; None if it is not loaded."""
+        preview = self._previews.get(self.selected_problem)
+        return preview.daily_seed if isinstance(preview, ProblemPreview) else None
+
     # Painting
 
     def paint(self, painter: Painter) -> None:
@@ -103,16 +104,14 @@ class Gallery:
     def _title_row(self, viewport: Viewport) -> Text:
         """Return the title row with the number of visible problems and the daily seed."""
         title = Text(" dmplay  ", style="bold")
-        status = (
-            f"{format_count(len(self.visible_entries), 'problem')} "
-            f"  game of the day: seed {self.daily_seed}"
-        )
-        if len(title.plain) + len(status) > viewport.width:
-            status = (
-                f"{format_count(len(self.visible_entries), 'problem')} "
-                f"  daily seed {self.daily_seed}"
-            )
-        return title.append(status, style="not bold")
+        status = f"{format_count(len(self.visible_entries), 'problem')} "
+        if self.daily_seed is None:
+            return title.append(status, style="not bold")
+        for words in ("game of the day: seed", "daily seed"):
+            seed_text = f"  {words} {self.daily_seed}"
+            if len(title.plain + status + seed_text) <= viewport.width:
+                break
+        return title.append(status + seed_text, style="not bold")
 
     def _compose_body(self, viewport: Viewport, body_height: int) -> list[Text]:
         """Return the rows between title and message: the help page, or the list and the preview."""
@@ -263,7 +262,7 @@ class Gallery:
             if name and name not in self._previews:
                 task_info = TaskInfo(f"loading {name}")
                 self._previews[name] = run_cancellable(
-                    task_info, lambda: make_preview(name, self.daily_seed)
+                    task_info, lambda: make_preview(name, self._today)
                 )
         except ComputationStopped:
             return
@@ -299,6 +298,11 @@ class Gallery:
         if self.selected_problem or words == SHELL_COMMAND:
             self.pending_command = words
             raise PlayerQuit
+
+    def play_daily_game(self) -> None:
+        """Quit the gallery to play the selected problem's game of the day."""
+        if self.daily_seed is not None:
+            self.quit_with_command("play", self.selected_problem, "--seed", str(self.daily_seed))
 
     def watch_best_agent(self) -> None:
         """Quit the gallery to watch the best agent play the selected problem."""
@@ -418,8 +422,8 @@ GALLERY_KEYS = (
         ("d",),
         "d",
         "daily",
-        "play the game of the day; its seed is the date in UTC",
-        lambda g: g.quit_with_command("play", g.selected_problem, "--seed", str(g.daily_seed)),
+        "play the game of the day; its seed comes from the date in UTC",
+        Gallery.play_daily_game,
         1,
     ),
     GalleryKey(("l",), "l", "lesson", "open the next lesson; it takes at most ten minutes",

@@ -1,5 +1,6 @@
 """The gallery's preview of a problem: first board, goal, agents, and the player's games."""
 
+from datetime import date
 from textwrap import TextWrapper
 from typing import NamedTuple
 
@@ -10,6 +11,7 @@ from dmplay.core.session import Session, View
 from dmplay.core.text import escape_unprintable, format_count, format_score
 from dmplay.core.uniforms import SeededUniforms
 from dmplay.game.player_records import GameResult, ProblemRecord
+from dmplay.game.start_seeds import choose_daily_seed
 from dmplay.registry import agents, problems
 from dmplay.transcript.reader import TranscriptOutline
 from dmplay.views.protocol import (
@@ -34,6 +36,7 @@ class ProblemPreview(NamedTuple):
     best_agent: str  # best agent, offered for watching
     view_module: ViewModule
     view: View[Problem]
+    daily_seed: int  # of the game of the day, whose first state is shown
 
     def render_rows(
         self, width: int, height: int, your_games: list[Text], *, ascii_: bool
@@ -83,17 +86,18 @@ def wrap_text(text: str, width: int, style: str = "") -> list[Text]:
     return [Text(row, style=style) for row in rows]
 
 
-def make_preview(problem_name: str, seed: int) -> ProblemPreview:
-    """Return the preview of a problem, with its first state drawn from a seed."""
+def make_preview(problem_name: str, today: date) -> ProblemPreview:
+    """Return the preview of a problem, with the first state of its game of the day."""
     problem = problems.load_problem(problem_name)
     view_module, roster = load_view_module(problem), agents.load_roster(problem)
+    seed = choose_daily_seed(problem, today)
     view = Session(problem, SeededUniforms(seed)).view(0)
     summary = problems.problem_docstring(problem).partition("\n\n")[0]
     best_agent = roster.hint_provider or next(iter(roster.agents))
     others = [agent for agent in roster.agents if agent != best_agent]
     goal = "; ".join(map(escape_unprintable, view_module.goal_lines(view)))
     return ProblemPreview(
-        problem.kind, summary, goal, [best_agent, *others], best_agent, view_module, view
+        problem.kind, summary, goal, [best_agent, *others], best_agent, view_module, view, seed
     )
 
 

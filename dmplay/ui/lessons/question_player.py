@@ -11,8 +11,9 @@ from dmplay.terminal.capabilities import Terminal
 from dmplay.terminal.signals import exit_on_signals
 from dmplay.tutor import mistakes, puzzles
 from dmplay.tutor.action_question import RIGHT_LOSS_LIMIT
-from dmplay.tutor.exercise import Exercise, ExerciseRun, current_day
+from dmplay.tutor.exercise import Exercise, ExerciseRun
 from dmplay.tutor.lesson_run import TutorReply
+from dmplay.tutor.progress import current_day
 from dmplay.ui.lessons.line_dialog import DialogLeft, LineDialog
 
 SMALL_MAP_MARK = "@"  # the mark of the player on small maps, such as those of puzzles

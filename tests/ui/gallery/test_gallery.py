@@ -3,7 +3,7 @@
 import sys
 import time
 from collections.abc import Iterable
-from datetime import UTC, datetime
+from datetime import UTC, date, datetime
 from pathlib import Path
 
 import pytest
@@ -18,6 +18,7 @@ from dmplay.registry import problems
 from dmplay.registry.builtin_names import problem_names
 from dmplay.terminal.capabilities import Terminal as Way
 from dmplay.terminal.painter import Painter
+from dmplay.tutor.progress import current_day
 from dmplay.ui.gallery import gallery as module
 from dmplay.ui.gallery.gallery import Gallery
 from dmplay.ui.gallery.problem_entries import (
@@ -45,7 +46,7 @@ from tests.support.terminals import (
 )
 from tests.support.user_problems import write_package_metadata
 
-DAILY_SEED = 20261122
+TODAY, DAILY_SEED = date(2026, 11, 22), 20261122
 VIEWPORT_SIZES = [
     (50, 14),
     (80, 24),
@@ -73,7 +74,7 @@ def make_gallery(
 ) -> Gallery:
     """Make a gallery in which the preview of the chosen problem is loaded."""
     gallery = Gallery(
-        [*entries] or list_problem_entries(), Way(True, "", True, True, ascii_), DAILY_SEED
+        [*entries] or list_problem_entries(), Way(True, "", True, True, ascii_), TODAY
     )
     names = [entry.name for entry in gallery.visible_entries]
     gallery.move_cursor(names.index(chosen) if chosen else 0)
@@ -123,7 +124,7 @@ def press_keys(*keys: str, size: tuple[int, int] = (80, 24)) -> KeyFeedingGaller
     paper = EmulatedScreen()
     with create_pipe_input() as pipe:
         gallery = KeyFeedingGallery(
-            list_problem_entries(), Way(True, "", True, True, False), DAILY_SEED
+            list_problem_entries(), Way(True, "", True, True, False), TODAY
         ).follow(keys, pipe, paper)
         event_loop.run_event_loop(gallery, EmulatedPainter(paper, *size), pipe)
     return gallery
@@ -172,14 +173,14 @@ def test_a_small_terminal_shows_only_the_list_and_the_goal() -> None:
 def test_the_game_of_the_day_is_that_of_utc_in_every_time_zone(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    seeds = set()
+    days = set()
     for zone in ("Pacific/Kiritimati", "Pacific/Pago_Pago", "UTC"):  # 25 hours apart
         monkeypatch.setenv("TZ", zone)
         time.tzset()
-        seeds.add(module.todays_seed())
+        days.add(current_day())
     monkeypatch.delenv("TZ")
     time.tzset()
-    assert seeds == {int(f"{datetime.now(UTC):%Y%m%d}")}
+    assert days == {datetime.now(UTC).date()}
 
 
 def test_a_small_terminal_shows_the_full_daily_seed_and_goal() -> None:
