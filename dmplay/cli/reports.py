@@ -207,14 +207,16 @@ def check(
       dmplay check prisoners-dilemma --agent tit-for-tat --seat agent2
     """
     from dmplay.game.launch_requests import format_variant_name, parse_settings
+    from dmplay.terminal.progress import ProgressBar
     from dmplay.validation import check_report
 
-    name, parameters = format_variant_name(problem, variant), parse_settings(set_, "--set")
-    if agent:
-        return check_report.report_agent_trial(name, parameters, agent, seat, json=json)
-    if seat:
+    if seat and not agent:
         raise BadParameter("--seat: expected --agent too, which names the agent to check")
-    return check_report.report_violations(name, parameters, json=json)
+    name, parameters = format_variant_name(problem, variant), parse_settings(set_, "--set")
+    with ProgressBar(f"checking {agent or name}", quiet=json):
+        if agent:
+            return check_report.report_agent_trial(name, parameters, agent, seat, json=json)
+        return check_report.report_violations(name, parameters, json=json)
 
 
 @options.with_terminal_options(

@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from dmplay.cli import options
+from dmplay.core.text import escape_newlines
 from dmplay.terminal.capabilities import TerminalOptions, current_terminal
 
 MISMATCH_EXIT_CODE = 3
@@ -43,15 +44,18 @@ def verify(
     """
     from dmplay.game import transcript_verification
     from dmplay.game.command_line_results import Printout
+    from dmplay.terminal.progress import ProgressBar
 
     files = list(transcript_verification.iter_transcript_files(paths))
-    diffs, errors = (
-        transcript_verification.rewrite_files(files, trusted=trust) if update else ([], [])
-    )
-    reports = [
-        transcript_verification.verify(file, trusted=trust, compares_frames=frames)
-        for file in files
-    ]
+    reports = []
+    with ProgressBar("verifying the files", quiet=quiet or json) as bar:
+        diffs, errors = (
+            transcript_verification.rewrite_files(files, trusted=trust) if update else ([], [])
+        )
+        for number, file in enumerate(files, 1):
+            report = transcript_verification.verify(file, trusted=trust, compares_frames=frames)
+            reports.append(report)
+            bar(number / len(files))
     accepted = [report.is_ok or (allow_unfinished and report.is_unfinished) for report in reports]
     rows = [
         *diffs,
@@ -96,6 +100,7 @@ def export(
     """
     from dmplay.game.launch_requests import ReplayRequest
     from dmplay.output.transcript_export import ExportOptions, export_transcript
+    from dmplay.terminal.progress import ProgressBar
     from dmplay.ui.screen.frame_state import Viewport
 
     is_printed = str(output or "-") == "-"
@@ -105,7 +110,9 @@ def export(
     ]
     viewport = Viewport(terminal_options.width or 0, height or 0, ascii_)
     aspect = ExportOptions(viewport, at, hint, explicit_options)
-    return export_transcript(ReplayRequest(file, trust, peek), formats, aspect, output, force=force)
+    recording = ReplayRequest(file, trust, peek)
+    with ProgressBar(f"exporting {escape_newlines(str(file))}"):
+        return export_transcript(recording, formats, aspect, output, force=force)
 
 
 def review(

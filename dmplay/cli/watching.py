@@ -86,6 +86,7 @@ def watch(
     """
     from dmplay.game import watching
     from dmplay.game.command_line_results import Printout, WatchCommand
+    from dmplay.terminal.progress import ProgressBar
 
     chosen = [name for name, is_set in zip(EXPORTS, (svg, film, html), strict=True) if is_set]
     formats = [*chosen, *(["json"] if terminal_options.json else [])]
@@ -98,7 +99,8 @@ def watch(
 
         return Printout(report_algorithms(json=terminal_options.json))
     target = watching.WatchTarget(problem, variant, set_, seat, at, trust)
-    watched = watching.watch_target(algorithm, target, iterations, seed)
+    with ProgressBar(f"computing the steps of {algorithm}", quiet=terminal_options.json):
+        watched = watching.watch_target(algorithm, target, iterations, seed)
     index = None if step is None else watched.find_typed_step(step)
     if chosen:
         from dmplay.output.step_export import StepExport, export_algorithm_steps

@@ -33,7 +33,6 @@ from dmplay.output.evaluation_request import (
     make_lineup,
     make_report,
 )
-from dmplay.output.progress import ProgressBar
 from dmplay.output.selected_episode_recording import (
     NO_TRANSCRIPTS,
     TranscriptSelection,
@@ -41,6 +40,7 @@ from dmplay.output.selected_episode_recording import (
 )
 from dmplay.output.tables import MISSING_CELL, format_cell, format_csv, format_mean, format_table
 from dmplay.simulation.rollouts import RolloutBlocksLost, RolloutInterrupted
+from dmplay.terminal.progress import ProgressBar
 from dmplay.views.toolkit.canvas import ASCII_TRANSLATION
 
 BAR_CHARACTERS, HISTOGRAM_BINS = "▁▂▃▄▅▆▇█", 12

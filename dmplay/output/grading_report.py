@@ -12,8 +12,8 @@ from dmplay.evaluation.grading import grade_files as grades
 from dmplay.evaluation.solutions.solution import Row
 from dmplay.game import transcript_verification
 from dmplay.game.command_line_results import Printout
-from dmplay.output.progress import ProgressBar
 from dmplay.output.tables import format_csv, format_name, format_table
+from dmplay.terminal.progress import ProgressBar
 from dmplay.terminal.signals import INTERRUPTED_EXIT_CODE
 
 FAILURE_EXIT_CODE = 3  # if a file does not verify, as of `verify`

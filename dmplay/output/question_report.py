@@ -11,10 +11,7 @@ from dmplay.tutor.progress import current_day
 
 def report_puzzle(code: str, *, with_solution: bool) -> str:
     """Return a puzzle as JSON; its solution only if `with_solution`."""
-    name, number = puzzles.split_code(code)
-    puzzle = (
-        puzzles.choose_puzzle(name, current_day()) if number is None else puzzles.find_puzzle(code)
-    )
+    puzzle = puzzles.choose_typed_puzzle(code, current_day())
     exercise = puzzles.make_exercise(puzzle)
     position = puzzle.position
     data = {

@@ -1,12 +1,13 @@
 """The review of a transcript, printed or saved as notes in the transcript."""
 
 from dmplay.core.safe_files import write_file
-from dmplay.core.text import format_json_report
+from dmplay.core.text import escape_newlines, format_json_report
 from dmplay.errors import BadParameter
 from dmplay.game.hints.review import REVIEW_NOTE_PREFIX, format_notes, format_table
 from dmplay.game.launch_requests import ReplayRequest
 from dmplay.game.playback import Playback
 from dmplay.game.seats import list_human_seats
+from dmplay.terminal.progress import ProgressBar
 from dmplay.transcript.verification_report import describe_peeks_and_hints
 
 
@@ -16,8 +17,9 @@ def report_review(recording: ReplayRequest, *, write: bool = False, json: bool =
     Raise BadParameter if a review of an unfinished game is to be saved.
     """
     path = recording.path
-    game = Playback(path, trusted=recording.trusted, peek=recording.peek)
-    reviewed_actions = game.review_choices()
+    with ProgressBar(f"reviewing {escape_newlines(str(path))}", quiet=json):
+        game = Playback(path, trusted=recording.trusted, peek=recording.peek)
+        reviewed_actions = game.review_choices()
     if write and game.transcript.end_block is None:
         raise BadParameter(f"{path}: the game is unfinished; a review is saved only after the end")
     if write:

@@ -15,9 +15,9 @@ from dmplay.errors import DmplayError
 from dmplay.evaluation.solutions.options import SolveOptions
 from dmplay.evaluation.solutions.solution import Solution
 from dmplay.evaluation.solutions.solve import solve_with_options
-from dmplay.output.progress import ProgressBar
 from dmplay.output.tables import format_table
 from dmplay.registry import problems
+from dmplay.terminal.progress import ProgressBar
 
 
 def load_or_solve(

@@ -30,10 +30,10 @@ from dmplay.output.evaluation_request import (
     make_policy,
     make_report,
 )
-from dmplay.output.progress import ProgressBar
 from dmplay.output.tables import format_csv, format_mean, format_table
 from dmplay.output.tournament_checkpoint import MAX_RETURN, TournamentCheckpoint
 from dmplay.registry import agents
+from dmplay.terminal.progress import ProgressBar
 
 # agents that play an equilibrium, if a problem has them
 EQUILIBRIUM_AGENTS = ("equilibrium", "nash")

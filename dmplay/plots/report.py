@@ -19,10 +19,10 @@ from dmplay.game.plot_kinds import (
     load_figures,
 )
 from dmplay.output.evaluation_request import EvaluationRequest
-from dmplay.output.progress import ProgressBar
 from dmplay.plots.plot_data import Plot
 from dmplay.registry.problems import is_problem_name
 from dmplay.terminal.capabilities import Terminal
+from dmplay.terminal.progress import ProgressBar
 
 if TYPE_CHECKING:
     from dmplay.plots.plotted_problem import PlottedProblem

@@ -32,6 +32,15 @@ class Puzzle(NamedTuple):
     loss: float  # the best value minus that of the rule's action
 
 
+def choose_typed_puzzle(code: str, today: date) -> Puzzle:
+    """Return the puzzle of a code such as `catch:7`, or the next one of a problem such as `catch`.
+
+    Raise BadParameter if there is none.
+    """
+    name, number = split_code(code)
+    return choose_puzzle(name, today) if number is None else find_puzzle(code)
+
+
 def find_puzzle(code: str) -> Puzzle:
     """Return the puzzle of a code such as `catch:7`; raise BadParameter if there is none."""
     name, number = split_code(code)

@@ -8,6 +8,7 @@ from dmplay.core.text import format_count
 from dmplay.errors import DmplayError
 from dmplay.game.command_line_results import MistakesCommand, PuzzleCommand
 from dmplay.terminal.capabilities import Terminal
+from dmplay.terminal.progress import ProgressBar
 from dmplay.terminal.signals import exit_on_signals
 from dmplay.tutor import mistakes, puzzles
 from dmplay.tutor.action_question import RIGHT_LOSS_LIMIT
@@ -27,13 +28,9 @@ QUESTION_HELP = (
 
 def play_puzzle(terminal: Terminal, command: PuzzleCommand) -> int:
     """Ask a puzzle, and return the exit code."""
-    name, number = puzzles.split_code(command.code)
-    puzzle = (
-        puzzles.choose_puzzle(name, current_day())
-        if number is None
-        else puzzles.find_puzzle(command.code)
-    )
-    exercise = puzzles.make_exercise(puzzle)
+    name, _ = puzzles.split_code(command.code)
+    with ProgressBar("looking for positions in which a rule of thumb chooses badly"):
+        exercise = puzzles.make_exercise(puzzles.choose_typed_puzzle(command.code, current_day()))
     dialog = QuestionDialog(terminal, sys.stdin)
     code = dialog.ask_all([exercise])
     if not code and name:
@@ -44,7 +41,8 @@ def play_puzzle(terminal: Terminal, command: PuzzleCommand) -> int:
 def play_mistakes(terminal: Terminal, command: MistakesCommand) -> int:
     """Ask for a better action than those that lost most, and return the exit code."""
     dialog = QuestionDialog(terminal, sys.stdin)
-    exercises = mistakes.choose_mistakes(command.paths, current_day(), trusted=command.trusted)
+    with ProgressBar("looking for choices that lost much"):
+        exercises = mistakes.choose_mistakes(command.paths, current_day(), trusted=command.trusted)
     if not exercises:
         where = " or ".join(map(str, command.paths)) or "the saved games"
         reason = mistakes.NO_MISTAKES if command.paths else "nothing is new or due"
