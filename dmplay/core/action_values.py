@@ -31,6 +31,11 @@ class Accuracy(Enum):
         self.words, self.data_name = words, data_name
 
     @property
+    def is_estimate(self) -> bool:
+        """True if small differences of the values may be errors."""
+        return self not in {Accuracy.UNKNOWN, Accuracy.EXACT, Accuracy.CONDITIONAL}
+
+    @property
     def data(self) -> dict[str, str]:
         """The accuracy as data, for example `exact`; {} if it is unknown."""
         return {"accuracy": self.data_name} if self.data_name else {}

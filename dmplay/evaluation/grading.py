@@ -245,9 +245,10 @@ def _add_regret(
     if reviewed and any(move.regret is None for move in reviewed):
         remarks.append(NO_REGRET_REMARK)
     elif reviewed:
-        best_count = sum(move.chosen in move.best for move in reviewed)
+        judged = [move for move in reviewed if not move.is_too_close]
+        best_count = sum(move.chosen in move.best for move in judged)
         grade = grade._replace(
-            regret=total_regret(reviewed), best_count=best_count, valued_count=len(reviewed)
+            regret=total_regret(reviewed), best_count=best_count, valued_count=len(judged)
         )
         scopes = (move.basis.scope for move in reviewed)
         remarks += dict.fromkeys(f"regret ({scope})" for scope in scopes if scope)

@@ -21,7 +21,13 @@ from dmplay.errors import DmplayError
 from dmplay.game.background_tasks import TaskInfo, run_cancellable
 from dmplay.game.hints.ghost_agent import Ghost, describe_ghost_result
 from dmplay.game.hints.hint_provider import choose_decimals, format_fixed
-from dmplay.game.hints.review import ReviewedAction, append_scope, run_review, total_regret
+from dmplay.game.hints.review import (
+    NOT_JUDGED,
+    ReviewedAction,
+    append_scope,
+    run_review,
+    total_regret,
+)
 from dmplay.game.position import ADVICE_WORK_LIMIT, SEARCH_AGENT
 from dmplay.registry import agents
 from dmplay.registry.problem_name_kinds import names_bot
@@ -47,7 +53,7 @@ class SeatChoices:
     """
 
     seat: str
-    count: int  # reviewed choices
+    count: int  # judged choices
     best_count: int
     basis: ValuesBasis  # of the values
     score: float
@@ -56,6 +62,7 @@ class SeatChoices:
     start_value: float | None = None  # expected score under optimal play, if the luck is known
     luck: float | None = None  # score - (start value - regret)
     scale: float = 1.0  # of the problem's rewards
+    unjudged_count: int = 0  # choices of which estimates do not tell whether they are the best
 
     def lines(self, prefix: str = "") -> list[str]:
         """Return a line on the choices; with exact values also one each on luck and worst turn.
@@ -69,7 +76,10 @@ class SeatChoices:
             text = append_scope(name, self.basis.scope)
             if self.basis.scope and not self.basis._replace(ignores_turn_limit=False).scope:
                 text = f"{name}, which ignore the turn limit"
-            return [f"{prefix}choices: {share} by the {text}"]
+            unjudged = f"{format_count(self.unjudged_count, 'choice')} {NOT_JUDGED}"
+            parts = [f"{share} by the {text}"] * bool(self.count)
+            parts += [unjudged] * bool(self.unjudged_count)
+            return [f"{prefix}choices: {', '.join(parts)}"]
         numbers = [self.regret, self.luck or 0.0, self.start_value or 0.0]
         decimals = choose_decimals(numbers, self.scale)
         regret_text = format_fixed(self.regret, decimals)
@@ -109,6 +119,7 @@ class SeatChoices:
         }
         facts = {
             "choices": self.count,
+            "not_judged": self.unjudged_count or None,
             "best": self.best_count,
             **self.basis.accuracy.data,
             "scope": self.basis.scope,
@@ -268,13 +279,15 @@ def _assess_seat(
     session: Session, question: AdviceQuestion, moves: Sequence[ReviewedAction]
 ) -> SeatChoices:
     """Return the choices of one person, with regret and luck if the values are exact."""
+    judged = [move for move in moves if not move.is_too_close]
     choices = SeatChoices(
         session.problem.agents[question.seat],
-        len(moves),
-        sum(move.chosen in move.best for move in moves),
+        len(judged),
+        sum(move.chosen in move.best for move in judged),
         moves[0].basis,
         session.seat_return(question.seat),
         scale=session.problem.reward_scale,
+        unjudged_count=len(moves) - len(judged),
     )
     regrets = [move.regret for move in moves if move.regret is not None]
     is_exact = len(regrets) == len(moves) and all(

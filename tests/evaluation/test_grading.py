@@ -138,7 +138,7 @@ def test_a_regret_of_estimated_values_is_marked(tmp_path: Path) -> None:
     (grade,) = grade_files([path]).grades
     assert grade.end_reason == "terminal"
     assert grade.regret is not None
-    assert grade.remarks[0] == "estimated regret"
+    assert grade.remarks[:2] == ("regret (if optimal plays on)", "estimated regret")
 
 
 def test_an_unverified_game_has_neither_return_nor_regret(grades: dict[str, Grade]) -> None:

@@ -10,13 +10,16 @@ from dmplay.agents.base import AdviceQuestion
 from dmplay.core.action_values import UNKNOWN_BASIS, Accuracy, ActionValues, ValuesBasis
 from dmplay.core.best_actions import VALUE_TOLERANCE
 from dmplay.core.session import SeatedPolicy, Session
+from dmplay.core.spaces import Labels
 from dmplay.core.text import align_columns, format_count
 from dmplay.core.work_budget import Budget, scale_progress_to_part
 from dmplay.game.background_tasks import TaskInfo, run_cancellable
+from dmplay.game.hints.action_simulation import Start, can_compare, compare_returns
 from dmplay.game.hints.hint_provider import SAMPLED_VALUES, TOO_CLOSE, choose_decimals, format_fixed
 from dmplay.game.position import Position
 from dmplay.registry import agents
 
+NOT_JUDGED = f"not judged ({TOO_CLOSE})"
 REVIEW_NOTE_PREFIX = "# review "
 REGRET_EXPLANATION = "regret = value of the best action minus value of yours"
 DISCOUNT_EXPLANATION = "discounted = the regret as it counts in the score"
@@ -47,13 +50,18 @@ class ReviewedAction(NamedTuple):
 
     @property
     def is_too_close(self) -> bool:
-        """True if errors hide whether the choice is the best one; `best` then has all such ones."""
-        return self.errors is not None and len(self.best) > 1 and self.chosen in self.best
+        """True if the choice is not judged, as estimates do not tell whether it is the best one.
+
+        They do not if all actions are equally good, or if errors are too large: `best` has all
+        actions that may be the best.
+        """
+        is_tie = len(self.best) == len(self.values) and self.basis.accuracy.is_estimate
+        return self.chosen in self.best and (is_tie or (bool(self.errors) and len(self.best) > 1))
 
     @property
     def is_estimated(self) -> bool:
         """True if the regret comes from estimated values."""
-        return self.basis.accuracy in {Accuracy.ESTIMATED, Accuracy.RATING}
+        return self.basis.accuracy.is_estimate
 
     @property
     def is_mistake(self) -> bool:
@@ -81,7 +89,8 @@ class ReviewedAction(NamedTuple):
         errors = facts.pop("errors")
         last |= {} if errors is None else {"standard_errors": errors}
         words = {"scope": self.basis.scope, "about": last.pop("about")}
-        return {**facts, **words, "values_name": self.basis.accuracy.words, **last}
+        words["values_name"] = self.basis.accuracy.words
+        return {**facts, "judged": not self.is_too_close, **words, **last}
 
     def __str__(self) -> str:
         """Return the review of this choice on one line."""
@@ -94,9 +103,11 @@ class ReviewedAction(NamedTuple):
             for name, value in self.values.items()
         )
         name = SAMPLED_VALUES if errors else self.basis.accuracy.words
+        if errors and not min(errors.values()):  # of games with the same random numbers
+            name = f"{SAMPLED_VALUES.removesuffix(')')} of the difference from the best)"
         values_text = f"{append_scope(name, self.about)}: {value_list}"
         if self.is_too_close:
-            return f"{beginning}, {TOO_CLOSE} with other actions. {values_text}"
+            return f"{beginning}, {NOT_JUDGED}. {values_text}"
         if self.chosen in self.best:
             return f"{beginning}, the best action. {values_text}"
         regret = (
@@ -128,43 +139,71 @@ def review_actions(
         if hint_agent and problem.actions[seat].labels:
             hint_agents[seat] = hint_agent, SeatedPolicy(replayed, seat, hint_agent.policy)
     budget = Budget("the review", "review a shorter game")
+    starts = list[tuple[Start, ReviewedAction, Labels]]()  # of choices to compare by games
     for number, turn in enumerate(session.turns, 1):
         budget.spend_work(1.0, (number - 1) / len(session.turns))
         for seat, (hint_agent, hint_policy) in hint_agents.items():
+            if number <= hint_agent.question.earlier_turns or replayed.is_inactive(seat):
+                continue
+            reviewed = ReviewedAction(
+                number,
+                problem.agents[seat],
+                replayed.action_labels(seat)[int(turn.actions[seat])],
+                (),
+                None,
+                {},
+                hint_agent.describe_game(number - 1),
+                scale=problem.reward_scale,
+                discount_factor=problem.discount ** (number - 1),
+            )
+            labels = replayed.action_labels(seat)
+            if can_compare(hint_agent):
+                starts.append((_make_start(replayed, hint_policy), reviewed, labels))
+                continue
             with scale_progress_to_part(number - 1, len(session.turns)):
-                q, legal = hint_policy.action_values(), replayed.legal_actions_mask(seat)
-                values = hint_agent.attach_basis(q, legal)
-                if values is None and can_sample:
-                    memory = hint_policy.current_memory()
-                    question = hint_agent.question
-                    values = Position.with_agent(replayed, question, hint_agent, memory).values()
-            is_of_players = number > hint_agent.question.earlier_turns
-            if values is not None and is_of_players and not replayed.is_inactive(seat):
-                reviewed = _review_action(replayed, seat, number, int(turn.actions[seat]), values)
-                yield reviewed._replace(
-                    about=hint_agent.describe_game(number - 1),
-                    discount_factor=problem.discount ** (number - 1),
-                )
+                values = _compute_values(replayed, hint_agent, hint_policy, can_sample=can_sample)
+            if values is not None:
+                yield _judge_action(reviewed, labels, values)
         replayed.append_turns([turn])
+    if starts:
+        comparisons = compare_returns(hint_agents[0][0], [start for start, *_ in starts])
+        for (_, reviewed, labels), values in zip(starts, comparisons, strict=True):
+            yield _judge_action(reviewed, labels, values)
 
 
-def _review_action(
-    session: Session, seat: int, turn: int, action: int, values: ActionValues
+def _make_start(session: Session, hint_policy: SeatedPolicy) -> Start:
+    """Return the position of the only agent as a start of simulated games."""
+    legal, limit = session.legal_actions_mask(0), session.turn_limit
+    actions = np.arange(len(session.action_labels(0))) if legal is None else np.flatnonzero(legal)
+    turns_left = None if limit is None else limit - len(session.turns)
+    return Start(session.state, hint_policy.current_memory(), turns_left, actions)
+
+
+def _compute_values(
+    session: Session, hint_agent: agents.HintAgent, hint_policy: SeatedPolicy, *, can_sample: bool
+) -> ActionValues | None:
+    """Return the values of the hint agent in a position, or its estimates if it may sample."""
+    question = hint_agent.question
+    legal = session.legal_actions_mask(question.seat)
+    values = hint_agent.attach_basis(hint_policy.action_values(), legal)
+    if values is None and can_sample:
+        memory = hint_policy.current_memory()
+        return Position.with_agent(session, question, hint_agent, memory).values()
+    return values
+
+
+def _judge_action(
+    reviewed: ReviewedAction, labels: Sequence[str], values: ActionValues
 ) -> ReviewedAction:
-    """Return the review of an action against the best legal action."""
-    labels = session.action_labels(seat)
+    """Return the review of an action with the best legal actions and its regret."""
     legal = np.flatnonzero(~np.isnan(values.q)).tolist()
-    errors = values.errors
-    regret = 0.0 if action in values.best_actions else float(values.regrets[action])
-    return ReviewedAction(
-        turn,
-        session.problem.agents[seat],
-        labels[action],
-        tuple(labels[a] for a in values.best_actions),
-        regret if values.basis.has_exact_regrets else None,
-        {labels[a]: float(values.q[a]) for a in legal},
+    errors, chosen = values.errors, [*labels].index(reviewed.chosen)
+    regret = 0.0 if chosen in values.best_actions else float(values.regrets[chosen])
+    return reviewed._replace(
+        best=tuple(labels[a] for a in values.best_actions),
+        regret=regret if values.basis.has_exact_regrets else None,
+        values={labels[a]: float(values.q[a]) for a in legal},
         basis=values.basis,
-        scale=values.scale,
         errors=None if errors is None else {labels[a]: float(errors[a]) for a in legal},
     )
 
@@ -178,13 +217,15 @@ def format_summary(reviewed_actions: list[ReviewedAction]) -> str:
     """Return one line: the number of best choices, the total regret and the worst turn."""
     if not reviewed_actions:
         return "review: no agent can compute the values of these actions"
-    best_count = sum(move.chosen in move.best for move in reviewed_actions)
+    judged = [move for move in reviewed_actions if not move.is_too_close]
+    best_count = sum(move.chosen in move.best for move in judged)
     scopes = {move.basis.scope for move in reviewed_actions}
-    best = "best action"
-    if any(move.is_too_close for move in reviewed_actions):
-        best = f"best action, or {TOO_CLOSE},"
-    best = append_scope(best, *scopes) if len(scopes) == 1 else best
-    text = f"review: {best} {best_count} of {format_count(len(reviewed_actions), 'time')}"
+    best = append_scope("best action", *scopes) if len(scopes) == 1 else "best action"
+    count = len(reviewed_actions) - len(judged)
+    unjudged = f", {format_count(count, 'choice')} {NOT_JUDGED}" if count else ""
+    text = f"review: {best} {best_count} of {format_count(len(judged), 'time')}{unjudged}"
+    if not judged:
+        return f"review: {unjudged.removeprefix(', ')}"
     regrets = [move.regret for move in reviewed_actions if move.regret is not None]
     if len(regrets) < len(reviewed_actions):
         return f"{text}; no regret, because the values are not exactly about this game"
@@ -197,7 +238,7 @@ def format_summary(reviewed_actions: list[ReviewedAction]) -> str:
     meaning = f"{'discounted ' * is_discounted}{lost} lost"
     regret_text = format_fixed(total, _choose_decimals(reviewed_actions, [total]))
     text = f"{text}, total {expected} regret ({meaning}) {regret_text}"
-    if best_count == len(reviewed_actions):
+    if best_count == len(judged):
         return text
     return f"{text}, largest in turn {worst.turn}"
 
@@ -252,7 +293,7 @@ def format_table(reviewed_actions: list[ReviewedAction]) -> list[str]:
                 regret_cells[-1] += f" {bar}"
         seat = [move.seat] * has_several_seats
         best = "any" if len(move.best) == len(move.values) else " or ".join(move.best)
-        best = TOO_CLOSE if move.is_too_close else best
+        best = NOT_JUDGED if move.is_too_close else best
         best = best if has_one_scope else append_scope(best, move.basis.scope)
         rows.append([str(move.turn), *seat, move.chosen, best, *regret_cells])
     return [

@@ -11,7 +11,7 @@ from dmplay.core.session import Turn
 from dmplay.core.work_budget import ComputationStopped
 from dmplay.game.game import Game
 from dmplay.game.hints import review
-from dmplay.game.hints.hint_provider import TOO_CLOSE, Hint, HintProvider, format_fixed
+from dmplay.game.hints.hint_provider import Hint, HintProvider, format_fixed
 from dmplay.game.hints.review import ReviewedAction
 from dmplay.game.verdict import Verdict, iter_verdicts
 from dmplay.views.toolkit.canvas import BAR_LEVELS
@@ -193,7 +193,7 @@ class GameTimeline(Game):
 def _describe_choice(move: ReviewedAction, *, shows_discounted: bool) -> str:
     """Return a choice as text, with the better action and its gain if there was one."""
     if move.is_too_close:
-        return f"chose {move.chosen}, {TOO_CLOSE}"
+        return f"chose {move.chosen}, {review.NOT_JUDGED}"
     if move.chosen in move.best:
         rank = "the best action" if len(move.best) == 1 else f"one of {len(move.best)} best actions"
         return f"chose {move.chosen}, {review.append_scope(rank, move.basis.scope)}"

@@ -245,6 +245,8 @@ def test_a_review_values_each_action_as_the_hint_did(name: str, seat: int) -> No
         labels = episode.problem.actions[seat].labels
         is_rating = move.basis.accuracy is Accuracy.RATING
         expected_row = np.round(row) if is_rating else np.asarray(row)
+        if move.basis.scope.endswith(" plays on"):  # estimates that simulated games replace
+            continue
         assert move.values == {label: expected_row[labels.index(label)] for label in move.values}
         assert advice in move.best
         if move.regret is None:

@@ -108,3 +108,41 @@ def test_a_review_of_several_people_has_a_seat_column() -> None:
 
 def test_a_review_without_values_has_no_columns() -> None:
     assert format_table([]) == ["review: no agent can compute the values of these actions"]
+
+
+def play_and_review(name: str, actions: list[int], turn_limit: int = 50) -> list[ReviewedAction]:
+    """Return the review of a game with these actions."""
+    session = Session(dmplay.load_problem(name), SeededUniforms(3), turn_limit=turn_limit)
+    for action in actions:
+        session.advance([action])
+    return [*review_actions(session, [AdviceQuestion.about(session, 0)])]
+
+
+def test_a_push_is_judged_only_if_it_changes_how_soon_the_game_ends() -> None:
+    moves = play_and_review("cart-pole", [0] * 9)
+    judged = [move for move in moves if not move.is_too_close]
+    assert [move.chosen in move.best for move in judged] == [False] * len(judged)
+    assert 0 < len(judged) < len(moves)
+    worst = max(moves, key=lambda move: move.regret or 0.0)
+    assert worst.values["right"] == 50 - worst.turn + 1  # turns until the end
+    assert worst.regret == worst.values["right"] - worst.values["left"]
+    assert all(move.basis.scope == "if regulate plays on" for move in moves)
+    summary = format_table(moves)[-2]
+    assert f" 0 of {len(judged)} times, {len(moves) - len(judged)} choices not judged" in summary
+
+
+def test_choices_with_random_events_are_compared_on_the_same_random_numbers() -> None:
+    moves = play_and_review("collision-avoidance", [0, 0, 1, 0, 1, 0], 6)  # no collision so soon
+    assert [move.regret for move in moves] == pytest.approx([0.01] + [0.0] * 5, abs=0.02)
+    assert all(0.0 in (move.errors or {}).values() for move in moves)
+
+
+def test_a_choice_among_equally_rated_actions_is_not_judged() -> None:
+    basis = ValuesBasis(Accuracy.RATING)
+    move = make_reviewed_action(1, "agent", "up", 0.0)._replace(
+        basis=basis, values={"left": 7.0, "up": 7.0}
+    )
+    assert move.is_too_close
+    assert move.data["judged"] is False
+    assert format_table([move])[2] == "review: 1 choice not judged (too close to call)"
+    assert not move._replace(basis=ValuesBasis(Accuracy.EXACT)).is_too_close
