@@ -106,7 +106,9 @@ class Game:
     def _attach_session(self, session: Session) -> None:
         """Replace the session, with a new narrator and empty caches."""
         self.session = session
-        self.narrator = Narrator(session, self.human_seats, reveal=self.reveal)
+        self.narrator = Narrator(
+            session, self.human_seats, reveal=self.reveal, player_names=self.player_names
+        )
         self._hint_providers: dict[int, HintProvider] = {}
         self._snapshot: SeatSnapshot | None = None
 

@@ -2,15 +2,31 @@
 
 from collections.abc import Mapping, Sequence
 
+from dmplay.core.problem import Problem
 from dmplay.core.session import Session
-from dmplay.core.text import describe_end_reason, format_count, format_number
+from dmplay.core.text import describe_end_reason, escape_unprintable, format_count, format_number
 from dmplay.game import turn_facts
 from dmplay.game.hints.ghost_agent import Ghost
 from dmplay.game.seat_snapshot import SeatSnapshot
+from dmplay.game.seats import name_without_actions
 from dmplay.transcript.concealment import RESUMABLE_END_REASONS
-from dmplay.transcript.format import collect_end_facts, collect_turn_facts, round_number
-from dmplay.views.protocol import DrawOptions, expand_for_picture, fit_board, load_view_module
+from dmplay.transcript.format import (
+    NATURAL_END_REASONS,
+    collect_end_facts,
+    collect_turn_facts,
+    round_number,
+)
+from dmplay.views.protocol import (
+    DrawOptions,
+    FinishedGame,
+    expand_for_picture,
+    fit_board,
+    load_view_module,
+)
 
+PLAYER_NOUNS = {  # the subject of a sentence about a player that is no agent
+    "human": "the player", "mcp": "the model", "script": "the script", "replay": "the replay",
+}  # fmt: skip
 NO_FACTS: Mapping[str, object] = {}
 TRANSCRIPT_DRAW_OPTIONS = DrawOptions(width=80, height=24)
 
@@ -30,8 +46,16 @@ def render_transcript_frame(session: Session) -> str:
 class Narrator:
     """A narrator of a session to people who see only their views, or all of it if revealed."""
 
-    def __init__(self, session: Session, human_seats: Sequence[int], *, reveal: bool) -> None:
+    def __init__(
+        self,
+        session: Session,
+        human_seats: Sequence[int],
+        *,
+        reveal: bool,
+        player_names: Sequence[str] = (),
+    ) -> None:
         self.session = session
+        self.player_names = player_names
         self.human_seats = human_seats
         self.reveal = reveal
         self.shows_uniforms = True  # False if uniforms must not be shown
@@ -93,7 +117,7 @@ class Narrator:
         }
 
     def describe_result(self, *, names_seat: bool = False) -> str:
-        """Return the result as text: end reason, turns, and the scores of each seat.
+        """Return the result as text: how the game ended, and the scores of each seat.
 
         The score of a person who plays alone is "your score", unless `names_seat`. For a paused
         game, return only the number of turns.
@@ -110,10 +134,7 @@ class Narrator:
             + f" (undiscounted {format_number(round_number(t))})" * is_discounted
             for agent, r, t in seat_sums
         )
-        summary = (
-            f"{describe_end_reason(session.end_reason)} after "
-            f"{format_count(len(session.turns), 'turn')}."
-        )
+        summary = f"{self.describe_end(names_seat=names_seat)}."
         if not session.turns and session.end_reason == "terminal":
             summary = f"{summary[:-1]}: it started in a state that ends a game."
         summary += f" {self.end_explanation.rstrip('?.')}." if self.end_explanation else ""
@@ -124,9 +145,32 @@ class Narrator:
             return f"{summary} {scores}."
         return summary
 
+    def describe_end(self, *, names_seat: bool = False) -> str:
+        """Return the sentence on the end of the game, without a full stop.
+
+        After a natural end this is in the words of its problem, about the only person, or else the
+        agent in the first seat; people are called by their seat if `names_seat`.
+        """
+        session = self.session
+        turns = format_count(len(session.turns), "turn")
+        reason = session.end_reason or ""
+        if reason not in NATURAL_END_REASONS or not session.turns:
+            return f"{describe_end_reason(reason)} after {turns}"
+        seat = self.human_seats[0] if self.human_seats else 0
+        player = session.problem.agents[seat]
+        if len(self.human_seats) == 1 and not names_seat:
+            player = "you"
+        elif not self.human_seats and self.player_names:
+            name = escape_unprintable(name_without_actions(self.player_names[seat]))
+            name = PLAYER_NOUNS.get(name, name.partition(":")[0] if "=" in name else name)
+            player = f"{player} ({name})" if len(session.problem.agents) > 1 else name
+        game = FinishedGame[Problem].of_session(session, seat, player)
+        return escape_unprintable(self.view_module.describe_end(game))
+
     def result_facts(self, extra_facts: Mapping[str, object] = NO_FACTS) -> dict[str, object]:
         """Return the result as data, with extra facts and the hidden facts of every turn."""
         result = {**collect_end_facts(self.session), **extra_facts}
+        result["ending"] = self.describe_end()
         if self.end_explanation:
             result["why"] = self.end_explanation
         rows = self.debrief_rows()

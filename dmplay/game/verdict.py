@@ -133,7 +133,7 @@ class SeatChoices:
 
 @dataclass(frozen=True)
 class ScoreComparison:
-    """The shares of an agent's games, on other seeds, that scored less than this game or equal."""
+    """The games of an agent from the same start that scored less than this game, or equal."""
 
     agent: str
     game_count: int
@@ -177,7 +177,7 @@ class Verdict:
                 for index, comparison in enumerate(self.comparisons)
             ]
             games = format_count(self.comparisons[0].game_count, "game")
-            rows.append(f"in {games} with other seeds, {', '.join(parts)}")
+            rows.append(f"in {games} from the same start, {', '.join(parts)}")
         rows += [self.ghost_line] if self.ghost_line else []
         return rows + ([f"review: {self.error}"] if self.error else [])
 
@@ -351,7 +351,8 @@ def compare_score(
 ) -> tuple[ScoreComparison, ...]:
     """Return the counts of games of random play and of a strong agent that scored less or equal.
 
-    They are games of the same problem, turn limit and other players, with other random numbers.
+    They are games from the same start, hidden states included, with the same turn limit and other
+    players; their later random numbers differ.
     Empty unless the game ended by its rules, the same players played all turns, and all people have
     the same reward. A comparison that takes too long is left out.
     """
@@ -442,6 +443,7 @@ def _count_games(session: Session, policies: Sequence[Policy], seat: int) -> tup
             turn_limit=min(session.turn_limit or turn_count, turn_count),
             seed=COMPARISON_SEED,
             keep=("returns", "terminated"),
+            start_uniforms=session.initial_uniforms,
         )
         difference = games.returns[:, seat] - score
         tolerance = RETURN_TOLERANCE * max(abs(score), problem.reward_scale)

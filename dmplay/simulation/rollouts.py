@@ -85,6 +85,7 @@ class RolloutSpec(NamedTuple):
     progress: ProgressCallback | None = None
     keep: Sequence[str] = DEFAULT_ARRAYS
     control_variate: ControlVariateFunction | None = None
+    start_uniforms: Reals | None = None  # of all games; None if each game has its own
 
 
 class PartialResults(NamedTuple):
@@ -122,17 +123,20 @@ def rollout(  # noqa: PLR0913 - each is the caller's to choose
     executor: Executor | None = None,
     progress: ProgressCallback | None = None,
     keep: Sequence[str] = DEFAULT_ARRAYS,
+    start_uniforms: Reals | None = None,
 ) -> Rollout:
     """Play consecutive episodes of a seed from `first_episode` on, with one policy per seat.
 
     Row r is the game that a session plays with `SeededUniforms(seed, first_episode + r)`, whatever
-    the workers, the executor, the blocks and their order. `progress` is called with the share of
-    the games that is played. Raise RolloutBlocksLost if workers died again and again,
+    the workers, the executor, the blocks and their order. With `start_uniforms`, all games begin as
+    the game with these initial uniforms does. `progress` is called with the share of the games that
+    is played. Raise RolloutBlocksLost if workers died again and again,
     RolloutInterrupted on Ctrl-C, and BadPolicy, IllegalAction or BadParameter for what cannot be
     played.
     """
     episode_range = range(first_episode, first_episode + episodes)
     spec = RolloutSpec(episode_range, turn_limit, seed, workers, executor, progress, keep)
+    spec = spec._replace(start_uniforms=start_uniforms)
     (result,) = rollout_entrants(problem, [policies], spec)
     return result
 
@@ -361,6 +365,8 @@ def _play_block(  # noqa: PLR0915 - the steps of one loop
         )  # fmt: skip
 
     u = generate_block_uniforms(NATURE_STREAM, 0, problem.uniform_counts.start)
+    if spec.start_uniforms is not None:
+        u = np.tile(spec.start_uniforms, (episode_count, 1))
     state, discounted = problem.sample_initial_states(u), problem.discount != 1.0
     shape = 1 + discounted + bool(control_variate), episode_count, len(policies)
     sums = [*np.zeros(shape)]

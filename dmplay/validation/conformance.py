@@ -38,7 +38,14 @@ from dmplay.solvers.pomdp.legal_action_leak import check_legal_action_leak
 from dmplay.validation import invariants
 from dmplay.validation.module_export_trials import iter_trials
 from dmplay.validation.policy_checks import find_agent_violation
-from dmplay.views.protocol import DrawOptions, Lesson, ViewModule, fit_board, load_view_module
+from dmplay.views.protocol import (
+    DrawOptions,
+    FinishedGame,
+    Lesson,
+    ViewModule,
+    fit_board,
+    load_view_module,
+)
 
 SAMPLED_TURNS = 200  # sampled turns that each invariant is checked on
 # games of random play, and turns of each, that look for terminal states
@@ -194,8 +201,15 @@ def _iter_display_errors(
         ("panel_rows", lambda: style.panel_rows(view), _is_pair_list, "a list of pairs of texts"),
         ("lesson", lambda: style.lesson(view), lambda x: isinstance(x, Lesson), "a Lesson"),
         ("describe_turn", lambda: style.describe_turn(view), _is_sentence, "a sentence"),
+        (
+            "describe_end",
+            lambda: style.describe_end(FinishedGame.of_session(session, seat, "you")),
+            _is_sentence,
+            "a sentence",
+        ),
     )
-    for name, call, is_valid, expected in checks if view.turns_played else checks[:-1]:
+    count = len(checks) if session.over and view.turns_played else -1 if view.turns_played else -2
+    for name, call, is_valid, expected in checks[:count]:
         try:
             returned = call()
         except Exception as error:

@@ -12,7 +12,7 @@ from dmplay.core.text import format_count
 from dmplay.core.user_code_locations import locate_definition
 from dmplay.errors import BadParameter
 from dmplay.formats.problem_classes import FileProblem
-from dmplay.views.protocol import DrawOptions, Lesson
+from dmplay.views.protocol import DrawOptions, FinishedGame, Lesson
 from dmplay.views.toolkit.action_hints_and_outcomes import (
     format_forecast_rows,
     format_observation,
@@ -310,3 +310,9 @@ def _describe_belief(view: View[Problem]) -> str:
     parts = format_likeliest_states(names[:state_count], probabilities[:state_count])
     end = ", ..." if len(parts) > MAX_DESCRIBED_STATES else "."
     return f" belief: {', '.join(parts[:MAX_DESCRIBED_STATES])}{end}"
+
+
+def describe_end(game: FinishedGame[Problem]) -> str:
+    """Say whether the game was played to its end, or for all its turns."""
+    end = "reached the end of the game in" if game.is_terminal else "played all"
+    return f"{game.player} {end} {game.turns}".replace("all 1 turn", "the only turn")

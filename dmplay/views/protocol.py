@@ -3,17 +3,20 @@
 import importlib
 from collections.abc import Callable, Iterator, Mapping
 from types import ModuleType
-from typing import NamedTuple, Protocol, cast
+from typing import Generic, NamedTuple, Protocol, TypeVar, cast
 
+import numpy as np
 from rich.text import Text
 
 from dmplay.core.arrays import Array, Reals
 from dmplay.core.problem import Problem
-from dmplay.core.session import View
+from dmplay.core.session import Session, View
+from dmplay.core.text import format_count
 from dmplay.errors import BadParameter
 from dmplay.registry import problem_module_exports
 from dmplay.views.toolkit.canvas import measure_text, to_ascii
 
+P = TypeVar("P", bound=Problem)
 NO_KEY_LABELS: Mapping[str, str] = {}
 MIN_PANEL_COLUMNS = 17  # minimum columns of the side panel
 # labels of the suggested action, and of others without regret
@@ -82,13 +85,59 @@ class Lesson(NamedTuple):
     map_mark: str = ""  # the player's mark on a large map, "@" on all small ones; "" without a map
 
 
+class FinishedGame(NamedTuple, Generic[P]):
+    """The facts of a finished game, hidden ones included, for a sentence on how it ended."""
+
+    problem: P
+    seat: int  # of the player
+    player: str  # "you", or the name of the agent or the seat
+    states: Array  # [T + 1, ...]
+    actions: Array  # [T, n]
+    observations: Array  # [T, n], or the states
+    rewards: Reals  # [T, n]
+    end_reason: str  # "terminal" if the rules ended it; "horizon" or "turn limit"
+
+    @classmethod
+    def of_session(cls, session: Session, seat: int, player: str) -> "FinishedGame[P]":
+        """Return the facts of a finished session of at least one turn."""
+        turns = session.turns
+        return cls(
+            cast(P, session.problem),
+            seat,
+            player,
+            np.array([session.initial_state, *(turn.state for turn in turns)]),
+            np.array([turn.actions for turn in turns]),
+            np.array([turn.observations for turn in turns]),
+            np.array([turn.rewards for turn in turns]),
+            session.end_reason or "",
+        )
+
+    @property
+    def turns(self) -> str:
+        """The number of turns with its noun."""
+        return format_count(len(self.actions), "turn")
+
+    @property
+    def is_terminal(self) -> bool:
+        """True if the rules ended the game, False if the turn limit did."""
+        return self.end_reason == "terminal"
+
+    @property
+    def team(self) -> str:
+        """The name of the player's team: the player, or all agents if they have one reward."""
+        if len(self.problem.agents) == 1:
+            return self.player
+        return "your team" if self.player == "you" else "the team"
+
+
 class ViewModule(Protocol):
     """The interface of a view module; its file is named after its problem.
 
     A view module may also define NUMBER_STEPS, keys that add a fixed amount to a typed number;
     SECOND_PLAYER_KEYS, the keys of a second player; KEY_FAMILY, the name under which a player sets
     its keys, if it is not the problem's name; and HAS_MOTION, if turns are animated: it then draws
-    the part of the motion that `DrawOptions.motion_progress` says.
+    the part of the motion that `DrawOptions.motion_progress` says. A view without `describe_end`
+    has a general sentence.
     """
 
     @property
@@ -112,6 +161,9 @@ class ViewModule(Protocol):
 
     def describe_situation(self, view: View[Problem]) -> str:
         """Return a description of the current situation, in sentences."""
+
+    def describe_end(self, game: FinishedGame[Problem]) -> str:
+        """Describe the end of the game in a sentence: no capital, no full stop, and no score."""
 
 
 VIEW_NAMES = [name for name in vars(ViewModule) if not name.startswith("_")]

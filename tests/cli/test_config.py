@@ -428,7 +428,7 @@ def test_a_game_uses_the_settings_of_a_file(project_folder: Path) -> None:
     result = run(project_folder, "hexworld", "--seed", "7", stdin="keys\na\n")
     assert "keys: e d, ne e, nw w, w a, sw z, se x." in result.stdout
     assert "turn 1. chose W, moved W to (6,2)." in result.stdout
-    assert "over: turn limit after 1 turn." in result.stdout
+    assert "over: you took no exit in 1 turn." in result.stdout
     entries = json.loads(run(project_folder, "config", "show", "--json", DMPLAY_ASCII="1").stdout)
     value_and_source = {
         entry["name"]: (entry["value"], entry["source"]) for entry in entries["settings"]

@@ -128,8 +128,8 @@ def test_the_lines_of_a_game_of_hexworld() -> None:
         "choices: best action 1 of 3 times; expected score lost: 4.07 (regret)",
         "score -0.90 = 3.75 (average of best play) - 4.07 (regret) - 0.58 (bad luck)",
         "worst: turn 1, chose e, not se: 3.20 lost",
-        "in 100 games with other seeds, random scored less than you in 53 (8 equal), optimal in 16 "
-        "(5 equal)",
+        "in 100 games from the same start, random scored less than you in 54 (19 equal), optimal "
+        "in 0 (26 equal)",
         "same seed: optimal scored 8.1, you -0.9",
     ]
 
@@ -280,6 +280,7 @@ def test_a_game_that_goes_on_scores_less_if_its_return_can_only_fall() -> None:
         episodes=COMPARED_GAMES,
         turn_limit=100,
         seed=1_000_005,
+        start_uniforms=game.session.initial_uniforms,
     ).returns[:, 0]
     assert counts["random"] == (returns < -80).sum()
 
@@ -300,6 +301,7 @@ def test_equal_scores_are_not_better() -> None:
         episodes=COMPARED_GAMES,
         turn_limit=1,
         seed=1_000_005,
+        start_uniforms=game.session.initial_uniforms,
     ).returns[:, 0]
     score = game.session.seat_return(0)
     assert comparison.agent == "random"
@@ -334,8 +336,8 @@ def test_json_games_end_with_the_verdict_as_an_object(tmp_path: Path) -> None:
         facts["expected"] - facts["regret"] + facts["luck"]
     )
     assert end["verdict"]["comparisons"] == [
-        {"agent": "random", "games": 100, "lower": 53, "equal": 8},
-        {"agent": "optimal", "games": 100, "lower": 16, "equal": 5},
+        {"agent": "random", "games": 100, "lower": 54, "equal": 19},
+        {"agent": "optimal", "games": 100, "lower": 0, "equal": 26},
     ]
 
 

@@ -9,7 +9,7 @@ from dmplay.core.arrays import Ints, Reals
 from dmplay.core.session import View
 from dmplay.core.text import format_count
 from dmplay.problems._shared.hidden_chances import SUCCESS
-from dmplay.views.protocol import DrawOptions, Lesson
+from dmplay.views.protocol import DrawOptions, FinishedGame, Lesson
 from dmplay.views.toolkit.action_hints_and_outcomes import (
     format_forecast_rows,
     format_regret_rows,
@@ -137,3 +137,9 @@ def _describe_chances(view: View[Bandit]) -> str:
     labels = view.problem.actions[view.seat].labels
     chances = zip(labels, _compute_win_chances(view), strict=True)
     return f"chance of a win: {', '.join(f'{label} {chance:.2f}' for label, chance in chances)}."
+
+
+def describe_end(game: FinishedGame[Bandit]) -> str:
+    """Return the number of wins and of pulls."""
+    wins = int((game.observations[:, 0] == SUCCESS).sum())
+    return f"{game.player} won {wins} of {format_count(len(game.actions), 'pull')}"

@@ -16,7 +16,7 @@ from rich.text import Text
 
 from dmplay.core.arrays import Array
 from dmplay.core.session import View
-from dmplay.views.protocol import BEST_LABEL, DrawOptions, Lesson
+from dmplay.views.protocol import BEST_LABEL, DrawOptions, FinishedGame, Lesson
 from dmplay.views.toolkit.action_hints_and_outcomes import (
     MAX_NUMBER_COLUMNS,
     format_action_condition,
@@ -94,7 +94,7 @@ class CartState(NamedTuple):
     has_fallen: bool  # The pole leans beyond its limit.
 
 
-def _read_cart_state(view: View[CartPole], state: Array) -> CartState:
+def _read_cart_state(view: View[CartPole] | FinishedGame[CartPole], state: Array) -> CartState:
     """Convert a state from radians to degrees and add the limits."""
     x, v, theta, omega = map(float, state)
     limits = view.problem.x_limit, view.problem.theta_limit
@@ -307,3 +307,13 @@ def _describe_state(cart: CartState) -> str:
         f"angle {format_signed_fixed(cart.theta, 1)} deg, "
         f"swing {format_signed_fixed(cart.omega, 0)} deg/s"
     )
+
+
+def describe_end(game: FinishedGame[CartPole]) -> str:
+    """Return the number of pushes, and whether the pole fell or the cart left the track."""
+    count = len(game.actions)
+    pushes = f"{count} push{'es' * (count != 1)}"
+    if not game.is_terminal:
+        return f"{game.player} kept the pole up for all {pushes}"
+    failure = _describe_outcome(_read_cart_state(game, game.states[-1]))
+    return f"{failure} after {pushes}" + f" of {game.player}" * (game.player != "you")

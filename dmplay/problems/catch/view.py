@@ -7,7 +7,8 @@ from rich.text import Text
 
 from dmplay.core.arrays import Reals
 from dmplay.core.session import View
-from dmplay.views.protocol import DrawOptions, Lesson
+from dmplay.core.text import format_count
+from dmplay.views.protocol import DrawOptions, FinishedGame, Lesson
 from dmplay.views.toolkit.action_hints_and_outcomes import (
     format_forecast_rows,
     format_regret_rows,
@@ -309,3 +310,11 @@ def describe_situation(view: View[Catch]) -> str:
         last_throw = f"threw {name} m: {'caught' if caught else 'dropped'}."
     belief = f"belief about the skill: {format_belief(PROFICIENCY_NAMES, view.belief)}."
     return f"{last_throw} {belief} expected reward: {rewards_text}."
+
+
+def describe_end(game: FinishedGame[Catch]) -> str:
+    """Return the number of throws and of catches, and the metres of the caught ones."""
+    caught = int((game.observations[:, 0] == CAUGHT).sum())
+    balls, metres = format_count(len(game.actions), "ball"), f"{game.rewards.sum():g}"
+    verb = "was" if caught == 1 else "were"
+    return f"{game.player} threw {balls}; {caught} {verb} caught, for {metres} m"

@@ -12,7 +12,7 @@ from dmplay.core.arrays import Reals
 from dmplay.core.hexgrid import DIRECTIONS, Hex, format_hex, hex_neighbours, move_destinations
 from dmplay.core.session import View
 from dmplay.views.generic import format_last_observation
-from dmplay.views.protocol import DrawOptions, Lesson
+from dmplay.views.protocol import DrawOptions, FinishedGame, Lesson
 from dmplay.views.toolkit import hexgrid
 from dmplay.views.toolkit.action_hints_and_outcomes import format_regret_rows
 from dmplay.views.toolkit.belief_bars import format_sparkline
@@ -393,3 +393,9 @@ def describe_situation(view: View[CollaborativePredatorPrey]) -> str:
     if hex_beliefs is None:
         return f"{' '.join(filter(None, sentences))} the belief is not shown."
     return " ".join(sentences) + _describe_partners(view)
+
+
+def describe_end(game: FinishedGame[CollaborativePredatorPrey]) -> str:
+    """Return the number of turns in which the team caught the prey."""
+    count = int((game.rewards[:, game.seat] == CAPTURE_REWARD).sum())
+    return f"{game.team} caught the prey in {count} of {game.turns}"

@@ -14,7 +14,8 @@ from rich.text import Text
 
 from dmplay.core.arrays import Array
 from dmplay.core.session import View
-from dmplay.views.protocol import DrawOptions, Lesson
+from dmplay.core.text import format_count
+from dmplay.views.protocol import DrawOptions, FinishedGame, Lesson
 from dmplay.views.toolkit.action_hints_and_outcomes import format_condition, format_regret_rows
 from dmplay.views.toolkit.canvas import Canvas, draw_text_rows, format_percent
 from dmplay.views.toolkit.number_line import NumberLine, format_signed_fixed
@@ -378,3 +379,15 @@ def _describe_state(view: View[CollisionAvoidance]) -> str:
     """Describe the current height, rate and time left in words."""
     h, dh, seconds_left = _format_current_numbers(view)
     return f"height {h} m, rate {dh} m/s, {seconds_left} s left"
+
+
+def describe_end(game: FinishedGame[CollisionAvoidance]) -> str:
+    """Return the distance at which the aircraft passed, and the number of changed advisories."""
+    distance = abs(float(game.states[-2][0]))
+    advisories = game.states[:, 2]
+    changes = format_count(int((advisories[1:] != advisories[:-1]).sum()), "change")
+    advice = f"with {changes} of the advisory"
+    if not game.is_terminal:
+        return f"{game.player} had {game.turns}, {advice}; the aircraft have not passed yet"
+    verb = "collided with" if distance < COLLISION_DISTANCE else "passed"
+    return f"{game.player} {verb} the intruder at {distance:.0f} m, {advice}"

@@ -6,9 +6,11 @@ from rich.text import Text
 
 from dmplay.core.session import View
 from dmplay.core.tabular import Tabular
+from dmplay.core.text import format_count
+from dmplay.problems._shared.baby_care import FEED
 from dmplay.problems.multicaregiver_crying_baby.rules import MulticaregiverCryingBaby
 from dmplay.views.generic import format_last_observation
-from dmplay.views.protocol import DrawOptions, Lesson
+from dmplay.views.protocol import DrawOptions, FinishedGame, Lesson
 from dmplay.views.toolkit.action_hints_and_outcomes import (
     format_forecast_rows,
     format_observation,
@@ -289,3 +291,11 @@ def describe_belief(view: View[CaregiverProblem]) -> str:
     if view.beliefs is None:
         return ""
     return f"belief: {format_belief(view.problem.state_names, view.belief)}."
+
+
+def describe_end(game: FinishedGame[CaregiverProblem]) -> str:
+    """Return the number of turns with a hungry baby, and how often the player fed it."""
+    hungry = int((game.states[:-1] == 1).sum())
+    fed = int((game.actions[:, game.seat] == FEED).sum())
+    feedings = format_count(fed, "time")
+    return f"the baby went hungry for {hungry} of {game.turns}; {game.player} fed it {feedings}"

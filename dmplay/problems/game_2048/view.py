@@ -10,7 +10,8 @@ from rich.text import Text
 
 from dmplay.core.arrays import Array, Reals
 from dmplay.core.session import View
-from dmplay.views.protocol import DrawOptions, Forecast, Lesson
+from dmplay.core.text import format_count
+from dmplay.views.protocol import DrawOptions, FinishedGame, Forecast, Lesson
 from dmplay.views.toolkit.action_hints_and_outcomes import (
     MAX_NUMBER_COLUMNS,
     format_regret,
@@ -293,3 +294,11 @@ def describe_situation(view: View[Game2048]) -> str:
     legal_actions = view.problem.actions[view.seat].describe_actions(view.legal_actions_mask)
     is_over = view.end_reason or not legal_actions
     return " ".join([*rows, "the game is over." if is_over else f"legal: {legal_actions}."])
+
+
+def describe_end(game: FinishedGame[Game2048]) -> str:
+    """Return the largest tile, and whether the board is stuck."""
+    largest = _format_tile(int(game.states[-1].max()))
+    slides = format_count(len(game.actions), "slide")
+    end = f"; after {slides}, nothing moves" if game.is_terminal else f" in {slides}"
+    return f"{game.player} reached the tile {largest}{end}"

@@ -7,7 +7,7 @@ from rich.text import Text
 
 from dmplay.core.hexgrid import Hex, format_hex, hex_neighbours
 from dmplay.core.session import View
-from dmplay.views.protocol import DrawOptions, Lesson
+from dmplay.views.protocol import DrawOptions, FinishedGame, Lesson
 from dmplay.views.toolkit import hexgrid
 from dmplay.views.toolkit.action_hints_and_outcomes import format_probability
 from dmplay.views.toolkit.canvas import format_percent, format_signed
@@ -210,3 +210,13 @@ def describe_situation(view: View[HexWorld]) -> str:
 def _describe_hex(hex_: Hex, exits: dict[Hex, float]) -> str:
     """Return the kind of a hex as text: `floor`, or an exit with its reward."""
     return f"exit {format_signed(exits[hex_])}" if hex_ in exits else "floor"
+
+
+def describe_end(game: FinishedGame[HexWorld]) -> str:
+    """Return the exit that the player took, or that no exit was reached."""
+    exit_hex = game.problem.hexes[int(game.states[-2])]
+    exits = dict(game.problem.rewards)
+    if not game.is_terminal:
+        return f"{game.player} took no exit in {game.turns}"
+    verb = "reached the exit with" if exits[exit_hex] > 0 else "ended on the exit with"
+    return f"{game.player} {verb} {format_signed(exits[exit_hex])} in {game.turns}"

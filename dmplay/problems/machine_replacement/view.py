@@ -12,7 +12,7 @@ from dmplay.core.session import View
 from dmplay.problems.crying_baby import view as crying_baby
 from dmplay.solvers.pomdp.exact_pomdp import compute_action_values, solve_stages
 from dmplay.views.generic import format_last_observation
-from dmplay.views.protocol import DrawOptions, Lesson
+from dmplay.views.protocol import DrawOptions, FinishedGame, Lesson
 from dmplay.views.toolkit.action_hints_and_outcomes import (
     format_forecast_rows,
     format_observation,
@@ -342,3 +342,11 @@ def _describe_product_and_belief(view: View[MachineReplacement]) -> str:
     """Return the last product and the belief about failed parts, the likeliest number first."""
     belief = format_belief(STATE_NAMES, view.belief)
     return f"saw {_format_last_product(view)}. belief: {belief}."
+
+
+def describe_end(game: FinishedGame[MachineReplacement]) -> str:
+    """Return the number of turns in which the machine produced, and with failed components."""
+    produces = game.actions[:, 0] < 2  # manufacture or examine
+    failed = int((produces & (game.states[:-1] > 0)).sum())
+    text = f"{game.player} ran the machine for {produces.sum()} of {game.turns}"
+    return f"{text}, {failed} of them with a failed component"

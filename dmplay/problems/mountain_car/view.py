@@ -14,7 +14,7 @@ from typing import NamedTuple
 from rich.text import Text
 
 from dmplay.core.session import View
-from dmplay.views.protocol import DrawOptions, Lesson
+from dmplay.views.protocol import DrawOptions, FinishedGame, Lesson
 from dmplay.views.toolkit.action_hints_and_outcomes import (
     format_condition,
     format_less,
@@ -278,3 +278,9 @@ def describe_situation(view: View[MountainCar]) -> str:
     height = format_signed_fixed(compute_hill_height(float(view.observation[0])), 2)
     goal = " and ".join(_format_goals(view))
     return f"{_describe_state(view)}. height {height}. goal {goal}."
+
+
+def describe_end(game: FinishedGame[MountainCar]) -> str:
+    """Return whether the car reached the flag, and in how many turns."""
+    verb = "reached" if game.is_terminal else "did not reach"
+    return f"{game.player} {verb} the flag in {game.turns}"

@@ -12,7 +12,7 @@ from .rules import MulticaregiverCryingBaby
 
 KEY_FAMILY, KEYS = "crying-baby", crying_baby.KEYS
 goal_lines, lesson, panel_rows = crying_baby.goal_lines, crying_baby.lesson, crying_baby.panel_rows
-describe_turn = crying_baby.describe_turn
+describe_turn, describe_end = crying_baby.describe_turn, crying_baby.describe_end
 
 
 def iter_boards(view: View[MulticaregiverCryingBaby], options: DrawOptions) -> Iterator[Text]:

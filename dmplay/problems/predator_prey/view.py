@@ -8,7 +8,8 @@ from rich.text import Text
 
 from dmplay.core.hexgrid import DIRECTIONS, Hex, format_hex, hex_neighbours
 from dmplay.core.session import View
-from dmplay.views.protocol import DrawOptions, Lesson
+from dmplay.core.text import format_count
+from dmplay.views.protocol import DrawOptions, FinishedGame, Lesson
 from dmplay.views.toolkit import hexgrid
 from dmplay.views.toolkit.action_hints_and_outcomes import format_probability
 from dmplay.views.toolkit.hexgrid import HexCell, HexSize
@@ -326,3 +327,14 @@ def describe_situation(view: View[PredatorPrey]) -> str:
                 distance = hexgrid.format_distance(problem.hexes, position, hex_)
             sentences.append(f"{agent} at {format_hex(hex_)}: {distance}.")
     return " ".join(sentences)
+
+
+def describe_end(game: FinishedGame[PredatorPrey]) -> str:
+    """Count the turns in which the player caught prey, or was caught."""
+    problem, rewards = game.problem, game.rewards[:, game.seat]
+    if game.seat < problem.predators:
+        prey = "the prey" if problem.prey == 1 else "prey"
+        return f"{game.player} caught {prey} in {int((rewards > 0).sum())} of {game.turns}"
+    hunters = "the predator" if problem.predators == 1 else "the predators"
+    count = format_count(int((rewards == DEVOURED_REWARD).sum()), "time")
+    return f"{hunters} caught {game.player} {count} in {game.turns}"

@@ -1,7 +1,8 @@
 """The view of the prisoner's dilemma: figure F.14 with the last actions."""
 
 from dmplay.core.session import View
-from dmplay.views.protocol import Lesson
+from dmplay.core.text import format_count
+from dmplay.views.protocol import FinishedGame, Lesson
 from dmplay.views.toolkit import payoff_table
 
 from .rules import PrisonersDilemma
@@ -35,4 +36,15 @@ def lesson(view: View[PrisonersDilemma]) -> Lesson:
         f"Cooperating pays {cc:g} if {other} does it too, else {cd:g}; defecting pays {dc:g} if "
         f"{other} cooperates, else {dd:g}",
         "cooperate",
+    )
+
+
+def describe_end(game: FinishedGame[PrisonersDilemma]) -> str:
+    """Return the number of rounds in which both cooperated, and in which each defected."""
+    rounds, defections = format_count(len(game.actions), "round"), game.actions.sum(axis=0)
+    both = int((game.actions == 0).all(axis=1).sum())
+    other = 1 - game.seat
+    return (
+        f"both cooperated in {both} of {rounds}; {game.player} defected in "
+        f"{defections[game.seat]}, {game.problem.agents[other]} in {defections[other]}"
     )

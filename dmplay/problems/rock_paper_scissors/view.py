@@ -1,7 +1,8 @@
 """The view of rock-paper-scissors: figure F.15 with the last actions."""
 
 from dmplay.core.session import View
-from dmplay.views.protocol import Lesson
+from dmplay.core.text import format_count
+from dmplay.views.protocol import FinishedGame, Lesson
 from dmplay.views.toolkit import payoff_table
 
 from .rules import RockPaperScissors
@@ -33,3 +34,11 @@ def lesson(view: View[RockPaperScissors]) -> Lesson:
         f"A win pays {win_reward:g}, a loss costs {win_reward:g}, and a draw pays nothing",
         "scissors",
     )
+
+
+def describe_end(game: FinishedGame[RockPaperScissors]) -> str:
+    """Compare the rounds that the player won and lost."""
+    rewards = game.rewards[:, game.seat]
+    wins, losses = int((rewards > 0).sum()), int((rewards < 0).sum())
+    verb = "won" if wins > losses else "lost" if wins < losses else "drew"
+    return f"{game.player} {verb} {wins} to {losses} in {format_count(len(rewards), 'round')}"

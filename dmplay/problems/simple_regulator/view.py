@@ -10,10 +10,11 @@ import math
 from collections.abc import Iterator
 from typing import NamedTuple
 
+import numpy as np
 from rich.text import Text
 
 from dmplay.core.session import View
-from dmplay.views.protocol import DrawOptions, Forecast, Lesson
+from dmplay.views.protocol import DrawOptions, FinishedGame, Forecast, Lesson
 from dmplay.views.toolkit.action_hints_and_outcomes import format_condition
 from dmplay.views.toolkit.canvas import Canvas, draw_text_rows, format_signed
 from dmplay.views.toolkit.number_line import NumberLine, format_signed_fixed
@@ -286,3 +287,9 @@ def describe_situation(view: View[SimpleRegulator]) -> str:
         f"push by {problem.actions[0].describe_actions()}; "
         f"noise of about {problem.noise:g} is added."
     )
+
+
+def describe_end(game: FinishedGame[SimpleRegulator]) -> str:
+    """Return the average distance of the number from 0."""
+    distance = float(np.abs(game.states[:-1]).mean())
+    return f"{game.player} kept the number {distance:.2f} away from 0 on average, for {game.turns}"

@@ -7,7 +7,8 @@ import numpy as np
 from rich.text import Text
 
 from dmplay.core.session import View
-from dmplay.views.protocol import DrawOptions, Lesson
+from dmplay.core.text import format_count
+from dmplay.views.protocol import DrawOptions, FinishedGame, Lesson
 from dmplay.views.toolkit import payoff_table
 from dmplay.views.toolkit.action_hints_and_outcomes import (
     MAX_NUMBER_COLUMNS,
@@ -284,3 +285,15 @@ def describe_situation(view: View[TravelersDilemma]) -> str:
         f"higher {BONUS_DOLLARS} less."
     )
     return " ".join([*describe_role_and_last_round(view), rules])
+
+
+def describe_end(game: FinishedGame[TravelersDilemma]) -> str:
+    """Count the lower claims of each traveler; give both claims of a single round."""
+    claims, other = game.actions, 1 - game.seat
+    name = game.problem.agents[other]
+    if len(claims) == 1:
+        first, second = (game.problem.format_action(0, claims[0, i]) for i in (game.seat, other))
+        return f"{game.player} claimed {first}, and {name} claimed {second}"
+    lower, higher = ((claims[:, i] < claims[:, 1 - i]).sum() for i in (game.seat, other))
+    rounds = format_count(len(claims), "round")
+    return f"{game.player} had the lower claim in {lower} of {rounds}, {name} in {higher}"

@@ -399,7 +399,7 @@ def test_a_review_leaves_out_the_turns_of_earlier_players(tmp_path: Path) -> Non
         "\nchoices: best action 1 of 2 times; expected score lost: 1.00 (regret)" in finished.stdout
     )
     assert "same seed:" not in finished.stdout
-    assert "other seeds" not in finished.stdout
+    assert "same start" not in finished.stdout
     (grade,) = grade_files([branch]).grades
     assert (grade.regret, grade.best_count, grade.valued_count) == (1.0, 1, 2)
 

@@ -164,7 +164,7 @@ def test_finished_games_are_closed_and_games_of_one_seed_are_episodes(folder: Pa
         answer = games.start_game("catch")
         while not answer["ending"]:
             answer = games.play_action(answer["game"], "50")
-        assert answer["ending"].startswith("turn limit after 10 turns.")
+        assert answer["ending"].startswith("agent threw 10 balls; ")
         assert games.end_game(f"g{number + 1}")["reason"] == "horizon"
     paths = [*folder.glob("*.dmt")]
     assert {read_transcript(assert_verified(path)).header.episode for path in paths} == {0, 1}

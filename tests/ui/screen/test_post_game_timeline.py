@@ -67,12 +67,12 @@ EXPECTED_FRAMES: dict[tuple[str, Sequence[str], tuple[int, int], bool], str] = {
   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱         ╲ ╱   ╲ ╱   ╲ ╱         ╲ ╱
 @ you, ◆ good exit, ✗ bad exit
 
- over: turn limit after 4 turns. your score -1.539 (undiscounted -2).
+ over: you took no exit in 4 turns. your score -1.539 (undiscounted -2).
  choices: best action 1 of 4 times; expected score lost: 5.97 (regret)
  score -1.54 = 5.78 (average of best play) - 5.97 (regret) - 1.35 (bad luck)
  worst: turn 1, chose w, not se: 5.05 lost
- in 100 games with other seeds, random scored less than you in 53 (5 equal),
-   optimal in 10
+ in 100 games from the same start, random scored less than you in 52 (5 equal),
+   optimal in 9
  same seed: optimal scored 8.1, you -1.539
  turn 4. chose E, slipped, bumped, stayed at (5,2). reward -1. score -1.539.
 
@@ -119,17 +119,17 @@ moves into a wall: ne -0.624, nw -0.624, sw -0.624, se -0.624    w      -0.48
  < > turns  Enter play from here  ? help  q quit""",
     ("crying-baby", (), SMALL_SIZE, False): """\
  crying-baby  turn 5/5  score -19.42  turn limit
- over: turn limit after 5 turns. your score
-   -19.423 (undiscounted -21).
+ over: the baby went hungry for 1 of 5 turns; you
+   fed it 2 times. your score -19.423
+   (undiscounted -21).
  choices: best action 2 of 5 times; expected
    score lost: 3.29 (regret)
  score -19.42 = -13.47 (average of best play) -
    3.29 (regret) - 2.66 (bad luck)
  worst: turn 4, chose feed, not ignore: 2.83 lost
- in 100 games with other seeds, random scored
-   less than you in 52, optimal in 13
+ in 100 games from the same start, random scored
+   less than you in 92, optimal in 25
  same seed: optimal scored -15, you -19.423
- turn 5. chose sing, heard quiet.
 
  Enter look back  PgUp log  ? help  q quit""",
     ("crying-baby", ("left", "left"), SMALL_SIZE, False): """\
@@ -182,15 +182,15 @@ hungry  ▎··················· 0.011
 chance of hunger, turn by turn ▅▁▁▁▁▁
 true state: sated
 
- over: turn limit after 5 turns. your score -19.423 (undiscounted -21).
+ over: the baby went hungry for 1 of 5 turns; you fed it 2 times. your score
+   -19.423 (undiscounted -21).
  choices: best action 2 of 5 times; expected score lost: 3.29 (regret)
  score -19.42 = -13.47 (average of best play) - 3.29 (regret) - 2.66 (bad luck)
  worst: turn 4, chose feed, not ignore: 2.83 lost
- in 100 games with other seeds, random scored less than you in 52, optimal in
-   13
+ in 100 games from the same start, random scored less than you in 92, optimal
+   in 25
  same seed: optimal scored -15, you -19.423
 
- turn 2. chose sing, heard quiet. belief: sated 0.989, hungry 0.011.
  turn 3. chose ignore, heard quiet. belief: sated 0.973, hungry 0.027.
  turn 4. chose feed, heard quiet. belief: sated 1.000, hungry 0.000.
  turn 5. chose sing, heard quiet. belief: sated 0.989, hungry 0.011. reward

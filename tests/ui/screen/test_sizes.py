@@ -105,7 +105,7 @@ def test_without_motion_agents_play_only_when_stepped(tmp_path: Path) -> None:
     with Terminal(*arguments, folder=tmp_path) as terminal:
         terminal.ready().press("P", "motion is off").press(" ", "turn 1 ")
         terminal.press("A", "motion is off").press(":auto\r", "took exit +10")
-        terminal.press(" ", "over: ended by the rules after 3 turns").press("q")
+        terminal.press(" ", "over: optimal reached the exit with +10 in 3 turns").press("q")
         assert terminal.ended() == 0
 
 
@@ -138,7 +138,7 @@ def test_no_input_allows_agents_and_pipes(tmp_path: Path) -> None:
     arguments = ("hexworld", "--agent", "optimal", "--seed", "7", "--no-input")
     with Terminal(*arguments, folder=tmp_path) as terminal:
         assert terminal.ended() == 0
-        assert "over: ended by the rules after" in terminal.printed
+        assert "over: optimal reached the exit with +10" in terminal.printed
         assert "\x1b" not in terminal.printed
     result = run_dmplay(tmp_path, "hexworld", "--seed", "7", "--no-input", stdin="w\nquit\n")
     assert result.returncode == 0

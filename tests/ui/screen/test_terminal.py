@@ -49,10 +49,10 @@ def test_a_whole_game_of_2048_is_played_with_the_arrows(tmp_path: Path) -> None:
     with Terminal("2048", "--seed", "7", "-o", "game.dmt", folder=tmp_path) as terminal:
         terminal.ready()
         for _ in range(60):
-            if "terminal after" in terminal.text:
+            if "nothing moves" in terminal.text:
                 break
             terminal.press((LEFT + DOWN) * 10 + RIGHT + DOWN + UP + DOWN).calm(0.05)
-        terminal.until("over: ended by the rules after")
+        terminal.until("nothing moves")
         assert terminal.press("q").ended() == 0
     end = json.loads(read_values(assert_verified(tmp_path / "game.dmt"), "end")[0])
     assert end["reason"] == "terminal"
@@ -77,7 +77,7 @@ def test_crying_baby_is_played_by_letters_and_shows_its_state_at_the_end(tmp_pat
         terminal.ready().press("f", "turn 1/3").press("s", "turn 2/3")
         assert "state" not in terminal.text
         assert "return" not in terminal.text
-        terminal.press("i", "turn limit after 3 turns")
+        terminal.press("i", "over: the baby went hungry for ")
         terminal.press("\r", "true state: sated").until("turn 3: chose ignore, the best action.")
         assert terminal.press("q").ended() == 0
     actions = [
@@ -105,7 +105,7 @@ def test_grim_never_forgives(tmp_path: Path) -> None:
         terminal.ready()
         for turn, key in enumerate("cdcccccccc", 1):
             terminal.press(key, f"turn {turn}/10")
-        terminal.until("turn limit after 10 turns").press("q")
+        terminal.until("over: both cooperated in 1 of 10 rounds").press("q")
         assert terminal.ended() == 0
     joint_actions = map(json.loads, read_values(assert_verified(tmp_path / "game.dmt"), "actions"))
     assert (

@@ -194,7 +194,7 @@ def test_a_hint_requested_by_command_can_be_cancelled() -> None:
 def test_a_finished_game_is_shown_while_it_is_reviewed() -> None:
     result = press_with_waits(make_heap_game(), "1", "1", "", "L", "")
     review_frame = next(frame for frame in result.frames if "reviewing your actions" in frame)
-    assert "over: turn limit after 2 turns" in review_frame
+    assert "over: you played all 2 turns" in review_frame
     assert "reviewing" not in result.last
     assert "choices:" not in result.last
 

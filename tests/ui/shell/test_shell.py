@@ -255,7 +255,7 @@ def test_the_end_of_a_game_is_reported_once(
 ) -> None:
     create_shell("play crying-baby --seed 7 --turns 1", "feed", "look", "state")
     output = capsys.readouterr().out
-    assert output.count("over: turn limit after 1 turn.") == 1
+    assert output.count("over: the baby went hungry for ") == 1
     assert "turn 1. action feed. state " in output
 
 
