@@ -52,6 +52,7 @@ class Gallery:
         self._help_page_index: int | None = None  # page of the help, None if it is closed
         self._viewport = Viewport(80, 24)
         self._previews: dict[str, ProblemPreview | str] = {}  # a string is the error message
+        self._ghosts: dict[str, str] = {}  # the chosen ghost of each problem, '' for none
         self._records: list[ProblemRecord] = []
         # the last unfinished game of each problem
         self._unfinished_games: dict[str, TranscriptOutline] = {}
@@ -176,6 +177,7 @@ class Gallery:
         return your_game_rows(
             find_record(self._records, name, {}, None, first_agent),
             self._unfinished_games.get(name),
+            self._ghosts.get(name, ""),
         )
 
     def _message_row(self, viewport: Viewport) -> Text:
@@ -299,10 +301,29 @@ class Gallery:
             self.pending_command = words
             raise PlayerQuit
 
+    def play(self, *options: str) -> None:
+        """Quit the gallery to play the selected problem, with the ghost that was chosen for it."""
+        ghost = self._ghosts.get(self.selected_problem)
+        ghost_words = ("--ghost", ghost) if ghost else ()
+        self.quit_with_command("play", self.selected_problem, *options, *ghost_words)
+
     def play_daily_game(self) -> None:
         """Quit the gallery to play the selected problem's game of the day."""
         if self.daily_seed is not None:
-            self.quit_with_command("play", self.selected_problem, "--seed", str(self.daily_seed))
+            self.play("--seed", str(self.daily_seed))
+
+    def choose_next_ghost(self) -> None:
+        """Choose the next agent of the selected problem as ghost; after the last, none."""
+        problem_preview = self._previews.get(self.selected_problem)
+        if isinstance(problem_preview, ProblemPreview):
+            names = ["", *problem_preview.agents]
+            index = names.index(self._ghosts.get(self.selected_problem, "")) + 1
+            ghost = self._ghosts[self.selected_problem] = names[index % len(names)]
+            self.message = (
+                f"ghost: {ghost} will play the same game beside you; g chooses another"
+                if ghost
+                else "no ghost; g chooses one"
+            )
 
     def watch_best_agent(self) -> None:
         """Quit the gallery to watch the best agent play the selected problem."""
@@ -391,9 +412,8 @@ def _help_pages(viewport: Viewport) -> list[list[Text]]:
     from dmplay.ui.screen.frame import split_pages
 
     introduction = (
-        "The list shows every problem under its kind. Beside it you see the first screen of the "
-        "selected problem, its goal, its agents and your results. Enter plays the problem. When "
-        "you quit the game, you are here again."
+        "Each part of the list begins with an easy problem; its problem class is in parentheses. "
+        "Beside the list you see the first screen, the goal, the agents and your results."
     )
     lines = [introduction, "", *(f"  {key.label:<9} {key.help}" for key in GALLERY_KEYS)]
     parts = split_pages(viewport, FrameState(page_rows=lines))
@@ -413,7 +433,7 @@ class GalleryKey(NamedTuple):
 
 GALLERY_KEYS = (
     GalleryKey(("enter",), "Enter", "play", "play the selected problem",
-               lambda g: g.quit_with_command("play", g.selected_problem), 4),
+               Gallery.play, 4),
     GalleryKey(("c",), "c", "resume", "resume the unfinished game, or the latest one",
                Gallery.resume_game),
     GalleryKey(("a",), "a", "watch", "watch the best agent; Space plays a turn, P plays all",
@@ -426,12 +446,14 @@ GALLERY_KEYS = (
         Gallery.play_daily_game,
         1,
     ),
+    GalleryKey(("g",), "g", "ghost", "choose an agent that plays the same game beside you",
+               Gallery.choose_next_ghost, 1),
     GalleryKey(("l",), "l", "lesson", "open the next lesson; it takes at most ten minutes",
                Gallery.open_next_lesson, 1),
     GalleryKey(("/",), "/", "filter", "filter the list by name or kind; Esc shows all",
-               Gallery.start_filter, 1),
+               Gallery.start_filter, 0),
     GalleryKey((":",), ":", "shell", "open the shell; quit returns here",
-               lambda g: g.quit_with_command(*SHELL_COMMAND), 1),
+               lambda g: g.quit_with_command(*SHELL_COMMAND), 0),
     GalleryKey(("?",), "?", "help", "show these keys; any key closes them", Gallery.open_help, 3),
     GalleryKey(("q",), "q", "quit", "quit dmplay", Gallery.quit_gallery, 4),
     GalleryKey(("up", "k", "wheel up"), "up, k", "", "select the problem above",

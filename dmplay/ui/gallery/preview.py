@@ -102,9 +102,9 @@ def make_preview(problem_name: str, today: date) -> ProblemPreview:
 
 
 def your_game_rows(
-    record: ProblemRecord | None, unfinished_game: TranscriptOutline | None
+    record: ProblemRecord | None, unfinished_game: TranscriptOutline | None, ghost: str
 ) -> list[Text]:
-    """Return the rows about the player's record, last result and unfinished game."""
+    """Return the rows about the player's record, last result, unfinished game and ghost."""
     rows = []
     if record and record.best:
         rows.append(_label_row("record", _format_result(record.best)))
@@ -113,6 +113,8 @@ def your_game_rows(
     if unfinished_game:
         turns_text = format_count(unfinished_game.turns, "turn")
         rows.append(_label_row("unfinished", f"after {turns_text}; c resumes it"))
+    if ghost:
+        rows.append(_label_row("ghost", ghost))
     return rows
 
 

@@ -46,7 +46,8 @@ from tests.support.terminals import (
 )
 from tests.support.user_problems import write_package_metadata
 
-TODAY, DAILY_SEED = date(2026, 11, 22), 20261122
+TODAY, DAILY_SEED = date(2026, 11, 22), "2026112202"  # of hexworld; that of the date is short
+FIRST_ROW, SECOND_ROW, FIRST_GOAL = "> hexworld", "> 2048", "goal: reach exit"
 VIEWPORT_SIZES = [
     (50, 14),
     (80, 24),
@@ -134,7 +135,16 @@ def test_every_problem_is_listed_under_the_heading_of_its_kind() -> None:
     entries = list_problem_entries()
     assert sorted(entry.name for entry in entries) == sorted(problem_names())
     for name, heading in entries:
-        assert heading == KIND_HEADINGS[problems.load_problem(name).kind]
+        kind = problems.load_problem(name).kind
+        assert heading == KIND_HEADINGS[kind]
+        assert f"({kind})" in heading
+        assert len(heading) <= module.LIST_COLUMNS - 2
+
+
+def test_the_problems_of_a_kind_are_in_the_order_of_the_book() -> None:
+    names = [entry.name for entry in list_problem_entries()]
+    assert names[:2] == ["hexworld", "2048"]
+    assert names[6:10] == ["crying-baby", "machine-replacement", "catch", "bandit"]
 
 
 @pytest.mark.parametrize("size", VIEWPORT_SIZES)
@@ -225,9 +235,9 @@ def test_keys_move_the_cursor_and_stop_at_either_end() -> None:
 
 def test_the_list_is_drawn_before_the_preview() -> None:
     first, second, *_ = press_keys().frames
-    assert "> 2048" in first
+    assert FIRST_ROW in first
     assert "goal" not in first
-    assert "goal: merge equal tiles" in second
+    assert FIRST_GOAL in second
 
 
 def test_a_filter_selects_by_name_or_kind_and_escape_clears_it() -> None:
@@ -250,10 +260,14 @@ def test_a_filter_selects_by_name_or_kind_and_escape_clears_it() -> None:
 @pytest.mark.parametrize(
     ("keys", "command"),
     [
-        (["enter"], ("play", "2048")),
-        (["down", "enter"], ("play", "cart-pole")),
-        (["d"], ("play", "2048", "--seed", str(DAILY_SEED))),
-        (["a"], ("play", "2048", "--agent", "expectimax")),
+        (["enter"], ("play", "hexworld")),
+        (["down", "enter"], ("play", "2048")),
+        (["d"], ("play", "hexworld", "--seed", DAILY_SEED)),
+        (["down", "a"], ("play", "2048", "--agent", "expectimax")),
+        (["g", "enter"], ("play", "hexworld", "--ghost", "optimal")),
+        (["g", "g", "d"], ("play", "hexworld", "--seed", DAILY_SEED, "--ghost", "random")),
+        (["g", "down", "enter"], ("play", "2048")),
+        (["g"] * 4 + ["enter"], ("play", "hexworld")),
         (["/", *"paper", "enter", "a"], ("play", "rock-paper-scissors", "--agent", "plan-rounds")),
         ([":"], ("shell",)),
         (["q"], ()),
@@ -276,7 +290,7 @@ def test_c_resumes_an_unfinished_game_of_the_selected_problem_first() -> None:
         hexworld.game.transcript_path,
         car.game.transcript_path,
     )
-    gallery = press_keys("down", "down", "down", "down", "c")
+    gallery = press_keys("down", "down", "down", "c")
     assert "unfinished after 2 turns; c resumes it" in gallery.frames[-1]
     assert gallery.pending_command == ("resume", str(car.game.transcript_path))
 
@@ -318,7 +332,7 @@ def test_the_help_lists_every_key_and_any_key_closes_it() -> None:
     gallery = press_keys("?")
     for key in module.GALLERY_KEYS:
         assert key.help in gallery.frames[-1]
-    assert "> 2048" in press_keys("?", "x").frames[-1]
+    assert FIRST_ROW in press_keys("?", "x").frames[-1]
     assert len(render_gallery_rows(press_keys("?"), 40, 8)) == 8
 
 
@@ -330,7 +344,7 @@ def test_the_help_of_a_small_screen_is_split_into_pages_without_loss() -> None:
     text = " ".join(" ".join(row.strip() for row in rows[1:-3]) for rows in pages)
     for key in module.GALLERY_KEYS:
         assert key.help in text
-    assert "> 2048" in gallery.frames[-1]
+    assert FIRST_ROW in gallery.frames[-1]
 
 
 def test_a_broken_installed_problem_is_listed_last_and_shows_its_error(
@@ -352,7 +366,7 @@ def test_a_broken_installed_problem_is_listed_last_and_shows_its_error(
 @pytest.mark.slow
 def test_the_gallery_returns_after_a_game_and_shows_its_result(working_folder: Path) -> None:
     with Terminal(folder=working_folder) as terminal:
-        terminal.until("goal: merge").ready().press("/dilemma" + ENTER, "> prisoners-dilemma")
+        terminal.until(FIRST_GOAL).ready().press("/dilemma" + ENTER, "> prisoners-dilemma")
         terminal.press("k", "goal: ").press(ENTER, "turn 0/10").calm()
         for turn in range(1, 11):
             terminal.press("c", f"turn {turn}/10")
@@ -367,10 +381,10 @@ def test_the_gallery_returns_after_a_game_and_shows_its_result(working_folder: P
 @pytest.mark.slow
 def test_the_shell_opens_from_the_gallery_and_returns_to_it(working_folder: Path) -> None:
     with Terminal(folder=working_folder) as terminal:
-        terminal.until("goal: merge").ready().press(":", "dmplay>").calm()
+        terminal.until(FIRST_GOAL).ready().press(":", "dmplay>").calm()
         terminal.press("hexworld --seed 7\r", "t0]>").press("e\r", "t1]>").calm()
-        terminal.press("quit\r", "> 2048").until("hexworld: quit after 1 turn").calm()
-        assert terminal.press(DOWN, "> cart-pole").press("q").ended() == 0
+        terminal.press("quit\r", FIRST_ROW).until("hexworld: quit after 1 turn").calm()
+        assert terminal.press(DOWN, SECOND_ROW).press("q").ended() == 0
         assert terminal.left_clean()
 
 
@@ -382,10 +396,10 @@ def test_the_terminal_is_restored_however_the_gallery_ends(
     working_folder: Path, quit_input: str, exit_code: int
 ) -> None:
     with Terminal(folder=working_folder) as terminal:
-        terminal.until("goal: merge").ready().calm()
+        terminal.until(FIRST_GOAL).ready().calm()
         for size in ((50, 14), (200, 60), (20, 3), (80, 24)):
             terminal.resize(*size).calm()
-        assert "> 2048" in terminal.text
+        assert FIRST_ROW in terminal.text
         if len(quit_input) == 1:
             terminal.press(quit_input)
         else:
@@ -400,9 +414,9 @@ def test_ctrl_z_suspends_the_gallery_and_fg_resumes_it(working_folder: Path) -> 
     bash = ("bash", "--norc", "--noprofile", "-i")
     with Terminal(command=bash, folder=working_folder, env={"PS1": "ready> "}) as terminal:
         start = f"{sys.executable} -m dmplay\r"
-        terminal.until("ready>").press(start, "goal: merge").ready().calm()
-        terminal.press(CTRL_Z, "Stopped").calm().press("fg\r", "> 2048").calm(0.5)
-        terminal.press(DOWN, "> cart-pole").press("q").calm()
+        terminal.until("ready>").press(start, FIRST_GOAL).ready().calm()
+        terminal.press(CTRL_Z, "Stopped").calm().press("fg\r", FIRST_ROW).calm(0.5)
+        terminal.press(DOWN, SECOND_ROW).press("q").calm()
         terminal.press("echo code=$?\r", "code=0").press("exit\r")
         assert terminal.ended() == 0
 
@@ -421,6 +435,6 @@ def test_the_shell_starts_on_terminals_without_full_screen_support(
 @pytest.mark.slow
 def test_no_color_suppresses_all_colour_codes(working_folder: Path) -> None:
     with Terminal(folder=working_folder, env={"NO_COLOR": "1"}) as terminal:
-        terminal.until("goal: merge").ready().press(DOWN, "> cart-pole").press(ESCAPE).calm()
+        terminal.until(FIRST_GOAL).ready().press(DOWN, SECOND_ROW).press(ESCAPE).calm()
         terminal.press("q").ended()
         assert not list_colour_codes(terminal.printed)
