@@ -9,7 +9,7 @@ from dmplay.solvers.methods import Method, can_enumerate, list_fitting_methods
 PLAYED_METHODS = [method for method in Method if method is not Method.FULLY_OBSERVED_TEAM]
 
 
-def build_roster(problem: Problem, seat: int) -> Roster:
+def build_roster_by_method(problem: Problem, seat: int) -> Roster:
     """Return the agents that fit; an optimal or equilibrium agent gives hints, else search.
 
     The modules of agents are imported here, so that only those of methods that fit are loaded.

@@ -45,7 +45,7 @@ class AdviceQuestion:
     scripts: "tuple[SeatPolicy, ...]" = ()  # the policies of players that repeat listed actions
 
     @classmethod
-    def about(
+    def of_session(
         cls,
         session: Session,
         seat: int,

@@ -48,7 +48,7 @@ class PartnerBeliefPolicy(BeliefPolicy):
     def with_policy_maker(self, policy_maker: PolicyMaker) -> Self:
         """Return this policy with a function that makes the partner named by `to`."""
         policy = replace(self, policy_maker=policy_maker)
-        _ = policy.machine  # raises an error for an unknown name
+        _ = policy.partner_machine  # raises an error for an unknown name
         return policy
 
     def values_basis(self, question: AdviceQuestion) -> ValuesBasis:
@@ -71,7 +71,7 @@ class PartnerBeliefPolicy(BeliefPolicy):
         return self.policy_maker(seat, self.to) if self.policy_maker else None
 
     @cached_property
-    def machine(self) -> PartnerMachine:
+    def partner_machine(self) -> PartnerMachine:
         """The partner's rule; raises BadPolicy if it is not known or has too many nodes."""
         is_pair = len(self.problem.agents) == 2
         partner = self.make_partner(1 - self.seat) if is_pair else None
@@ -83,23 +83,23 @@ class PartnerBeliefPolicy(BeliefPolicy):
         )
 
     @cached_property
-    def _beside_random(self) -> Self:
+    def _with_random_partner(self) -> Self:
         """This policy with a partner that acts at random in each of its nodes."""
-        policy, chances = replace(self), self.machine.probabilities
+        policy, chances = replace(self), self.partner_machine.probabilities
         uniform = np.full_like(chances, 1.0 / chances.shape[1])
-        vars(policy)["machine"] = self.machine._replace(probabilities=uniform)
+        vars(policy)["machine"] = self.partner_machine._replace(probabilities=uniform)
         return policy
 
     @property
     def partner_node_count(self) -> int:
         """The number of nodes of the partner."""
-        return len(self.machine.observations)
+        return len(self.partner_machine.observations)
 
     def _follow_partners(
         self, joint: tuple[int, ...], observations: Array
     ) -> tuple[Array, Array, Array]:
         """Return the partner's nodes before and after each outcome, and the action's chances."""
-        seat, machine = 1 - self.seat, self.machine
+        seat, machine = 1 - self.seat, self.partner_machine
         chances = machine.probabilities[:, joint[seat]]
         nodes = np.flatnonzero(chances)[:, None]
         return nodes, machine.next_nodes[nodes, joint[seat], observations[:, seat]], chances[nodes]
@@ -128,7 +128,7 @@ class PartnerBeliefPolicy(BeliefPolicy):
         joint = self._joint_belief_update(beliefs, action, observation)
         ruled_out = ~joint.any(axis=1)
         if ruled_out.any():
-            partner = self._beside_random
+            partner = self._with_random_partner
             joint[ruled_out] = partner._joint_belief_update(beliefs[ruled_out], action, observation)
         return belief.apply_bayes_rule(joint).belief
 
@@ -162,7 +162,7 @@ class BestResponseInTeam(HorizonPolicy, GreedyPolicy, PartnerBeliefPolicy):
     @cached_property
     def rewards(self) -> Reals:
         """The expected reward `[A, N * S]` of each action."""
-        problem, chances = self.problem, self.machine.probabilities
+        problem, chances = self.problem, self.partner_machine.probabilities
         states = problem.enumerate_states()
         rewards = np.zeros((problem.action_counts[self.seat], len(chances), len(states)))
         for joint in np.ndindex(problem.action_counts):
@@ -211,11 +211,11 @@ class BestResponseInTeam(HorizonPolicy, GreedyPolicy, PartnerBeliefPolicy):
         keys = [(turns_left, row.tobytes()) for row in np.round(b, BELIEF_DECIMALS)]
         new = {key: row for row, key in enumerate(keys) if key not in self._cached_values}
         if new:
-            q = self._look_ahead(b[[*new.values()]], turns_left, budget)
+            q = self._compute_action_values(b[[*new.values()]], turns_left, budget)
             self._cached_values.update(zip(new, q, strict=True))
         return np.stack([self._cached_values[key] for key in keys])
 
-    def _look_ahead(self, b: Reals, turns_left: int, budget: Budget) -> Reals:
+    def _compute_action_values(self, b: Reals, turns_left: int, budget: Budget) -> Reals:
         """Return the rewards `[B, A]` of beliefs and, discounted, the best values after them."""
         q = weighted_sum(b, self.rewards.T)
         if turns_left == 1:

@@ -146,7 +146,7 @@ class BestResponsePlan(GreedyPolicy, SeatPolicy):
 
     def _update_nodes(self, nodes: Memory, actions: Ints, states: Array) -> Memory:
         """Return the next nodes, from the joint actions `[B, n]` and the next states."""
-        rewards = self._find_rewards(nodes[0], actions, states)
+        rewards = self._look_up_rewards(nodes[0], actions, states)
         arrays = [states]
         for policy, memory in self._split_memories(nodes):
             own_rewards = None if rewards is None else rewards[:, policy.seat]
@@ -154,7 +154,7 @@ class BestResponsePlan(GreedyPolicy, SeatPolicy):
             arrays += policy.update_memory(memory, percept)
         return tuple(arrays)
 
-    def _find_rewards(self, states: Array, actions: Ints, next_states: Array) -> Reals | None:
+    def _look_up_rewards(self, states: Array, actions: Ints, next_states: Array) -> Reals | None:
         """Return the rewards `[B, n]` of transitions; None if no other agent reads its rewards.
 
         Raise BadPolicy if the same transition may have several rewards.
@@ -181,7 +181,7 @@ class BestResponsePlan(GreedyPolicy, SeatPolicy):
 
         `turns_left` is None without a turn limit.
         """
-        keys = _list_keys(nodes)
+        keys = _list_row_bytes(nodes)
         for plan in self._plans:
             rows = np.array([plan.node_index.get(key, -1) for key in keys])
             if (rows >= 0).all() and (plan.depths[rows] + (turns_left or 0) <= len(plan.q)).all():
@@ -197,7 +197,7 @@ class BestResponsePlan(GreedyPolicy, SeatPolicy):
         """
         budget = Budget("best response", "try fewer turns", MAX_WORK)
         action_count, node_index = self.problem.action_counts[self.seat], dict[bytes, int]()
-        frontier = _select_rows(nodes, index_distinct_keys(_list_keys(nodes), node_index)[1])
+        frontier = _select_rows(nodes, index_distinct_keys(_list_row_bytes(nodes), node_index)[1])
         node_counts, kept_nodes = [0, len(node_index)], [frontier]
         parts: list[tuple[Array, ...]] = [(np.zeros(0, int), *np.zeros((2, 0)), np.zeros(0, int))]
         while len(frontier[0]) and (turns is None or len(node_counts) < turns + 2):
@@ -212,7 +212,7 @@ class BestResponsePlan(GreedyPolicy, SeatPolicy):
             next_nodes = self._update_nodes(
                 _select_rows(frontier, rows[source]), actions[source], outcome.observations
             )
-            next_rows, new = index_distinct_keys(_list_keys(next_nodes), node_index)
+            next_rows, new = index_distinct_keys(_list_row_bytes(next_nodes), node_index)
             cells = (node_counts[-2] + rows) * action_count + actions[:, self.seat]
             rewards = outcome.rewards[:, self.seat]
             parts.append((cells[source], p * weights[source], rewards, next_rows))
@@ -264,7 +264,7 @@ def _select_rows(nodes: Memory, rows: Ints) -> Memory:
     return tuple(array[rows] for array in nodes)
 
 
-def _list_keys(nodes: Memory) -> list[bytes]:
+def _list_row_bytes(nodes: Memory) -> list[bytes]:
     """Return the rows of all arrays as bytes; objects are identified by their addresses."""
     find_addresses = np.vectorize(id, otypes=[np.int64])
     arrays = [find_addresses(array) if array.dtype.hasobject else array for array in nodes]

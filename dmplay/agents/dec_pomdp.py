@@ -64,14 +64,14 @@ class JointPlan(SeatPolicy):
     @cached_property
     def _own_plan(self) -> PlanLayer:
         """The own plan as one layer: actions `[T, K]`, and nodes of the next turn `[T, K, O]`."""
-        return PlanLayer(*map(_stack_layers, zip(*self.plans[self.seat], strict=True)))
+        return PlanLayer(*map(_stack_plan_layers, zip(*self.plans[self.seat], strict=True)))
 
     @cached_property
     def _node_values(self) -> Reals:
         """The value of each action at each node of each turn `[T, K, A]`."""
         budget = Budget("values of a joint plan", "try fewer turns", VALUES_WORK_LIMIT)
         graph = PlanGraph(DecPomdp.from_problem(self.problem), self.plans, budget)
-        return _stack_layers(graph.compute_action_values(self.seat))
+        return _stack_plan_layers(graph.compute_action_values(self.seat))
 
     def initial_memory(self, observation: Array) -> Memory:
         """Return the first node of the plan, zero turns done, and True while values are known."""
@@ -127,7 +127,7 @@ class OptimalJointPlan(JointPlan):
         return solution.plans
 
 
-def _stack_layers(parts: Sequence[Array]) -> Array:
+def _stack_plan_layers(parts: Sequence[Array]) -> Array:
     """Return the arrays of all turns as one, padded with zeros to the largest number of nodes."""
     max_nodes = max(map(len, parts))
     stacked = np.zeros((len(parts), max_nodes, *parts[0].shape[1:]), parts[0].dtype)

@@ -47,7 +47,7 @@ class _GameTurnsPolicy(HorizonPolicy, ReactivePolicy):
         """Return whether that many turns can be planned, other than those of the problem."""
         return turns != self.problem.horizon and super().can_plan_turns(turns)
 
-    def _are_optimal(self, opponents: Sequence[str]) -> bool:
+    def _are_optimal_for_turns(self, opponents: Sequence[str]) -> bool:
         """Return whether these are agents `optimal` that plan the same number of turns."""
         names = {f"optimal:horizon={self.game_turns}"}
         if self.game_turns == self.problem.horizon:
@@ -70,7 +70,7 @@ class BackwardInductionPolicy(_GameTurnsPolicy):
         if len(self.problem.agents) == 1:
             return basis
         has_ties = bool(self._solution.indifferent_seats - {self.seat})
-        if self._are_optimal(question.actual_opponents) and not has_ties:
+        if self._are_optimal_for_turns(question.actual_opponents) and not has_ties:
             return basis
         assumption = f"if the other agents take their {'first ' * has_ties}best actions"
         return basis._replace(assumed_players=assumption)
@@ -155,7 +155,7 @@ class MaximinPolicy(_GameTurnsPolicy):
     def values_basis(self, question: AdviceQuestion) -> ValuesBasis:
         """Return exact values against the opponent's maximin strategy."""
         basis = super().values_basis(question)._replace(accuracy=Accuracy.EXACT)
-        if self._are_optimal(question.actual_opponents):
+        if self._are_optimal_for_turns(question.actual_opponents):
             return basis
         opponent = self.problem.agents[1 - self.seat]
         return basis._replace(assumed_players=f"if {opponent} plays its maximin strategy")

@@ -18,7 +18,7 @@ from dmplay.solvers.games import bimatrix_game, lemke_howson, regret_matching
 from dmplay.solvers.games.regret_matching import RegretMatchingResult
 
 
-def _estimate_one_round(basis: ValuesBasis, question: AdviceQuestion) -> ValuesBasis:
+def _make_one_round_basis(basis: ValuesBasis, question: AdviceQuestion) -> ValuesBasis:
     """Return the basis of estimated values of the next round, by a guess of the opponent."""
     horizon = Horizon.GAME if question.turn_limit == 1 else Horizon.ROUND
     return basis._replace(accuracy=Accuracy.ESTIMATED, horizon=horizon, has_regrets=False)
@@ -90,7 +90,7 @@ class RegretMatchingEquilibrium(_MixedStrategyPolicy):
         is_played = {*question.actual_opponents} == {"equilibrium"}
         assumption = "" if is_played else "if the other agents play the equilibrium"
         basis = super().values_basis(question)._replace(assumed_players=assumption)
-        return _estimate_one_round(basis, question)
+        return _make_one_round_basis(basis, question)
 
     def predict_actions(self, memory: Memory, seat: int) -> Reals:
         """Return the probability `[B, A]` of each action of another seat in the equilibrium."""
@@ -156,7 +156,7 @@ class FictitiousPlay(GreedyPolicy, _PayoffTablePolicy):
         """Return estimated values of one round against the counted frequencies."""
         assumption = f"if {self.problem.agents[1 - self.seat]} acts as often each way as before"
         basis = super().values_basis(question)._replace(assumed_players=assumption)
-        return _estimate_one_round(basis, question)
+        return _make_one_round_basis(basis, question)
 
     def predict_actions(self, memory: Memory, seat: int) -> Reals:
         """Return the frequency `[B, A]` of each action of the opponent, uniform at first."""

@@ -31,7 +31,7 @@ def build_partner_machine(
     action_count = policy.problem.action_counts[policy.seat]
     observation_count = policy.problem.observation_counts[policy.seat]
     memory = policy.initial_memory(np.full(1, -1))
-    nodes, pending = {_node_key(-1, memory): 0}, [(-1, memory)]
+    nodes, pending = {_node_bytes(-1, memory): 0}, [(-1, memory)]
     observations, probabilities, next_nodes = [], [], []
     while pending:
         observation, memory = pending.pop(0)
@@ -44,7 +44,7 @@ def build_partner_machine(
         for action, observed in product(np.flatnonzero(chances[0]), range(observation_count)):
             percept = Percept(np.array([action]), np.array([observed]), None, None)
             after = observed if splits_observations else -1, policy.update_memory(memory, percept)
-            key = _node_key(*after)
+            key = _node_bytes(*after)
             if key not in nodes:
                 nodes[key] = len(nodes)
                 pending.append(after)
@@ -73,6 +73,6 @@ def _merge_equal_nodes(machine: PartnerMachine) -> PartnerMachine:
         features = np.column_stack([block, block[machine.next_nodes].reshape(len(block), -1)])
 
 
-def _node_key(observation: int, memory: Memory) -> bytes:
+def _node_bytes(observation: int, memory: Memory) -> bytes:
     """Return the last observation and a memory of one row as bytes."""
     return b"".join([np.int64(observation).tobytes(), *(array.tobytes() for array in memory)])

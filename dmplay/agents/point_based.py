@@ -92,7 +92,9 @@ class PointBasedPolicy(HorizonPolicy, GreedyBeliefPolicy):
     def describe_bounds(self, name: str) -> str:
         """Return the bounds after the agent's `name`, and how to request closer ones."""
         horizon_note = "" if self.game_turns else ", infinite horizon"
-        suggestion = suggest_more_work(self.bounds, self.work, f"{name.partition(':')[0]}:work=")
+        suggestion = suggest_closer_bounds(
+            self.bounds, self.work, f"{name.partition(':')[0]}:work="
+        )
         return f"{name}: {format_bounds(self.bounds)}{horizon_note}{suggestion}"
 
     def values_with_turns_left(self, info_state: Reals, turns_left: int | None) -> Reals:
@@ -105,7 +107,7 @@ class PointBasedPolicy(HorizonPolicy, GreedyBeliefPolicy):
         b = info_state[:, support]
         q = np.stack([(b @ vectors[:, support].T).max(axis=1) for vectors in plans], axis=1)
         rounded_q = scale * np.round(q / scale, VALUE_DECIMALS)
-        return self._credit_first_legal_action(info_state, rounded_q)
+        return self._move_values_to_legal_action(info_state, rounded_q)
 
     @cached_property
     def _legal_by_state(self) -> Bools | None:
@@ -113,7 +115,7 @@ class PointBasedPolicy(HorizonPolicy, GreedyBeliefPolicy):
         legal = self.problem.legal_actions_mask(self.problem.enumerate_states())
         return None if legal is None else legal[:, 0]
 
-    def _credit_first_legal_action(self, b: Reals, q: Reals) -> Reals:
+    def _move_values_to_legal_action(self, b: Reals, q: Reals) -> Reals:
         """Return the values `[B, A]`, with the best one of illegal actions for the first legal one.
 
         The solver takes an illegal action for the first legal one (`replace_illegal_actions`), so
@@ -162,7 +164,7 @@ def format_bounds(bounds: PointBasedBounds) -> str:
     return f"value {low:.{max(decimals, 0)}f} to {high:.{max(decimals, 0)}f} at the start"
 
 
-def suggest_more_work(bounds: PointBasedBounds, work: float, option_text: str) -> str:
+def suggest_closer_bounds(bounds: PointBasedBounds, work: float, option_text: str) -> str:
     """Return a note on how to get closer bounds than with this work; '' if none are needed.
 
     A suggestion of more work ends in the work factor. The bounds cannot get closer if memory is

@@ -35,11 +35,11 @@ class CooperateDefectRule(RepeatedGameRule):
             )
         return np.array(actions)
 
-    def learn_round(self, memory: Ints, own_actions: Ints, opponent_actions: Ints) -> Array:
+    def update_rule_memory(self, memory: Ints, own_actions: Ints, opponent_actions: Ints) -> Array:
         """Return the memory of the rule after a round."""
         return self.reply(own_actions, opponent_actions)
 
-    def act(self, memory: Ints, u: Reals) -> Ints:
+    def choose_next_actions(self, memory: Ints, u: Reals) -> Ints:
         """Return the next actions `[B]`: the memory itself, unless overridden."""
         return memory
 
@@ -51,11 +51,13 @@ class CooperateDefectRule(RepeatedGameRule):
         own_actions, opponent_actions = (
             percept.actions[:, seat] ^ self.cooperative_actions[seat] for seat in seats
         )
-        return (self.learn_round(memory[0], own_actions, opponent_actions),)
+        return (self.update_rule_memory(memory[0], own_actions, opponent_actions),)
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
         """Return the actions that the rule prescribes."""
-        return np.asarray(self.act(memory[0], u) ^ self.cooperative_actions[self.seat])
+        return np.asarray(
+            self.choose_next_actions(memory[0], u) ^ self.cooperative_actions[self.seat]
+        )
 
 
 @dataclass(frozen=True)
@@ -127,7 +129,7 @@ class GenerousTitForTat(TitForTat):
         is_swapped = self.cooperative_actions[self.seat] == 1
         return by_rule[:, ::-1] if is_swapped else by_rule
 
-    def act(self, memory: Ints, u: Reals) -> Ints:
+    def choose_next_actions(self, memory: Ints, u: Reals) -> Ints:
         """Return 1, defect, after a defection that is not forgiven."""
         return np.asarray(memory * (u[:, 0] >= self.forgiveness), np.int64)
 
@@ -136,7 +138,7 @@ class GenerousTitForTat(TitForTat):
 class _OpponentCountRule(CooperateDefectRule):
     """A rule that acts on a count about the opponent, which starts at 0."""
 
-    def learn_round(self, memory: Ints, own_actions: Ints, opponent_actions: Ints) -> Array:
+    def update_rule_memory(self, memory: Ints, own_actions: Ints, opponent_actions: Ints) -> Array:
         """Return the count after the opponent's last action."""
         return self.reply(memory, opponent_actions)
 
@@ -149,7 +151,7 @@ class TitForTwoTats(_OpponentCountRule):
         """Return the number of defections in a row of the opponent, from the previous count."""
         return np.where(opponent_actions == 1, own_actions + 1, 0)
 
-    def act(self, memory: Ints, u: Reals) -> Ints:
+    def choose_next_actions(self, memory: Ints, u: Reals) -> Ints:
         """Return 1, defect, after two defections in a row."""
         return np.asarray(memory >= 2, np.int64)
 
@@ -162,7 +164,7 @@ class TwoTitsForTat(_OpponentCountRule):
         """Return the number of defections that are due, from the previous count."""
         return np.where(opponent_actions == 1, 2, np.maximum(own_actions - 1, 0))
 
-    def act(self, memory: Ints, u: Reals) -> Ints:
+    def choose_next_actions(self, memory: Ints, u: Reals) -> Ints:
         """Return 1, defect, while a defection is due."""
         return np.asarray(memory > 0, np.int64)
 
@@ -175,7 +177,7 @@ class Majority(_OpponentCountRule):
         """Return the opponent's defections minus its cooperations, from the previous count."""
         return own_actions + 2 * opponent_actions - 1
 
-    def act(self, memory: Ints, u: Reals) -> Ints:
+    def choose_next_actions(self, memory: Ints, u: Reals) -> Ints:
         """Return 1, defect, if the opponent has defected more often than not."""
         return np.asarray(memory > 0, np.int64)
 

@@ -52,14 +52,14 @@ class Script(SeatPolicy):
         if not labels:
             return None
         actions = np.asarray(self._get_actions_at(memory[0]), np.int64)
-        return np.asarray(np.eye(len(labels))[actions] * self.has_actions(memory)[:, None])
+        return np.asarray(np.eye(len(labels))[actions] * self.has_next_action(memory)[:, None])
 
-    def has_actions(self, memory: Memory) -> Bools:
+    def has_next_action(self, memory: Memory) -> Bools:
         """Return whether the script has another action, for each row `[B]`."""
         return np.asarray(memory[0] < len(self.actions))
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
         """Return the actions at the current positions; raise EndOfScript past the end."""
-        if not self.has_actions(memory).all():
+        if not self.has_next_action(memory).all():
             raise EndOfScript(f"the script ended after {format_count(len(self.actions), 'action')}")
         return self._get_actions_at(memory[0])

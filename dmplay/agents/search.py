@@ -141,7 +141,7 @@ class TreeSearch(BeliefPolicy):
         )
 
     @cached_property
-    def _sweep_values(self) -> LeafValues | None:
+    def _swept_leaf_values(self) -> LeafValues | None:
         """The leaf values by sweeps over all states; None if they do not apply or cost too much."""
         problem, count = self.problem, self.problem.state_count
         applies = len(problem.agents) == 1
@@ -170,7 +170,7 @@ class TreeSearch(BeliefPolicy):
         much.
         """
         has_random_partners = self.problem.partially_observable and not any(self._other_policies)
-        has_leaf_values = self._sweep_values is not None
+        has_leaf_values = self._swept_leaf_values is not None
         plays_randomly = has_leaf_values or has_random_partners or self.problem.state_count == 1
         usual_name = "random" if plays_randomly else HINT_PROVIDER_ROLE
         policy = self._resolve_policy(self.seat, self.rollout, usual_name)
@@ -206,7 +206,7 @@ class TreeSearch(BeliefPolicy):
         The values of a joint plan hold only while the whole team follows it, so a joint plan is
         played.
         """
-        sweep_values, policy = self._sweep_values, self._own_rollout_policy
+        sweep_values, policy = self._swept_leaf_values, self._own_rollout_policy
         follows_joint_plan = self.problem.shared_reward and any(self._other_policies)
         is_usual = (self.rollout, self.others) == (USUAL_AGENT, USUAL_AGENT)
         if sweep_values or policy is None or follows_joint_plan or not is_usual:
@@ -273,10 +273,10 @@ class TreeSearch(BeliefPolicy):
         for rows in self._config.make_row_slices(len(u)):
             block_memory = tuple(array[rows] for array in memory)
             block_legal = None if legal is None else legal[rows]
-            blocks.append(self._choose_rows(block_memory, block_legal, u[rows, 0]))
+            blocks.append(self._choose_together(block_memory, block_legal, u[rows, 0]))
         return np.concatenate(blocks)
 
-    def _choose_rows(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
+    def _choose_together(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
         """Return the actions `[B]` of rows that are searched together.
 
         An action of the own seat's policy is kept unless another one is significantly better.
@@ -307,7 +307,7 @@ class TreeSearch(BeliefPolicy):
         first_actions = np.repeat(actions, count)
         # The n-th sample of each action has the same uniforms.
         uniforms = np.tile(expand_uniforms(u[:, 0], 3 * count).reshape(count, 3), (len(actions), 1))
-        search = self._outcome_search
+        search = self._search_after_outcome
         samples = [
             search._sample_returns(memory, first_actions[rows], uniforms[rows])
             for rows in search._config.make_row_slices(len(first_actions))
@@ -322,7 +322,7 @@ class TreeSearch(BeliefPolicy):
         return ActionValues(q, UNKNOWN_BASIS, scale, errors, bounds, count)
 
     @cached_property
-    def _outcome_search(self) -> "TreeSearch":
+    def _search_after_outcome(self) -> "TreeSearch":
         """The search after one sampled outcome of a first action."""
         return replace(self, simulations=min(self.simulations, OUTCOME_SIMULATIONS))
 
@@ -331,7 +331,7 @@ class TreeSearch(BeliefPolicy):
         model, seat, turns = self._opponent_model, self.seat, self.game_turns
         memory = tuple(array.repeat(len(u), axis=0) for array in memory)
         first_uniforms = expand_uniforms(u[:, 0], 1 + model.uniforms_per_turn)
-        roots, memories = self._prepare_roots(memory, first_uniforms[:, :1])
+        roots, memories = self._make_start_states(memory, first_uniforms[:, :1])
         memories = tuple(tuple(part[:, 0] for part in parts) for parts in memories)
         turn_uniforms = first_uniforms[:, 1:]
         joint = model.choose_joint_actions(roots[:, 0], memories, first_actions, turn_uniforms)
@@ -359,7 +359,7 @@ class TreeSearch(BeliefPolicy):
         config, turns = self._config, self.game_turns
         config.make_budget(len(u))  # raises BudgetExceeded before any uniforms are generated
         uniforms = expand_uniforms(u, self.simulations + config.uniforms_per_row)
-        roots, memories = self._prepare_roots(memory, uniforms[:, : self.simulations])
+        roots, memories = self._make_start_states(memory, uniforms[:, : self.simulations])
         turns_left = np.full(len(u), UNLIMITED_TURNS)
         if turns is not None:
             turns_left = turns - memory[1] % turns
@@ -372,7 +372,7 @@ class TreeSearch(BeliefPolicy):
             return self._split_memory(memory[2:])[0]
         return self._opponent_model.split_memory(memory[2:])[self.seat]
 
-    def _prepare_roots(self, memory: Memory, u: Reals) -> tuple[Array, tuple[Memory, ...]]:
+    def _make_start_states(self, memory: Memory, u: Reals) -> tuple[Array, tuple[Memory, ...]]:
         """Return the states `[B, N, ...]` where simulations start, and each seat's memory there."""
         state_or_belief, _, *policy_memory = memory
         seats, repeat = range(len(self.problem.agents)), partial(_repeat_per_row, u.shape[1])

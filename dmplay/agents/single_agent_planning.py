@@ -50,7 +50,7 @@ class MdpOptimalPolicy(HorizonPolicy, StationaryPolicy):
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
         """Return the best action in each state."""
         if self.horizon:
-            return self._choose_best(memory[0], self.action_values(memory), legal)
+            return self._choose_best_actions(memory[0], self.action_values(memory), legal)
         return super().choose(memory, legal, u)
 
     @cached_property
@@ -60,9 +60,9 @@ class MdpOptimalPolicy(HorizonPolicy, StationaryPolicy):
 
     def choose_from_states(self, s: Array, legal: Bools | None) -> Array:
         """Return the first best action; without a discount, ties go to the earliest reward."""
-        return self._choose_best(s, self.action_values((s,)), legal)
+        return self._choose_best_actions(s, self.action_values((s,)), legal)
 
-    def _choose_best(self, s: Array, q: Reals, legal: Bools | None) -> Array:
+    def _choose_best_actions(self, s: Array, q: Reals, legal: Bools | None) -> Array:
         """Return the first best action of values `[B, A]`, or the one that pays sooner."""
         q, scale = q if legal is None else np.where(legal, q, -np.inf), self.problem.reward_scale
         if self.problem.discount == 1.0:

@@ -47,7 +47,7 @@ class Assignment:
     seeds: tuple[int, ...]
     path: Path
 
-    def find_differences(self, other: Header, path: Path) -> list[str]:
+    def list_differing_facts(self, other: Header, path: Path) -> list[str]:
         """Return the names of the facts in which a game differs; empty if it was assigned.
 
         `path` is the file of the game's transcript.
@@ -67,7 +67,7 @@ class Assignment:
         is_less_strict = expected.strict and other.strict not in (expected.strict, "hints")
         return differences + (["strict"] if is_less_strict else [])
 
-    def find_assigned_names(self, other: Header, path: Path) -> dict[str, str]:
+    def list_own_names(self, other: Header, path: Path) -> dict[str, str]:
         """Return the names in a transcript's header that are the assignment's own.
 
         The keys are the names as the transcript at this path writes them; the values are the
@@ -97,7 +97,7 @@ class Assignment:
 
     def build_request(self, options: GameRequest, *, trusted: bool) -> GameRequest | ResumeRequest:
         """Return the request for the next game of a player: the one to resume, or a new one."""
-        _check_request(options)
+        _check_assigned_request(options)
         seed, record = self._choose_next_game(options)
         if not options.force and self._is_unfinished(record):
             return ResumeRequest(record, trusted, options.key_preferences, options.can_ask)
@@ -147,7 +147,7 @@ class Assignment:
         transcript = load_transcript(path, read_incomplete_transcript)
         header = transcript.header
         # A problem file that was changed in the meantime is still the same game.
-        differences = {*self.find_differences(header, path)} - {"origin"}
+        differences = {*self.list_differing_facts(header, path)} - {"origin"}
         if differences:
             raise BadParameter(
                 f"{path}: not a game of {self.path} (different {', '.join(sorted(differences))}); "
@@ -157,7 +157,7 @@ class Assignment:
         return transcript.end_reason in RESUMABLE_END_REASONS and not is_sealed
 
 
-def _check_request(options: GameRequest) -> None:
+def _check_assigned_request(options: GameRequest) -> None:
     """Raise BadParameter for options that the assignment fixes, or without a player's name."""
     defaults = GameRequest("")
     for name, option in FIXED_OPTIONS.items():

@@ -49,7 +49,7 @@ class DecisionRule(NamedTuple):
     error_probability: float
     max_difference: float | None  # of two returns in one game; None for an asymptotic rule
 
-    def estimate(self, differences: Reals) -> Estimate:
+    def estimate_mean_difference(self, differences: Reals) -> Estimate:
         """Return the mean difference with a confidence interval that may be checked any time."""
         if self.max_difference is None:
             return compute_asymptotic_confidence_sequence(differences, self.error_probability)
@@ -227,7 +227,7 @@ def estimate_difference(
     adjusted = scale * np.round((return_difference - luck_difference) / scale, VALUE_DECIMALS)
     separate_variance, paired_variance = returns.var(axis=0).sum(), adjusted.var()
     return Difference(
-        estimate_mean(adjusted) if rule is None else rule.estimate(adjusted),
+        estimate_mean(adjusted) if rule is None else rule.estimate_mean_difference(adjusted),
         float((return_difference > 0).mean()),
         float((return_difference < 0).mean()),
         float(separate_variance / paired_variance) if paired_variance else np.inf,

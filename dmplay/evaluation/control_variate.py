@@ -13,7 +13,7 @@ from dmplay.core.problem import Outcome, Problem
 from dmplay.core.spaces import Labels
 from dmplay.core.tabular import tabulate
 from dmplay.errors import DmplayError
-from dmplay.evaluation.return_bounds import limit_of_turns, sum_discounts
+from dmplay.evaluation.return_bounds import sum_discounts, turn_limit_or_default
 from dmplay.solvers.mdp import mdp_values
 
 MAX_VALUED_STATES = 1000  # for which a table of values is computed quickly
@@ -34,7 +34,7 @@ class ControlVariate:
         """
         values = self.q_values.max(axis=1, where=np.isfinite(self.q_values), initial=-np.inf)
         losses = values[:, None] - self.q_values
-        limit, discount = limit_of_turns(self.problem, turn_limit), self.problem.discount
+        limit, discount = turn_limit_or_default(self.problem, turn_limit), self.problem.discount
         last_weight = 0.0 if limit is None else discount**limit
         total_loss = losses.max(where=np.isfinite(losses), initial=0.0)
         last_difference = max(values.max(), 0.0) - min(values.min(), 0.0)

@@ -124,7 +124,7 @@ def grade_files(
     except KeyboardInterrupt:
         if not games:
             raise
-    grades = tuple(_compare_with_others(game, games) for game in games)
+    grades = tuple(_add_comparison(game, games) for game in games)
     return GradingReport(grades, file_count, _find_missing_seeds(games, assignment))
 
 
@@ -147,8 +147,8 @@ def _grade_file(
         yield _GradedGame(Grade(str(file), verified=False, fault=fault), (), ())
         return
     header = transcript.header
-    assigned_names = None if assignment is None else assignment.find_assigned_names(header, file)
-    differences = None if assignment is None else (*assignment.find_differences(header, file),)
+    assigned_names = None if assignment is None else assignment.list_own_names(header, file)
+    differences = None if assignment is None else (*assignment.list_differing_facts(header, file),)
     report = verify(file, trusted=trusted, assigned_names=assigned_names)
     fault = _describe_first_fault(report)
     try:
@@ -176,10 +176,10 @@ def _grade_file(
             undone_turn_count=_count_retakes(transcript, "undo"),
             reroll_count=_count_retakes(transcript, "reroll"),
             hint_count=session.hint_counts[agent], strict=header.strict, peeked=header.peeked,
-            remarks=(*_iter_remarks(transcript, report),), assignment_differences=differences,
+            remarks=(*_iter_play_remarks(transcript, report),), assignment_differences=differences,
         )  # fmt: skip
         if is_valid:
-            question = AdviceQuestion.about(session, seat, names, list_scripts(session, names))
+            question = AdviceQuestion.of_session(session, seat, names, list_scripts(session, names))
             question = replace(question, earlier_turns=header.turns_before_these_players)
             can_review = variant not in unreviewable_problems
             grade = _add_regret(grade, session, question, can_review=can_review)
@@ -201,7 +201,7 @@ def _count_retakes(transcript: Transcript, kind: str) -> int:
     return sum(value if kind == "undo" and isinstance(value, int) else 1 for value in values)
 
 
-def _iter_remarks(transcript: Transcript, report: VerificationReport) -> Iterator[str]:
+def _iter_play_remarks(transcript: Transcript, report: VerificationReport) -> Iterator[str]:
     """Yield remarks on how a game was played, from its transcript and verification."""
     header = transcript.header
     if header.branched is not None:
@@ -281,7 +281,7 @@ def _matches_all_actions(policy: Policy, session: Session, seat: int) -> bool:
     return True
 
 
-def _compare_with_others(game: _GradedGame, others: Sequence[_GradedGame]) -> Grade:
+def _add_comparison(game: _GradedGame, others: Sequence[_GradedGame]) -> Grade:
     """Return the grade of a game, completed with the other files that share its uniforms."""
     if not game.grade.turns:
         return game.grade

@@ -20,8 +20,8 @@ from dmplay.evaluation.interruptible_rollouts import (
 from dmplay.evaluation.return_bounds import compute_return_bounds
 from dmplay.evaluation.statistics import (
     Estimate,
-    describe_doubt,
     estimate_mean,
+    explain_doubtful_interval,
     five_number_summary,
 )
 from dmplay.simulation.rollouts import Rollout, RolloutSpec
@@ -104,14 +104,14 @@ def run(  # noqa: PLR0913 - each is the caller's to choose
         if part.interruption or is_precise or end >= MAX_EPISODES:
             episode_numbers = np.concatenate([result.episode_numbers for result in parts])
             seconds = time.monotonic() - start_time
-            summary = summarize_run(problem, merged, episode_numbers, seconds, turns)
+            summary = summarize_rollout(problem, merged, episode_numbers, seconds, turns)
             forfeits = tuple(error for result in parts for error in result.forfeits)
             reason = str(part.interruption or "")
             return summary._replace(shortfall_reason=reason, forfeits=forfeits)
         start, end = end, GROWTH_FACTOR * end
 
 
-def summarize_run(
+def summarize_rollout(
     problem: Problem,
     rollout: Rollout,
     episode_numbers: Ints,
@@ -123,7 +123,7 @@ def summarize_run(
     for seat, agent in enumerate(problem.agents):
         returns = rollout.returns[:, seat]
         estimates = estimate_mean(returns), estimate_mean(rollout.total_rewards[:, seat])
-        quantiles, doubt = five_number_summary(returns), describe_doubt(returns, bounds)
+        quantiles, doubt = five_number_summary(returns), explain_doubtful_interval(returns, bounds)
         seat_summaries.append(SeatSummary(agent, *estimates, quantiles, doubt))
     mean_turns, ended_share = float(rollout.turn_counts.mean()), float(rollout.terminated.mean())
     return RunResult(

@@ -15,7 +15,7 @@ def compute_return_bounds(problem: Problem, turn_limit: int | None) -> tuple[flo
     """
     if problem.return_bounds is not None:
         return problem.return_bounds
-    limit = limit_of_turns(problem, turn_limit)
+    limit = turn_limit_or_default(problem, turn_limit)
     bounds = _find_reward_bounds(problem)
     if bounds is None or (limit is None and problem.discount == 1.0):
         return None
@@ -33,7 +33,7 @@ def _find_reward_bounds(problem: Problem) -> tuple[float, float] | None:
     return None
 
 
-def limit_of_turns(problem: Problem, turn_limit: int | None) -> int | None:
+def turn_limit_or_default(problem: Problem, turn_limit: int | None) -> int | None:
     """Return the turn limit of a game of agents: the given one, the problem's own, or the default.
 
     None if games end by themselves, so that they need no limit.

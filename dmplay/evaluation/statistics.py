@@ -37,7 +37,7 @@ def estimate_mean(sample: Reals, level: float = CONFIDENCE_LEVEL) -> Estimate:
     return Estimate(mean, error, mean - width, mean + width)
 
 
-def describe_doubt(sample: Reals, bounds: tuple[float, float] | None) -> str:
+def explain_doubtful_interval(sample: Reals, bounds: tuple[float, float] | None) -> str:
     """Return why the t interval of a sample may not hold the mean, or '' if there is no reason.
 
     An event of probability 3/E is missing in 5 % of samples of E games (the rule of three). With
@@ -112,7 +112,7 @@ def compute_bounded_confidence_sequence(
     if low == high:
         return mean_estimate._replace(low=low, high=high)
     x = ((np.asarray(sample) - low) / (high - low)).clip(0.0, 1.0)  # clips rounding errors
-    bets = _compute_bets(x, error_probability)
+    bets = _compute_betting_fractions(x, error_probability)
     threshold = math.log(2.0 / error_probability)
 
     def is_excluded(mean: float, x: Reals) -> bool:
@@ -132,7 +132,7 @@ def compute_bounded_confidence_sequence(
     return mean_estimate._replace(low=lower_mean, high=upper_mean)
 
 
-def _compute_bets(x: Reals, error_probability: float) -> Reals:
+def _compute_betting_fractions(x: Reals, error_probability: float) -> Reals:
     """Return the bet before each of the values in [0, 1], from the variance of those before it."""
     counts = np.arange(1, len(x) + 1)
     means = (0.5 + x.cumsum()) / (counts + 1)

@@ -147,7 +147,7 @@ def _make_predictor(
         raise BadParameter("--predict value: this game forbids hints (--strict=hints)")
     players = [*map(name_without_actions, player_names)]
     scripts = list_scripts(session, player_names)
-    question = AdviceQuestion.about(session, seats[0], players, scripts)
+    question = AdviceQuestion.of_session(session, seats[0], players, scripts)
     provider = HintProvider(session, question)
     return Predictor(request.prediction, session, seats[0], provider)
 

@@ -59,7 +59,7 @@ class ManualGame(NotebookDisplay):
     def position(self, agent: str = "") -> Position:
         """Return the knowledge of an agent, by default the first manual one, and its hints."""
         seat = self._seat_index(agent)
-        question = AdviceQuestion.about(self.session, seat, self._players)
+        question = AdviceQuestion.of_session(self.session, seat, self._players)
         return Position.of_session(self.session, question)
 
     def act(self, *actions: str | float) -> JsonObject:

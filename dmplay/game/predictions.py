@@ -137,7 +137,7 @@ class Predictor:
         The observations take turns, so that unlikely ones come up too.
         """
         problem = self._session.problem
-        question = AdviceQuestion.about(self._session, self._seat)
+        question = AdviceQuestion.of_session(self._session, self._seat)
         forecast = Position.with_agent(self._session, question, None).forecast(action)
         assert forecast.beliefs is not None
         row = (turn - 1) % len(forecast.outcomes)

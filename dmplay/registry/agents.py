@@ -108,7 +108,7 @@ class HintAgent:
 def load_roster(problem: Problem, seat: int = 0) -> Roster:
     """Return the agents that can play a seat: the problem's own, then those of general methods."""
     specific = problem_module_exports.load_specific_roster(problem, seat)
-    general = partial(agents_by_method.build_roster, problem, seat)
+    general = partial(agents_by_method.build_roster_by_method, problem, seat)
     if specific is None:
         roster = general()
         return replace(roster, agents={**roster.agents, **AGENTS_FOR_ANY_PROBLEM})

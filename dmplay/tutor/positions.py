@@ -112,7 +112,7 @@ def open_loaded_position(
         actions[seat] = problem.parse_action(seat, action_text)
         session.advance(actions)
     names = [*map(name_without_actions, players)]
-    question = AdviceQuestion.about(session, seat, names, list_scripts(session, players))
+    question = AdviceQuestion.of_session(session, seat, names, list_scripts(session, players))
     return PositionInGame(loaded.name, session, question, len(session.turns), trusted)
 
 

@@ -21,7 +21,7 @@ from dmplay.registry import problems
 from dmplay.validation.policy_checks import (
     CheckedPolicy,
     Choices,
-    describe_agent_error,
+    agent_error_to_violation,
     play_checked_games,
 )
 
@@ -61,7 +61,7 @@ def try_agent(trial: AgentTrial) -> Violation | None:
             checked.compare_choices(choices, REMEDY)
         forbid_exit(checked.check_games_alone)
     except Exception as error:
-        return describe_agent_error(error, checked)
+        return agent_error_to_violation(error, checked)
     return None
 
 
@@ -78,7 +78,7 @@ def _play_batch(trial: AgentTrial) -> CheckedPolicy | Violation:
         others: list[Policy] = [Random(problem, index) for index in range(len(problem.agents))]
         play_checked_games(checked, others, EPISODES, TURNS)
     except Exception as error:
-        return describe_agent_error(error, checked)
+        return agent_error_to_violation(error, checked)
     return checked
 
 

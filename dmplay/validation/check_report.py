@@ -12,7 +12,7 @@ from dmplay.game.command_line_results import Printout
 from dmplay.registry import problems
 from dmplay.validation.agent_trial import EPISODES, AgentTrial, try_agent
 from dmplay.validation.conformance import check
-from dmplay.validation.invariants import describe_user_error
+from dmplay.validation.invariants import user_error_to_violation
 
 VIOLATION_EXIT_CODE, FAILED_AGENT_EXIT_CODE = 2, 1
 EMPTY_ROW_MEANINGS = {
@@ -34,7 +34,7 @@ def report_violations(name: str, parameters: Mapping[str, object], *, json: bool
     except DmplayError:
         raise
     except Exception as error:
-        violations = [describe_user_error(error)]
+        violations = [user_error_to_violation(error)]
     else:
         violations, notes = check(problem), _list_notes(problem)
     exit_code = VIOLATION_EXIT_CODE if violations else 0

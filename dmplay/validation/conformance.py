@@ -68,7 +68,7 @@ def check(problem: Problem) -> list[Violation]:
     Raise BadParameter for anything but a problem.
     """
     check_problem(problem, None)
-    for stage in _iter_stages(problem):
+    for stage in _iter_check_stages(problem):
         violations = [
             Violation(violation.where, replace_modules_by_files(violation.what))
             for invariant in stage
@@ -79,7 +79,7 @@ def check(problem: Problem) -> list[Violation]:
     return []
 
 
-def _iter_stages(problem: Problem) -> Iterator[Stage]:
+def _iter_check_stages(problem: Problem) -> Iterator[Stage]:
     """Yield the checks of a problem in stages, each of which relies on those before it."""
     yield [partial(_load_part, problem, name) for name in PART_BY_NAME]
     for stage in (*CHECK_STAGES, (check_legal_action_leak,)):
@@ -100,7 +100,7 @@ def _iter_dynamics_stages(problem: Problem) -> Iterator[Stage]:
     @cache
     def sampled_outcomes() -> tuple[Array, ...]:
         """Return the outcomes of the sampled turns, computed in one batch."""
-        return invariants.evaluate_batch(problem, sampled_turns())
+        return invariants.compute_batch_results(problem, sampled_turns())
 
     @cache
     def final_states() -> Array:

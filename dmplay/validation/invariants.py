@@ -47,7 +47,7 @@ from dmplay.simulation.random_play import (
 MAX_LISTED_TURNS = 24  # maximum number of turns whose outcomes are listed
 ROUNDING_TOLERANCE = 1e-12  # difference of numbers that is due to rounding alone
 MIN_PROBABILITY = -1e-15  # lowest probability that rounding can cause
-# the method behind each array of `evaluate_batch`
+# the method behind each array of `compute_batch_results`
 RESPONSIBLE_METHODS = (
     "initial_states", *["resolve_events"] * 3, "terminal", "legal_actions_mask", "state_indices"
 )  # fmt: skip
@@ -80,12 +80,12 @@ def find_violations(owner: type, invariant: Callable[[], Findings]) -> Iterator[
         elif isinstance(error, BadParameter):  # it is about an event or a state
             yield make_violation(owner, "resolve_events", f"resolve_events: {error}")
         else:
-            yield describe_user_error(error)
+            yield user_error_to_violation(error)
     except Exception as error:  # raised by user code
-        yield describe_user_error(error)
+        yield user_error_to_violation(error)
 
 
-def describe_user_error(error: Exception) -> Violation:
+def user_error_to_violation(error: Exception) -> Violation:
     """Return the violation of an error that user code raised; raise an error of dmplay again."""
     location, _, description = describe_error_location(error).partition(": ")
     if not location:
@@ -94,7 +94,7 @@ def describe_user_error(error: Exception) -> Violation:
     return Violation(location, description + remedy)
 
 
-def evaluate_batch(problem: Problem, turns: SampledTurns) -> tuple[Array, ...]:
+def compute_batch_results(problem: Problem, turns: SampledTurns) -> tuple[Array, ...]:
     """Return all that a problem computes from a batch; the first axis of each array is the row."""
     rows = len(turns.s)
     legal = problem.legal_actions_mask(turns.s)
@@ -116,7 +116,7 @@ def check_row_independence(
     `expected` has the whole batch's results for the rows of `subset`.
     """
     remedy = "expected it to be independent of the other rows"
-    return _compare_batches(
+    return _check_equal_batches(
         problem, subset, expected, f" for the same row in two batches; {remedy}"
     )
 
@@ -126,14 +126,14 @@ def check_determinism(
 ) -> CheckResults:
     """Yield checks that the same uniforms give the same results again, and no input is modified."""
     expectation = " from the same random numbers; expected the same result both times"
-    return _compare_batches(problem, turns, expected, expectation)
+    return _check_equal_batches(problem, turns, expected, expectation)
 
 
-def _compare_batches(
+def _check_equal_batches(
     problem: Problem, turns: SampledTurns, expected: tuple[Array, ...], expectation: str
 ) -> CheckResults:
     """Yield checks that turns give the same bits as expected."""
-    arrays = zip(RESPONSIBLE_METHODS, expected, evaluate_batch(problem, turns), strict=True)
+    arrays = zip(RESPONSIBLE_METHODS, expected, compute_batch_results(problem, turns), strict=True)
     for attribute, first, second in arrays:
         message = partial(_describe_difference, attribute, first, second, expectation)
         yield CheckResult(is_bitwise_equal(first, second), attribute, message)

@@ -43,10 +43,12 @@ ARGUMENT_TYPES = (str, int, float, Sequence[str])  # of quantities
 
 def iter_trials(problem: Problem) -> Iterator[Callable[[], Iterator[Violation]]]:
     """Yield a trial of each name that a problem's code defines; a trial yields violations."""
-    return (partial(_try, problem, name) for name in CALLS if defines_export(problem, name))
+    return (
+        partial(_iter_violations, problem, name) for name in CALLS if defines_export(problem, name)
+    )
 
 
-def _try(problem: Problem, export: str) -> Iterator[Violation]:
+def _iter_violations(problem: Problem, export: str) -> Iterator[Violation]:
     """Use what a name defines, with limited work; yield the violation of each error.
 
     The violation names the line of the problem's code that raised it, or that defines `export`.
@@ -68,13 +70,13 @@ def _try(problem: Problem, export: str) -> Iterator[Violation]:
             yield Violation("", text)
 
 
-def _solve(problem: Problem) -> None:
+def _try_own_solution(problem: Problem) -> None:
     """Solve a problem by its own code, with few games if it simulates them."""
     with use_solve_options(SolveOptions(SIMULATED_GAMES)):
         solve_by_own_code(problem)
 
 
-def _draw_figure(problem: Problem, name: str, figure: Figure) -> None:
+def _try_figure(problem: Problem, name: str, figure: Figure) -> None:
     """Draw a figure, unless it refuses this variant of the problem."""
     subject = PlottedProblem(problem, get_problem_name(problem))
     try:
@@ -90,7 +92,7 @@ def _play_by_rule_of_thumb(problem: Problem, rule: RuleOfThumb) -> None:
     An error of the rule passes through.
     """
     for setup in puzzle_mining.list_setups(problem):
-        game = puzzle_mining.open_game(_load(problem), setup, 0)
+        game = puzzle_mining.open_game(_reload_problem(problem), setup, 0)
         hint_agent = find_exact_agent(game.session, game.question)
         if hint_agent:
             for position in puzzle_mining.iter_positions(game, hint_agent, [rule], 0):
@@ -115,7 +117,7 @@ def _compute_quantity(problem: Problem, name: str, quantity: Quantity) -> None:
         if parameter.annotation not in ARGUMENT_TYPES:
             got, expected = parameter_name, "expected the type str, int, float or Sequence[str]"
             raise BadParameter(f"{got}: got the type {parameter.annotation}, {expected}")
-    position = open_loaded_position(_load(problem), PositionText(name), trusted=True)
+    position = open_loaded_position(_reload_problem(problem), PositionText(name), trusted=True)
     arguments = {
         parameter.name: _choose_argument(position, quantity, parameter)
         for parameter in quantity.parameters.values()
@@ -143,20 +145,20 @@ def _choose_argument(
     return problem.format_state(position.session.state) if parameter.name == "state" else None
 
 
-def _load(problem: Problem) -> LoadedProblem:
+def _reload_problem(problem: Problem) -> LoadedProblem:
     """Return a problem under its own name."""
     return LoadedProblem(get_problem_name(problem), problem, {})
 
 
 # the calls that try each name, by what the name defines; '' if it is a single thing
 CALLS: dict[str, Callable[[Problem], dict[str, Callable[[], object]]]] = {
-    "SOLUTION": lambda problem: {"": partial(_solve, problem)},
+    "SOLUTION": lambda problem: {"": partial(_try_own_solution, problem)},
     "FIGURES": lambda problem: {
-        name: partial(_draw_figure, problem, name, figure)
+        name: partial(_try_figure, problem, name, figure)
         for name, figure in load_figures(problem).items()
     },
     "PUZZLE_GAMES": lambda problem: {
-        f"game {n}": partial(puzzle_mining.open_game, _load(problem), setup, 0)
+        f"game {n}": partial(puzzle_mining.open_game, _reload_problem(problem), setup, 0)
         for n, setup in enumerate(load_exported_list(problem, "PUZZLE_GAMES", GameSetup) or (), 1)
     },
     "RULES_OF_THUMB": lambda problem: {

@@ -62,13 +62,15 @@ class CheckedPolicy:
         self.first_observation = observation
         self.turns, self.percepts, self._turn = [], [], 1
         episodes = np.arange(len(observation))
-        return episodes, *self._remember(episodes, "initial_memory", observation)
+        return episodes, *self._validate_memory(episodes, "initial_memory", observation)
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
         """Return the agent's choices, and record them if they are legal."""
         self._turn = len(self.turns) + 1
         episodes, *own_memory = memory
-        actions, choices, action_values = self._choose(episodes, tuple(own_memory), legal, u)
+        actions, choices, action_values = self._choose_checked(
+            episodes, tuple(own_memory), legal, u
+        )
         self.turns.append(CheckedTurn(episodes, legal, u, choices, action_values))
         return actions
 
@@ -82,7 +84,7 @@ class CheckedPolicy:
             self._turn = turn
             games = zip(recorded.episodes, recorded.choices, other, strict=False)
             for episode, choice, other_choice in games:
-                self._compare(episode, choice, other_choice, remedy)
+                self._check_choice(episode, choice, other_choice, remedy)
 
     def check_games_alone(self) -> None:
         """Play each game alone, turn by turn; raise BadPolicy if a choice differs.
@@ -92,7 +94,9 @@ class CheckedPolicy:
         """
         self._turn = 1
         memories = [
-            self._remember(np.array([episode]), "initial_memory", self.first_observation[[episode]])
+            self._validate_memory(
+                np.array([episode]), "initial_memory", self.first_observation[[episode]]
+            )
             for episode in range(len(self.first_observation))
         ]
         for turn, (recorded, percept) in enumerate(zip(self.turns, self.percepts, strict=True), 1):
@@ -100,13 +104,13 @@ class CheckedPolicy:
             for row, episode in reversed([*enumerate(recorded.episodes)]):
                 single, rows, memory = recorded.episodes[row : row + 1], [row], memories[episode]
                 legal = None if recorded.legal is None else recorded.legal[rows]
-                _, (choice,), values = self._choose(single, memory, legal, recorded.u[rows])
-                self._compare(episode, recorded.choices[row], choice, SINGLE_GAME_REMEDY)
+                _, (choice,), values = self._choose_checked(single, memory, legal, recorded.u[rows])
+                self._check_choice(episode, recorded.choices[row], choice, SINGLE_GAME_REMEDY)
                 self._compare_values(recorded.action_values, row, values)
                 fields: list[Any] = [
                     field if field is None or not len(field) else field[rows] for field in percept
                 ]
-                memories[episode] = self._remember(
+                memories[episode] = self._validate_memory(
                     single, "update_memory", memory, Percept(*fields)
                 )
 
@@ -114,23 +118,23 @@ class CheckedPolicy:
         """Return the memory after a turn, and record the percept."""
         self.percepts.append(percept)
         episodes = memory[0]
-        return episodes, *self._remember(episodes, "update_memory", memory[1:], percept)
+        return episodes, *self._validate_memory(episodes, "update_memory", memory[1:], percept)
 
-    def _remember(self, episodes: Ints, method: str, *args: object) -> Memory:
+    def _validate_memory(self, episodes: Ints, method: str, *args: object) -> Memory:
         """Return the memory from a method of the agent; raise BadPolicy if it is not a memory."""
-        location = self._locate(episodes, method)
+        location = self._set_call_location(episodes, method)
         function: Callable[..., object] = getattr(self.policy, method)
         memory = call_memory_method(location, function, len(episodes), *args)
         return make_arrays_readonly(*memory)
 
-    def _choose(
+    def _choose_checked(
         self, episodes: Ints, memory: Memory, legal: Bools | None, u: Reals
     ) -> tuple[Array, Choices, Reals | None]:
         """Return the agent's actions, its choices and its action values.
 
         Raise IllegalAction for an illegal choice, and BadPolicy for values of another shape.
         """
-        location, count = self._locate(episodes, "choose"), len(episodes)
+        location, count = self._set_call_location(episodes, "choose"), len(episodes)
         make_arrays_readonly(*memory, u)
         answer = forbid_writes(location, self.policy.choose, memory, legal, u)
         actions = validate_policy_actions(self.policy, answer, count, location)
@@ -139,13 +143,13 @@ class CheckedPolicy:
         for row, (episode, action) in enumerate(zip(episodes, actions.tolist(), strict=True)):
             row_legal = None if legal is None else legal[row]
             can_only_wait = action_set.describe_actions(row_legal) == WAIT_LABEL
-            self._locate(np.array([episode]), "choose")
+            self._set_call_location(np.array([episode]), "choose")
             choices.append(
                 None
                 if can_only_wait
                 else action_set.validate_action(action, self.location, row_legal)
             )
-        self._locate(episodes, "action_values")
+        self._set_call_location(episodes, "action_values")
         values = getattr(self.policy, "action_values", lambda _: None)(memory)
         if values is not None and action_set.labels:
             shape = (count, len(action_set.labels))
@@ -154,12 +158,12 @@ class CheckedPolicy:
                 raise BadPolicy(f"{self.location}: {message}")
         return actions, choices, values
 
-    def _compare(
+    def _check_choice(
         self, episode: int, choice: float | None, other: float | None, remedy: str
     ) -> None:
         """Raise BadPolicy if another choice in a game is not the recorded one."""
         if choice is not None and other is not None and choice != other:
-            location = self._locate(np.array([episode]), "choose")
+            location = self._set_call_location(np.array([episode]), "choose")
             first, second = (self.problem.format_action(self.seat, a) for a in (choice, other))
             raise BadPolicy(f"{location}: chose {first} in a batch of games, and {second} {remedy}")
 
@@ -173,7 +177,7 @@ class CheckedPolicy:
             message = "got other action values in a batch of games than alone, expected the same"
             raise BadPolicy(f"{self.location}: {message}")
 
-    def _locate(self, episodes: Ints, method: str) -> str:
+    def _set_call_location(self, episodes: Ints, method: str) -> str:
         """Store the location of a call of the agent's method; return it as text."""
         first, last = episodes[[0, -1]]
         games = f"episode {first}" if len(episodes) == 1 else f"episodes {first} to {last}"
@@ -199,11 +203,11 @@ def find_agent_violation(
         play_checked_games(checked, policies, episodes, CHECKED_TURNS)
         checked.check_games_alone()
     except Exception as error:
-        return describe_agent_error(error, checked)
+        return agent_error_to_violation(error, checked)
     return None
 
 
-def describe_agent_error(error: Exception, checked: CheckedPolicy | None) -> Violation:
+def agent_error_to_violation(error: Exception, checked: CheckedPolicy | None) -> Violation:
     """Return the violation of an error that an agent raised; raise any other error again.
 
     Without a policy, the error is one of its file or of its `__init__`.

@@ -6,7 +6,7 @@ import pytest
 import dmplay
 from dmplay.agents import point_based
 from dmplay.agents.base import AdviceQuestion
-from dmplay.agents.point_based import PointBasedPolicy, format_bounds, suggest_more_work
+from dmplay.agents.point_based import PointBasedPolicy, format_bounds, suggest_closer_bounds
 from dmplay.core.work_budget import limit_total_work
 from dmplay.errors import BadParameter
 from dmplay.formats.problem_classes import FileProblem
@@ -63,12 +63,12 @@ def test_more_work_tightens_bounds_and_is_suggested_while_it_helps(
         fine.bounds.upper_bound - fine.bounds.lower_bound
         < coarse.bounds.upper_bound - coarse.bounds.lower_bound
     )
-    assert suggest_more_work(coarse.bounds, 1.0, "--work ") == "; for closer bounds: --work 10"
-    assert suggest_more_work(fine.bounds, 30.0, "work=").endswith(": work=100")
-    assert not suggest_more_work(fine.bounds, 100.0, "work=")
-    assert not suggest_more_work(fine.bounds._replace(is_gap_closed=True), 1.0, "work=")
+    assert suggest_closer_bounds(coarse.bounds, 1.0, "--work ") == "; for closer bounds: --work 10"
+    assert suggest_closer_bounds(fine.bounds, 30.0, "work=").endswith(": work=100")
+    assert not suggest_closer_bounds(fine.bounds, 100.0, "work=")
+    assert not suggest_closer_bounds(fine.bounds._replace(is_gap_closed=True), 1.0, "work=")
     memory_full = fine.bounds._replace(is_memory_full=True)
-    assert suggest_more_work(memory_full, 1.0, "work=") == "; memory allows no closer bounds"
+    assert suggest_closer_bounds(memory_full, 1.0, "work=") == "; memory allows no closer bounds"
     for work in (0.001, 1000.0):
         with pytest.raises(BadParameter, match=r"^work: got .*, expected a number at least 0\.01"):
             PointBasedPolicy(make_hallway(HALLWAY_MAP), 0, work=work)

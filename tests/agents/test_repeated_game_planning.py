@@ -130,7 +130,7 @@ def test_cooperation_against_tit_for_tat_is_best_until_the_last_round() -> None:
     for _ in range(10):
         session.advance([COOPERATE, None])
     reviewed = [
-        *review_actions(session, [AdviceQuestion.about(session, 0, ["human", "tit-for-tat"])])
+        *review_actions(session, [AdviceQuestion.of_session(session, 0, ["human", "tit-for-tat"])])
     ]
     assert format_summary(reviewed).startswith("review: ")
     assert [move.regret for move in reviewed] == [0.0] * 9 + [1.0]
@@ -146,7 +146,7 @@ def test_nine_cooperations_and_one_defection_are_optimal_against_grim() -> None:
         sum(
             move.regret or 0.0
             for move in review_actions(
-                session, [AdviceQuestion.about(session, 0, ["human", "grim"])]
+                session, [AdviceQuestion.of_session(session, 0, ["human", "grim"])]
             )
         )
         == 0
@@ -156,7 +156,7 @@ def test_nine_cooperations_and_one_defection_are_optimal_against_grim() -> None:
 def test_against_a_person_the_hint_shows_the_posterior_over_the_rules_and_no_regret() -> None:
     problem = dmplay.load_problem("prisoners-dilemma")
     session = Session(problem, dmplay.SeededUniforms(1), turn_limit=6)
-    provider = HintProvider(session, AdviceQuestion.about(session, 0, ["human", "human"]))
+    provider = HintProvider(session, AdviceQuestion.of_session(session, 0, ["human", "human"]))
     assert "if agent2 plays one of 11 rules, tit-for-tat 0.09, " in provider.create_hint()
     for own_action, other_action in ((DEFECT, COOPERATE), (DEFECT, DEFECT), (DEFECT, DEFECT)):
         session.advance([own_action, other_action])

@@ -19,7 +19,7 @@ from dmplay.errors import BadParameter
 from dmplay.evaluation.comparison import compare
 from dmplay.evaluation.many_games import run
 from dmplay.evaluation.return_bounds import compute_return_bounds
-from dmplay.evaluation.statistics import describe_doubt, estimate_mean
+from dmplay.evaluation.statistics import estimate_mean, explain_doubtful_interval
 from dmplay.game.command_line_results import Printout
 from dmplay.game.transcript_verification import verify
 from dmplay.guide.topics import read_topic
@@ -103,7 +103,7 @@ def test_an_interval_that_holds_the_mean_as_often_as_it_says_is_rarely_in_doubt(
     samples = returns.reshape(runs, size)
     covered = [e.low <= returns.mean() <= e.high for e in map(estimate_mean, samples)]
     assert np.mean(covered) > 0.95 - 4 * (0.95 * 0.05 / runs) ** 0.5
-    assert np.mean([bool(describe_doubt(sample, bounds)) for sample in samples]) <= 0.2
+    assert np.mean([bool(explain_doubtful_interval(sample, bounds)) for sample in samples]) <= 0.2
 
 
 def test_the_bounds_of_the_returns_of_hexworld_are_those_of_its_worst_and_best_games() -> None:

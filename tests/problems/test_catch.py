@@ -148,7 +148,7 @@ def test_the_optimal_thrower_earns_its_estimated_value() -> None:
 
 def test_the_hint_before_twenty_throws_has_the_values_of_twenty_throws() -> None:
     session = Session(Catch(), dmplay.SeededUniforms(1), turn_limit=20)
-    hint = HintProvider(session, AdviceQuestion.about(session, 0)).create_hint()
+    hint = HintProvider(session, AdviceQuestion.of_session(session, 0)).create_hint()
     assert hint.startswith(
         "hint by optimal (20 turns left): 50. exact values: 10 215.82, 20 223.41"
     )

@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 
 import dmplay
-from dmplay.agents.agents_by_method import build_roster
-from dmplay.evaluation.solutions.solve import SIMULATION, SOLUTIONS, load_function
+from dmplay.agents.agents_by_method import build_roster_by_method
+from dmplay.evaluation.solutions.solve import SIMULATION, SOLUTIONS, load_solution_function
 from dmplay.registry.builtin_names import problem_names
 from dmplay.solvers.methods import FIT_TESTS, Method, find_fitting_method, list_fitting_methods
 
@@ -32,7 +32,7 @@ def test_class_and_size_of_a_problem_choose_its_methods(name: str) -> None:
 def test_every_method_has_a_test_and_a_solution_that_can_be_loaded() -> None:
     assert {*FIT_TESTS} == {*SOLUTIONS} == {*Method}
     for name in (*SOLUTIONS.values(), SIMULATION):
-        assert callable(load_function(name))
+        assert callable(load_solution_function(name))
 
 
 @pytest.mark.parametrize("name", problem_names())
@@ -43,7 +43,7 @@ def test_a_problem_with_a_method_has_an_agent_that_plays_it(name: str) -> None:
         for method in list_fitting_methods(problem)
         if method is not Method.FULLY_OBSERVED_TEAM
     ]:
-        assert build_roster(problem, 0).agents
+        assert build_roster_by_method(problem, 0).agents
 
 
 FOUR_DOORS_SOURCE = """

@@ -33,7 +33,7 @@ def add_gaps(turns: SampledTurns) -> SampledTurns:
 
 @cache
 def evaluate_pool(name: str) -> tuple[Array, ...]:
-    return invariants.evaluate_batch(load_problem(name), make_turn_pool(name))
+    return invariants.compute_batch_results(load_problem(name), make_turn_pool(name))
 
 
 def assert_rows_independent(name: str, turns: SampledTurns, rows: slice) -> None:

@@ -134,7 +134,7 @@ def test_a_hint_works_at_any_discount_or_gives_a_one_line_error(name: str) -> No
             problem, SeededUniforms(7, 0), turn_limit=SHORT_GAME_TURNS if problem.horizon else None
         )
         assert_completes_or_explains(
-            HintProvider(session, AdviceQuestion.about(session, 0)).create_hint
+            HintProvider(session, AdviceQuestion.of_session(session, 0)).create_hint
         )
 
 

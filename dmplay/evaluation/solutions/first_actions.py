@@ -11,7 +11,7 @@ from dmplay.agents.point_based import (
     PointBasedOptimalPolicy,
     PointBasedPolicy,
     format_bounds,
-    suggest_more_work,
+    suggest_closer_bounds,
 )
 from dmplay.agents.single_agent_planning import RecedingHorizonPolicy
 from dmplay.core import belief
@@ -21,7 +21,7 @@ from dmplay.core.best_actions import mark_best_actions
 from dmplay.core.problem import Problem
 from dmplay.core.text import format_count, format_value
 from dmplay.errors import BadParameter, BadPolicy, BudgetExceeded
-from dmplay.evaluation.solutions.options import DEFAULT_TURNS, resolve_horizon, resolve_work
+from dmplay.evaluation.solutions.options import DEFAULT_TURNS, resolve_bounds_work, resolve_horizon
 from dmplay.evaluation.solutions.simulated_returns import solve_by_simulation
 from dmplay.evaluation.solutions.solution import Row, Solution
 from dmplay.registry import agents
@@ -54,7 +54,7 @@ def solve_first_actions(problem: Problem) -> Solution:
     if q is None:
         return solve_by_simulation(problem)
     legal = _find_legal_first_actions(problem)
-    rows = _build_rows(
+    rows = _build_action_rows(
         problem, {"value": q[0]}, mark_best_actions(q[0, legal], problem.reward_scale), legal
     )
     horizon = _count_planned_turns(agent)
@@ -64,7 +64,7 @@ def solve_first_actions(problem: Problem) -> Solution:
     return Solution(f"agent {name}", summary, rows)
 
 
-def _build_rows(
+def _build_action_rows(
     problem: Problem, columns: dict[str, Reals], is_best: Bools, legal: Ints
 ) -> list[Row]:
     """Return a row for each legal action, with its numbers in columns `[A]` and its mark."""
@@ -111,7 +111,7 @@ def _make_agent_for_turns(agent: PointBasedPolicy, turns: int | None) -> PointBa
 def _solve_bounds(agent: PointBasedPolicy, turns: int | None) -> Solution:
     """Return a lower and an upper bound on the value of each first action."""
     agent = _make_agent_for_turns(agent, turns)
-    agent = replace(agent, work=resolve_work())
+    agent = replace(agent, work=resolve_bounds_work())
     problem, legal = agent.problem, _find_legal_first_actions(agent.problem)
     try:
         bounds = agent.bounds
@@ -122,9 +122,9 @@ def _solve_bounds(agent: PointBasedPolicy, turns: int | None) -> Solution:
         bounds = agent.bounds
     lower, upper = bounds.action_lower_bounds, bounds.action_upper_bounds
     marks = np.asarray(upper[legal] >= lower[legal].max() - bounds.min_gap)
-    rows = _build_rows(problem, {"lower bound": lower, "upper bound": upper}, marks, legal)
+    rows = _build_action_rows(problem, {"lower bound": lower, "upper bound": upper}, marks, legal)
     span = format_count(agent.game_turns, "turn") if agent.game_turns else "infinite horizon"
-    remedy = suggest_more_work(bounds, agent.work, "--work ")
+    remedy = suggest_closer_bounds(bounds, agent.work, "--work ")
     if bounds.upper_bound - bounds.lower_bound > bounds.min_gap and marks.sum() > 1:
         remedy = f"; the bounds of {marks.sum()} actions overlap{remedy}"
     beliefs = format_count(bounds.expanded_belief_count, "belief")

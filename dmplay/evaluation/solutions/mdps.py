@@ -39,7 +39,7 @@ def solve_mdp(problem: Problem) -> Solution:
     if horizon is not None and problem.discount == 1.0:
         return solve_finite_horizon(problem)
     if requested_turns is not None and requested_turns < _effective_horizon(problem.discount):
-        _check_turns(problem, requested_turns)
+        _check_planned_turns(problem, requested_turns)
         return solve_finite_horizon(problem)
     is_small = isinstance(problem.state_count, int) and problem.state_count <= MAX_LISTED_STATES
     solution = solve_by_value_iteration(problem) if is_small else solve_infinite_horizon(problem)
@@ -58,7 +58,7 @@ def solve_mdp(problem: Problem) -> Solution:
     )
 
 
-def _check_turns(problem: Problem, turns: int) -> None:
+def _check_planned_turns(problem: Problem, turns: int) -> None:
     """Raise BadParameter if the values of games of `turns` turns take too much to compute."""
     state_count = len(problem.enumerate_states())
     max_turns = min(backward_induction.MAX_TURNS, MAX_STATE_TURNS // state_count)
@@ -143,7 +143,7 @@ def solve_infinite_horizon(problem: Problem) -> Solution:
     method = f"value iteration over {format_count(len(state_graph.states), 'state')}"
     if len(state_graph.nonterminal_states) < len(state_graph.states):
         method += ", backward from the terminal states"
-    return Solution(method, summary, _build_rows(problem, graph_values))
+    return Solution(method, summary, _build_state_rows(problem, graph_values))
 
 
 def solve_finite_horizon(problem: Problem) -> Solution:
@@ -165,7 +165,7 @@ def solve_finite_horizon(problem: Problem) -> Solution:
     span = "infinite horizon" if horizon is None else format_count(horizon, "turn")
     method = f"backward induction over {format_count(len(next_values), 'state')}, {span}"
     value_text = format_start_values(problem, result.graph, values)
-    return Solution(method, f"{value_text}, {precision}", _build_rows(problem, graph_values))
+    return Solution(method, f"{value_text}, {precision}", _build_state_rows(problem, graph_values))
 
 
 def format_start_values(problem: Problem, state_graph: TransitionGraph, values: Reals) -> str:
@@ -188,15 +188,15 @@ def select_listed_states(problem: Problem, state_graph: TransitionGraph) -> Ints
     return np.unique(indices)[:MAX_LISTED_STATES]
 
 
-def _build_rows(problem: Problem, graph_values: _GraphValues) -> list[Row]:
+def _build_state_rows(problem: Problem, graph_values: _GraphValues) -> list[Row]:
     """Return the rows of the listed states, with their values and best actions."""
     return [
-        _build_row(problem, graph_values, state_index)
+        _build_state_row(problem, graph_values, state_index)
         for state_index in select_listed_states(problem, graph_values.graph).tolist()
     ]
 
 
-def _build_row(problem: Problem, graph_values: _GraphValues, state_index: int) -> Row:
+def _build_state_row(problem: Problem, graph_values: _GraphValues, state_index: int) -> Row:
     """Return the row of one state: its values, the agent that decides and the best actions."""
     state_graph, deciding_seat = graph_values.graph, int(graph_values.deciding_seat[state_index])
     row: Row = {"state": problem.format_transcript_state(state_graph.states[state_index])}

@@ -45,7 +45,7 @@ def use_solve_options(options: SolveOptions) -> Iterator[None]:
         _options.reset(token)
 
 
-def get_options() -> SolveOptions:
+def get_solve_options() -> SolveOptions:
     """Return the options of the user, or else the defaults."""
     return _options.get() or SolveOptions()
 
@@ -56,13 +56,13 @@ def resolve_horizon(default_turns: int | None) -> int | None:
     None stands for an infinite horizon: `resolve_horizon(None)` is None unless the user set a
     number.
     """
-    options = get_options()
+    options = get_solve_options()
     options.used_options.add("turns")
     return options.turns or default_turns
 
 
-def resolve_work() -> float:
+def resolve_bounds_work() -> float:
     """Return the work for bounds on values, as a multiple of the default."""
-    options = get_options()
+    options = get_solve_options()
     options.used_options.add("work")
     return options.work or 1.0

@@ -12,7 +12,7 @@ from dmplay.core.policy import Policy
 from dmplay.core.problem import Problem
 from dmplay.core.text import append_noun, format_count, format_score
 from dmplay.core.work_budget import scale_progress
-from dmplay.evaluation.solutions.options import DEFAULT_TURNS, get_options
+from dmplay.evaluation.solutions.options import DEFAULT_TURNS, get_solve_options
 from dmplay.evaluation.solutions.solution import Row, Solution
 from dmplay.external.history_problem import ExternalProblem
 from dmplay.registry.agents import default_agent_name, load_agent
@@ -48,7 +48,7 @@ def simulate_games(
     One process plays them in batches, so that progress is reported. In an external environment
     they are fewer than `episodes` if they are long, unless the user set a number.
     """
-    options = get_options()
+    options = get_solve_options()
     options.used_options |= {"episodes", "workers"}
     if not stands_for_endless:
         options.used_options.add("turns")

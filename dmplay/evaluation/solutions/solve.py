@@ -66,7 +66,7 @@ def solve_problem(problem: Problem) -> Solution:
     if own_solution is not None:
         return own_solution
     method = find_fitting_method(problem)
-    return load_function(SOLUTIONS[method] if method else SIMULATION)(problem)
+    return load_solution_function(SOLUTIONS[method] if method else SIMULATION)(problem)
 
 
 def solve_by_own_code(problem: Problem) -> Solution | None:
@@ -77,7 +77,7 @@ def solve_by_own_code(problem: Problem) -> Solution | None:
     own_function = find_export(problem, "SOLUTION")
     if own_function is None:
         return None
-    if not (callable(own_function) and _takes_problem(own_function)):
+    if not (callable(own_function) and _takes_one_argument(own_function)):
         got = f"{locate_export(problem, 'SOLUTION')}: got {own_function!r}"
         raise BadParameter(
             f"{got}, expected a function that takes the problem and returns a Solution"
@@ -89,7 +89,7 @@ def solve_by_own_code(problem: Problem) -> Solution | None:
         raise BadParameter(f"{locate_export(problem, 'SOLUTION')}: {error}") from None
 
 
-def _takes_problem(function: Callable[..., object]) -> bool:
+def _takes_one_argument(function: Callable[..., object]) -> bool:
     """Return whether a function can be called with one argument."""
     try:
         signature(function).bind(None)
@@ -98,7 +98,7 @@ def _takes_problem(function: Callable[..., object]) -> bool:
     return True
 
 
-def load_function(name: str) -> Callable[[Problem], Solution]:
+def load_solution_function(name: str) -> Callable[[Problem], Solution]:
     """Return the function `MODULE.FUNCTION` of this folder."""
     stem, _, function_name = name.partition(".")
     module = import_module(f"dmplay.evaluation.solutions.{stem}")

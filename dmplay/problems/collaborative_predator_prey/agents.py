@@ -156,7 +156,7 @@ class Qmdp(HorizonPolicy, _FactoredBeliefPolicy, GreedyBeliefPolicy):
         policy = QmdpWithPartner(
             self.problem, self.seat, horizon=self.horizon, policy_maker=self.policy_maker, to=name
         )
-        _ = policy.machine
+        _ = policy.partner_machine
         return policy
 
     @cached_property
@@ -208,7 +208,7 @@ class QmdpWithPartner(Qmdp, PartnerBeliefPolicy):
 
     def weigh_partner_actions(self, memory: Memory) -> Reals:
         """Return the probability `[B, A, S]` of each action of the partner with each state."""
-        chances, nodes = self.machine.probabilities, self.split_nodes(memory[0])
+        chances, nodes = self.partner_machine.probabilities, self.split_nodes(memory[0])
         return np.asarray(np.einsum("na,bns->bas", chances, nodes))
 
     def predict_nodes(self, nodes: Reals, action: int) -> Reals:
@@ -216,7 +216,7 @@ class QmdpWithPartner(Qmdp, PartnerBeliefPolicy):
         after = np.zeros_like(nodes)
         partner_observations = self.problem.observation_table[:, 1 - self.seat]
         is_possible = nodes.any(axis=1)
-        for partner_action, chances in enumerate(self.machine.probabilities.T):
+        for partner_action, chances in enumerate(self.partner_machine.probabilities.T):
             rows = np.flatnonzero((chances > 0.0) & is_possible)
             if not len(rows):
                 continue
@@ -224,7 +224,7 @@ class QmdpWithPartner(Qmdp, PartnerBeliefPolicy):
             before = nodes[rows] * chances[rows, None]
             moved = self.problem.joint_belief_update(before, actions, (None, None))
             for observation in range(self.problem.observation_counts[1 - self.seat]):
-                next_nodes = self.machine.next_nodes[rows, partner_action, observation]
+                next_nodes = self.partner_machine.next_nodes[rows, partner_action, observation]
                 np.add.at(after, next_nodes, moved * (partner_observations == observation))
         return after
 

@@ -58,7 +58,7 @@ class BestResponse(BestResponseInTeam):
     @cached_property
     def pomdp_tables(self) -> Tables:
         """The arrays of the POMDP whose states are the partner's nodes with the baby's states."""
-        observations = np.repeat(self.machine.observations, 2)
+        observations = np.repeat(self.partner_machine.observations, 2)
         size, action_count = len(observations), len(ACTIONS)
         transition = np.zeros((size, action_count, size))
         for action in range(action_count):
@@ -99,7 +99,7 @@ class BestResponse(BestResponseInTeam):
             return policy
         partner = replace(policy, to=question.opponents[0])
         try:
-            _ = partner.machine
+            _ = partner.partner_machine
         except DmplayError:
             return replace(policy, to="random")
         return partner

@@ -200,19 +200,19 @@ def test_an_unknown_agent_is_refused_with_the_nearest_name() -> None:
 def test_a_zero_sum_hint_says_that_it_assumes_a_maximin_opponent() -> None:
     session = Session(Soccer(), SeededUniforms(3), turn_limit=3)
     players = ["human", "human"]
-    provider = HintProvider(session, AdviceQuestion.about(session, 0, players))
+    provider = HintProvider(session, AdviceQuestion.of_session(session, 0, players))
     opponent = Soccer().agents[1]
     assert f"3 turns left, if {opponent} plays its maximin strategy): " in provider.create_hint()
     assert f" and {opponent} plays its maximin strategy: " in provider.forecast_action(0)
     session.advance([0, 0])
-    (reviewed,) = review_actions(session, [AdviceQuestion.about(session, 0, players)])
+    (reviewed,) = review_actions(session, [AdviceQuestion.of_session(session, 0, players)])
     assert reviewed.basis.scope == f"if {opponent} plays its maximin strategy"
 
 
 def test_bounds_give_no_regret() -> None:
     session = make_game("collaborative-predator-prey", turns=2).session
     session.advance([0, 0])
-    question = AdviceQuestion.about(session, 0, ["human", "human"])
+    question = AdviceQuestion.of_session(session, 0, ["human", "human"])
     (reviewed,) = review_actions(session, [question])
     assert reviewed.basis.accuracy is Accuracy.UPPER_BOUND
     assert reviewed.regret is None
@@ -222,7 +222,7 @@ def test_the_review_of_two_people_names_the_assumption_of_each() -> None:
     session = make_game("prisoners-dilemma", turns=1).session
     session.advance([DEFECT, COOPERATE])
     people = ["human", "human"]
-    questions = [AdviceQuestion.about(session, seat, people) for seat in (0, 1)]
+    questions = [AdviceQuestion.of_session(session, seat, people) for seat in (0, 1)]
     header, *rows = format_table([*review_actions(session, questions)])
     assert "one of" not in header
     assert any("agent2 plays one of 11 rules" in row and "agent1" in row for row in rows)

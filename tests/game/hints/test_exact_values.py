@@ -740,7 +740,7 @@ def test_a_hint_does_not_depend_on_what_the_partner_observes(partner: str) -> No
         session = Session(problem, dmplay.SeededUniforms(seed), seated, turn_limit=4)
         for _ in range(2):
             session.advance([0, None])
-        provider = HintProvider(session, AdviceQuestion.about(session, 0, ["human", partner]))
+        provider = HintProvider(session, AdviceQuestion.of_session(session, 0, ["human", partner]))
         observed, others = (
             np.array([session.observation_after(seat, turn) for turn in (1, 2)]).tobytes()
             for seat in (0, 1)

@@ -108,20 +108,24 @@ def test_a_ghost_is_shown_during_play_only_if_nothing_is_hidden(
 def test_the_ghost_result_compares_both_scores() -> None:
     session = play_actions("crying-baby", "sing", "sing", limit=2)
     assert (
-        describe_ghost_result(session, [AdviceQuestion.about(session, 0, ["human"])], None)
+        describe_ghost_result(session, [AdviceQuestion.of_session(session, 0, ["human"])], None)
         == "same seed: optimal scored -19, you -19.95"
     )
 
 
 def test_there_is_no_ghost_result_if_the_uniforms_are_not_those_of_the_seed() -> None:
     session = play_actions("hexworld", "w", "w")
-    assert create_best_ghost(session, [AdviceQuestion.about(session, 0, ["human"])])
+    assert create_best_ghost(session, [AdviceQuestion.of_session(session, 0, ["human"])])
     session.reroll()
-    assert describe_ghost_result(session, [AdviceQuestion.about(session, 0, ["human"])], None) == ""
+    assert (
+        describe_ghost_result(session, [AdviceQuestion.of_session(session, 0, ["human"])], None)
+        == ""
+    )
     problem = dmplay.load_problem("hexworld")
     scripted = Session(problem, dmplay.SeededUniforms(7), initial_uniforms=np.array([0.5]))
     assert (
-        describe_ghost_result(scripted, [AdviceQuestion.about(scripted, 0, ["human"])], None) == ""
+        describe_ghost_result(scripted, [AdviceQuestion.of_session(scripted, 0, ["human"])], None)
+        == ""
     )
     assert (
         describe_ghost_result(
@@ -135,16 +139,16 @@ def test_there_is_no_ghost_result_if_people_play_against_each_other() -> None:
     dilemma, hunt = play_actions("prisoners-dilemma"), play_actions("collaborative-predator-prey")
     people = ["human", "human"]
     assert (
-        create_best_ghost(dilemma, [AdviceQuestion.about(dilemma, i, people) for i in (0, 1)])
+        create_best_ghost(dilemma, [AdviceQuestion.of_session(dilemma, i, people) for i in (0, 1)])
         is None
     )
-    assert create_best_ghost(hunt, [AdviceQuestion.about(hunt, i, people) for i in (0, 1)])
+    assert create_best_ghost(hunt, [AdviceQuestion.of_session(hunt, i, people) for i in (0, 1)])
 
 
 def test_the_ghost_of_a_simultaneous_game_is_the_best_response() -> None:
     session = play_actions("prisoners-dilemma", "cooperate", limit=1)
     message = describe_ghost_result(
-        session, [AdviceQuestion.about(session, 0, ["human", "random"])], None
+        session, [AdviceQuestion.of_session(session, 0, ["human", "random"])], None
     )
     assert message == "same seed: plan-rounds scored -3, you -4"
 

@@ -186,7 +186,9 @@ def test_a_hint_is_the_best_response_to_the_opponent_if_possible(rival: str, hin
         action_values = policy.action_values(policy.initial_memory(game.session.state[None]))
         assert action_values is not None
         game.choose(0.0)
-        (move, *_) = review_actions(game.session, [AdviceQuestion.about(game.session, 0, seats)])
+        (move, *_) = review_actions(
+            game.session, [AdviceQuestion.of_session(game.session, 0, seats)]
+        )
         assert [*move.values.values()] == pytest.approx(action_values[0].tolist())
 
 
@@ -233,7 +235,8 @@ def test_a_review_values_each_action_as_the_hint_did(name: str, seat: int) -> No
             recommended.append(parse_hint(episode.hint_provider.create_hint())[0])
     reviewed: list[ReviewedAction] = list(
         review_actions(
-            episode.session, [AdviceQuestion.about(episode.session, seat, episode.player_names)]
+            episode.session,
+            [AdviceQuestion.of_session(episode.session, seat, episode.player_names)],
         )
     )
     available_values = [action_values for action_values in expected if action_values is not None]

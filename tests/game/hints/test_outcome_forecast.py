@@ -88,7 +88,7 @@ def create_screen(name: str, *seats: str) -> PlayScreen:
 
 def open_position(session: Session, seat: int) -> Position:
     """Return the position of a seat, without a model of the other agents."""
-    return Position.with_agent(session, AdviceQuestion.about(session, seat), None)
+    return Position.with_agent(session, AdviceQuestion.of_session(session, seat), None)
 
 
 @pytest.mark.parametrize("name", CASE_NAMES)

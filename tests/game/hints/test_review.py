@@ -57,7 +57,7 @@ def test_the_total_regret_is_the_expected_return_that_the_actions_lose() -> None
     session = Session(dmplay.load_problem("crying-baby"), dmplay.SeededUniforms(5), turn_limit=2)
     for _ in range(2):
         session.advance([FEED])
-    moves = [*review_actions(session, [AdviceQuestion.about(session, 0)])]
+    moves = [*review_actions(session, [AdviceQuestion.of_session(session, 0)])]
     feeding_twice = (-5 - 10 * 0.5) + 0.9 * -5  # the baby is sated after the first turn
     assert total_regret(moves) == pytest.approx(max(moves[0].values.values()) - feeding_twice)
 
@@ -81,7 +81,7 @@ def test_the_data_of_a_review_name_the_basis_of_its_values() -> None:
 def test_ratings_of_2048_are_whole_numbers_and_not_points() -> None:
     session = Session(dmplay.load_problem("2048"), SeededUniforms(3))
     session.advance([UP])
-    (move,) = review_actions(session, [AdviceQuestion.about(session, 0)])
+    (move,) = review_actions(session, [AdviceQuestion.of_session(session, 0)])
     assert all(value == round(value) for value in move.values.values())
     assert str(move).startswith("turn 1, agent: chose up, best action: left or right, regret 9. ")
     assert ". ratings, not points: left 107339, " in str(move)

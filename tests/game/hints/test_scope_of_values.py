@@ -33,7 +33,7 @@ def give_hint(name: str, *, turns: int | None = None, seats: tuple[str, ...] = (
     """Return the first hint of a game for its first seat."""
     problem = dmplay.load_problem(name)
     session = Session(problem, dmplay.SeededUniforms(7), turn_limit=turns)
-    return HintProvider(session, AdviceQuestion.about(session, 0, seats)).create_hint()
+    return HintProvider(session, AdviceQuestion.of_session(session, 0, seats)).create_hint()
 
 
 def play_rounds(name: str, opponent: str, actions: list[float]) -> Session:
@@ -51,13 +51,13 @@ def test_feeding_in_the_last_turn_only_costs_the_effort() -> None:
     session = Session(dmplay.load_problem(BABY), dmplay.SeededUniforms(5))
     for _ in range(19):
         session.advance([2])
-    hint = HintProvider(session, AdviceQuestion.about(session, 0, ["human"])).create_hint()
+    hint = HintProvider(session, AdviceQuestion.of_session(session, 0, ["human"])).create_hint()
     assert hint == (
         "hint by optimal (1 turn left): ignore. "
         "exact values: feed -15.00, sing -10.50, ignore -10.00"
     )
     session.advance([2])
-    (*_, last) = review_actions(session, [AdviceQuestion.about(session, 0, ["human"])])
+    (*_, last) = review_actions(session, [AdviceQuestion.of_session(session, 0, ["human"])])
     assert (last.best, last.regret) == (("ignore",), 0.0)
 
 
@@ -136,7 +136,9 @@ def test_without_a_discount_a_hint_says_how_far_it_looks(name: str, turns: int, 
     problem = dmplay.load_problem(name, discount=1.0)
     session = Session(problem, dmplay.SeededUniforms(7), turn_limit=turns)
     assert (
-        HintProvider(session, AdviceQuestion.about(session, 0, ["human"] * len(problem.agents)))
+        HintProvider(
+            session, AdviceQuestion.of_session(session, 0, ["human"] * len(problem.agents))
+        )
         .create_hint()
         .startswith(hint)
     )
@@ -144,7 +146,7 @@ def test_without_a_discount_a_hint_says_how_far_it_looks(name: str, turns: int, 
 
 def test_an_equilibrium_of_a_game_without_end_says_so_in_a_game_with_an_end() -> None:
     session = Session(RandomGame(), dmplay.SeededUniforms(7), turn_limit=3)
-    provider = HintProvider(session, AdviceQuestion.about(session, 0, ["human", "human"]))
+    provider = HintProvider(session, AdviceQuestion.of_session(session, 0, ["human", "human"]))
     assert provider.create_hint().startswith(
         "hint by equilibrium (turn limit ignored, if the other "
     )
@@ -169,7 +171,7 @@ def test_a_plan_of_a_team_has_no_values_after_the_person_left_it() -> None:
     listen, open_left = 0, 1
     players = ["human", "human"]
     session = Session(parse_team_file(format_dectiger()), dmplay.SeededUniforms(1), turn_limit=3)
-    provider = HintProvider(session, AdviceQuestion.about(session, 0, players))
+    provider = HintProvider(session, AdviceQuestion.of_session(session, 0, players))
     assumption = "if the whole team follows the plan"
     assert provider.create_hint().startswith(
         f"hint by joint-plan (3 turns left, {assumption}): listen. conditional "
@@ -183,7 +185,7 @@ def test_a_plan_of_a_team_has_no_values_after_the_person_left_it() -> None:
         "no values since the plan was left or began again): listen"
     )
     session.advance([listen, listen])
-    question = AdviceQuestion.about(session, 0, players)
+    question = AdviceQuestion.of_session(session, 0, players)
     assert [move.turn for move in review_actions(session, [question])] == [1]
 
 
@@ -191,13 +193,13 @@ def test_advice_beside_a_plan_goes_on_after_the_person_left_the_plan() -> None:
     listen, open_left = 0, 1
     players = ["human", "joint-plan:horizon=3"]
     session = Session(parse_team_file(format_dectiger()), dmplay.SeededUniforms(1), turn_limit=3)
-    provider = HintProvider(session, AdviceQuestion.about(session, 0, players))
+    provider = HintProvider(session, AdviceQuestion.of_session(session, 0, players))
     session.advance([open_left, listen])
     hint = provider.create_hint()
     assert hint.startswith("hint by best-response (2 turns left, with joint-plan:horizon=3, belief")
     assert ": listen. exact values: listen " in hint
     session.advance([listen, listen])
-    question = AdviceQuestion.about(session, 0, players)
+    question = AdviceQuestion.of_session(session, 0, players)
     assert [move.turn for move in review_actions(session, [question])] == [1, 2]
 
 
@@ -224,7 +226,7 @@ def test_values_assume_the_opponent_of_the_game_unless_it_searches(
 def test_values_of_all_states_are_those_of_the_turns_left() -> None:
     problem = dmplay.load_problem("hexworld")
     session = Session(problem, dmplay.SeededUniforms(7), turn_limit=2)
-    provider = HintProvider(session, AdviceQuestion.about(session, 0, ["human"]))
+    provider = HintProvider(session, AdviceQuestion.of_session(session, 0, ["human"]))
     before = provider.build_overlay("values")
     assert provider.is_overlay_ready
     session.advance([0])
@@ -243,13 +245,13 @@ def test_values_of_all_states_are_those_of_the_turns_left() -> None:
 def test_listed_values_say_what_they_are_about() -> None:
     session = Session(dmplay.load_problem(BABY), dmplay.SeededUniforms(5), turn_limit=300)
     assert (
-        HintProvider(session, AdviceQuestion.about(session, 0))
+        HintProvider(session, AdviceQuestion.of_session(session, 0))
         .list_values()
         .full_values_text.startswith("exact values (turn limit ignored): feed ")
     )
     session = Session(dmplay.load_problem(BABY), dmplay.SeededUniforms(5))
     assert (
-        HintProvider(session, AdviceQuestion.about(session, 0))
+        HintProvider(session, AdviceQuestion.of_session(session, 0))
         .list_values()
         .full_values_text.startswith("exact values (20 turns left): feed ")
     )
@@ -268,7 +270,7 @@ def test_regrets_count_the_rounds_left_against_a_known_rule(
 ) -> None:
     session = play_rounds("prisoners-dilemma", opponent, [0.0] * 10)
     reviewed = list(
-        review_actions(session, [AdviceQuestion.about(session, 0, ["human", opponent])])
+        review_actions(session, [AdviceQuestion.of_session(session, 0, ["human", opponent])])
     )
     assert [move.regret for move in reviewed] == regrets
     assert str(reviewed[0]).endswith(
@@ -280,7 +282,7 @@ def test_regrets_count_the_rounds_left_against_a_known_rule(
 def test_no_move_has_a_regret_against_an_unknown_rule(opponent: str) -> None:
     session = play_rounds("prisoners-dilemma", opponent, [0.0] * 10)
     reviewed = list(
-        review_actions(session, [AdviceQuestion.about(session, 0, ["human", opponent])])
+        review_actions(session, [AdviceQuestion.of_session(session, 0, ["human", opponent])])
     )
     assert {move.regret for move in reviewed} == {None}
     unknown = " and not search" * (opponent != "human")
@@ -335,13 +337,13 @@ def test_hint_values_and_review_name_the_other_players(
 ) -> None:
     seats = ["human", opponent]
     session = play_rounds(name, opponent, [0.0] * 2)
-    provider = HintProvider(session.copy_at_start(), AdviceQuestion.about(session, 0, seats))
+    provider = HintProvider(session.copy_at_start(), AdviceQuestion.of_session(session, 0, seats))
     by, _, _ = provider.create_hint().partition("): ")
     assert by.partition(", belief ")[0] == f"hint by best-response (2 turns left, {players}"
     is_real = players.startswith(("against", "with"))
     name = "exact values" if is_real else "conditional values"
     assert provider.list_values().full_values_text.startswith(f"{name} (2 turns left, {players}): ")
-    reviewed = [*review_actions(session, [AdviceQuestion.about(session, 0, seats)])]
+    reviewed = [*review_actions(session, [AdviceQuestion.of_session(session, 0, seats)])]
     assert [move.about for move in reviewed] == [
         f"2 turns left, {players}",
         f"1 turn left, {players}",
@@ -449,7 +451,7 @@ def test_a_hint_beside_a_partner_without_a_known_rule_uses_the_belief_of_the_boa
     for partner in ("search", "human"):
         seated = [None, None if partner == "human" else dmplay.load_agent(problem, 1, partner)]
         session = Session(problem, dmplay.SeededUniforms(1), seated, turn_limit=6)
-        provider = HintProvider(session, AdviceQuestion.about(session, 0, ["human", partner]))
+        provider = HintProvider(session, AdviceQuestion.of_session(session, 0, ["human", partner]))
         hint = provider.create_hint()
         assert hint.startswith("hint by best-response (6 turns left, assuming a random partner): ")
         agent = find_hint_provider(problem, AdviceQuestion(0, 6, ("human", partner)))
