@@ -92,9 +92,9 @@ def __getattr__(name: str) -> object:
 
 def _render_in_notebook(game: object) -> dict[str, str]:
     """Return a game as a notebook shows it; the drawing code is imported on first use."""
-    from dmplay.output.notebook_rendering import mime_bundle
+    from dmplay.output.notebook_rendering import render_mime_bundle
 
-    return mime_bundle(game)
+    return render_mime_bundle(game)
 
 
 notebook_display.register_renderer(_render_in_notebook)

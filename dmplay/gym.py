@@ -85,7 +85,9 @@ class Env(gymnasium.Env[Any, Any]):
 
     def reset(self, *, seed: int | None = None, options: Info | None = None) -> tuple[Any, Info]:
         """Start an episode; `options={"episode": n}` selects the episode of the seed."""
-        self._uniforms = choose_episode(self._uniforms, seed, read_options(options, "episode"))
+        self._uniforms = choose_episode(
+            self._uniforms, seed, check_reset_options(options, "episode")
+        )
         super().reset(seed=None if seed is None else self._uniforms.seed)
         self.session = Session(
             self.problem, self._uniforms, self._policies, turn_limit=self._turn_limit
@@ -239,7 +241,7 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Any, Any]):
 
     def _read_reset_rows(self, options: object) -> Ints | None:
         """Return the rows that the option `reset_mask` marks; None for all rows."""
-        values = read_options(options, "reset_mask")
+        values = check_reset_options(options, "reset_mask")
         if not values:
             return None
         mask = values["reset_mask"]
@@ -317,7 +319,7 @@ def check_render_mode(render_mode: object) -> str | None:
     raise BadParameter(f"render_mode: got {render_mode!r}, expected 'ansi' or None")
 
 
-def read_options(options: object, option: str, *, ignore_unknown: bool = False) -> Info:
+def check_reset_options(options: object, option: str, *, ignore_unknown: bool = False) -> Info:
     """Return the options of a reset, at most this one; raise an error for any other."""
     if options is None:
         return {}

@@ -18,9 +18,9 @@ from dmplay.core.uniforms import SeededUniforms
 from dmplay.errors import IllegalAction
 from dmplay.gym import (
     check_render_mode,
+    check_reset_options,
     check_started,
     choose_episode,
-    read_options,
     render_board,
     resolve_problem,
     resolve_turn_limit,
@@ -72,7 +72,7 @@ class ParallelEnv(pettingzoo.ParallelEnv):  # type: ignore[misc] # PettingZoo is
         `options={"episode": n}` chooses the episode of the seed. Other options are ignored, as
         PettingZoo's own tests require.
         """
-        values = read_options(options, "episode", ignore_unknown=True)
+        values = check_reset_options(options, "episode", ignore_unknown=True)
         self._uniforms = choose_episode(self._uniforms, seed, values)
         session = self.session = Session(self.problem, self._uniforms, turn_limit=self._turn_limit)
         self.agents, self._step_count = [*self.possible_agents], 0

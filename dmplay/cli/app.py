@@ -65,9 +65,9 @@ class CommandGroup(TyperGroup):
             args = ["play", *args]
         with suppress(*ignored_errors):
             if config_files.load_config_files():
-                from dmplay.cli.settings import config_defaults
+                from dmplay.cli.settings import load_command_defaults
 
-                ctx.default_map = config_defaults("".join(args[:1]))
+                ctx.default_map = load_command_defaults("".join(args[:1]))
         return list(super().parse_args(ctx, [*map(_expand_strict, _insert_default_rate(args))]))
 
     def shell_complete(self, ctx: Any, incomplete: str) -> Any:

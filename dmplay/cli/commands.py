@@ -60,12 +60,12 @@ def build_command(name: str) -> Any:
     for shown_command in (command, *getattr(command, "commands", {}).values()):
         for option in shown_command.params:
             option.show_envvar = False
-            if _bare_metavar(option) in PATH_METAVARS:
+            if _strip_metavar(option) in PATH_METAVARS:
                 option.process_value = partial(_refuse_empty_path, option, option.process_value)
     return command
 
 
-def _bare_metavar(option: Any) -> str:
+def _strip_metavar(option: Any) -> str:
     """Return the metavar of an option without brackets and dots; "" for none."""
     return (option.metavar or "").strip("[].")
 
@@ -79,7 +79,7 @@ def _refuse_empty_path(
     the processing, Typer 0.29 has a Path, in which an empty path is the current folder.
     """
     if value == "" or (isinstance(value, tuple | list) and "" in value):
-        metavar = _bare_metavar(option)
+        metavar = _strip_metavar(option)
         name = max(option.opts, key=len) if option.param_type_name == "option" else metavar
         raise BadParameter(f"{name}: got an empty path, expected {metavar}")
     return process_value(context, value)

@@ -20,10 +20,10 @@ VALUE_PATTERN = re.compile(r"Option '(.+?)' (requires an argument|does not take 
 
 def format_error(error: Exception) -> str:
     """Return an error as one line, clipped in its middle if it is long."""
-    return clip_message(replace_modules_by_files(_describe_error(error)))
+    return clip_message(replace_modules_by_files(_format_whole_error(error)))
 
 
-def _describe_error(error: Exception) -> str:
+def _format_whole_error(error: Exception) -> str:
     """Return the full one-line message of an error.
 
     The messages of dmplay's own errors stay as they are. A message of click gets our form: lower

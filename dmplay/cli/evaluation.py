@@ -44,7 +44,7 @@ def _with_batch_options(*without: str) -> Callable[[options.Command], options.Co
     return options.expand_option_group("batch_options", selected, dict)
 
 
-def _make_request(
+def _make_evaluation_request(
     problem: str,
     batch_options: Mapping[str, Any],
     terminal_options: TerminalOptions,
@@ -111,7 +111,7 @@ def run(
     from dmplay.output.selected_episode_recording import TranscriptSelection
 
     return evaluation_report.report_run(
-        _make_request(problem, batch_options, terminal_options, agent),
+        _make_evaluation_request(problem, batch_options, terminal_options, agent),
         episodes=episodes,
         max_standard_error=until_se,
         selection=TranscriptSelection(record, every, worst, best),
@@ -166,7 +166,7 @@ def compare(
     """
     from dmplay.output import evaluation_report
 
-    request = _make_request(problem, batch_options, terminal_options)
+    request = _make_evaluation_request(problem, batch_options, terminal_options)
     rule = evaluation_report.DecisionOptions(decide, bounds, asymptotic)
     return evaluation_report.report_comparison(request, agents, rule, episodes=episodes)
 
@@ -218,7 +218,7 @@ def tournament(
     """
     from dmplay.output import tournament_report
 
-    request = _make_request(problem, batch_options, terminal_options)
+    request = _make_evaluation_request(problem, batch_options, terminal_options)
     return tournament_report.report_tournament(
         request, entrants, episodes=episodes, orders=seats, results_file=output
     )

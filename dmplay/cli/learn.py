@@ -65,7 +65,7 @@ def _complete_lessons(incomplete: str) -> list[str]:
     return [word for word in words if word.startswith(incomplete)]
 
 
-def _complete_puzzles(incomplete: str) -> list[str]:
+def _complete_problems_with_puzzles(incomplete: str) -> list[str]:
     """Return the built-in problems that have puzzles, for completion."""
     from dmplay.tutor.puzzles import list_puzzle_problems
 
@@ -106,7 +106,7 @@ def lesson(
     from dmplay.game.command_line_results import LearnCommand
     from dmplay.output.lesson_report import report_lessons
 
-    source, name = _split_words(words)
+    source, name = _split_lesson_arguments(words)
     if not name:
         return report_lessons(source, as_json=terminal_options.json)
     if terminal_options.json:
@@ -122,7 +122,7 @@ def puzzle(
         options.argument(
             "[PROBLEM[:NUMBER]]",
             "problem, or one of its puzzles, such as catch:7 (default: puzzle of the day)",
-            _complete_puzzles,
+            _complete_problems_with_puzzles,
         ),
     ] = "",
     solution: Annotated[
@@ -185,7 +185,7 @@ def learn_from(
     return MistakesCommand(tuple(paths), terminal_options, trust)
 
 
-def _split_words(words: list[str]) -> tuple[str, str]:
+def _split_lesson_arguments(words: list[str]) -> tuple[str, str]:
     """Return the folder and the lesson of the arguments, each '' if it is missing."""
     if len(words) > 2:
         raise BadParameter(f"got {words[2]!r}, expected at most a folder and a lesson")

@@ -33,7 +33,7 @@ class EffectiveSetting(NamedTuple):
     source: str
 
 
-def configurable_options(command: Any) -> dict[str, Any]:
+def list_configurable_options(command: Any) -> dict[str, Any]:
     """Return the options of a command that config files may set, by long name."""
     by_name = {
         max(option.opts, key=len).lstrip("-"): option
@@ -43,7 +43,7 @@ def configurable_options(command: Any) -> dict[str, Any]:
     return {name: option for name, option in by_name.items() if name not in COMMAND_LINE_ONLY}
 
 
-def config_defaults(name: str) -> dict[str, dict[str, object]]:
+def load_command_defaults(name: str) -> dict[str, dict[str, object]]:
     """Return the values that config files set for a command, as click's default map.
 
     It has the form command -> parameter -> value. Raise UnknownName or BadParameter if a file has
@@ -55,7 +55,7 @@ def config_defaults(name: str) -> dict[str, dict[str, object]]:
         for table in {"play", *file.commands} - {name}:  # `play` has all general options
             deque(_iter_file_options(file, table), maxlen=0)
         if name in COMMANDS:
-            parameters = configurable_options(build_command(name))
+            parameters = list_configurable_options(build_command(name))
             for option, value in _iter_file_options(file, name):
                 values[parameters[option].name] = value
     return {name: values}
@@ -71,7 +71,7 @@ def _iter_file_options(
     project's file sets an option that only the user's own file may set.
     """
     command = build_command(command_name)
-    available = configurable_options(command)
+    available = list_configurable_options(command)
     annotations = inspect.signature(command.callback).parameters if available else {}
     presets = {} if file.key_preset is None else {"keys": file.key_preset}
     general_options = {
@@ -95,7 +95,7 @@ def _iter_file_options(
             )
         is_strict_hints = (option, value) == ("strict", "hints")
         if not is_strict_hints:
-            _check_value(annotations[available[option].name].annotation, value, location)
+            _check_option_value(annotations[available[option].name].annotation, value, location)
         if not file.is_user_file:
             config_files.check_project_option(option, location)
         yield ("strict-hints", True) if is_strict_hints else (option, value)
@@ -116,7 +116,7 @@ def _reject_unknown_names(file: config_files.ConfigFile) -> None:
             raise BadParameter(f"{location}: {name} is a command; choose another name")
 
 
-def _check_value(annotation: Any, value: object, location: str) -> None:
+def _check_option_value(annotation: Any, value: object, location: str) -> None:
     """Raise BadParameter if a value has the wrong type for an option or is out of its bounds.
 
     `annotation` is that of the command's parameter: Annotated, with a Typer option.
@@ -153,11 +153,11 @@ def iter_effective_settings(root: Any) -> Iterator[EffectiveSetting]:
     }
     for name in COMMANDS:
         command = build_command(name)
-        defaults = config_defaults(name)[name]
+        defaults = load_command_defaults(name)[name]
         with command.make_context(
             name, [], parent=root, resilient_parsing=True, default_map=defaults
         ) as context:
-            for option, parameter in configurable_options(command).items():
+            for option, parameter in list_configurable_options(command).items():
                 source = context.get_parameter_source(parameter.name).name
                 origin = {
                     "DEFAULT_MAP": path_by_option.get((name, option), ""),

@@ -46,7 +46,7 @@ def print_completions() -> int:
         line = " ".join(joined_words[: cursor_index + 1])
     elif formatters[shell] is _format_for_powershell:
         line += "" if os.environ.get("_TYPER_COMPLETE_WORD_TO_COMPLETE") else " "
-    completions = _complete_line(line)
+    completions = _complete_last_word(line)
     if shell != "bash" and (option := OPTION_VALUE_PATTERN.search(line)):
         # Typer completes the value, but these shells replace the word.
         completions = [(option[1] + word, help_text) for word, help_text in completions]
@@ -57,7 +57,7 @@ def print_completions() -> int:
     return 0
 
 
-def _complete_line(line: str) -> list[Completion]:
+def _complete_last_word(line: str) -> list[Completion]:
     """Return the safe completions of the last word of a line."""
     os.environ |= {
         COMPLETION_VARIABLE: "complete_fish", ACTION_VARIABLE: "get-args", LINE_VARIABLE: line,

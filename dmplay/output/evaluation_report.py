@@ -26,11 +26,11 @@ from dmplay.game.launch_requests import parse_settings
 from dmplay.output.evaluation_request import (
     EvaluationRequest,
     SettingResult,
-    estimate_row,
-    expand_sweep,
+    iter_settings,
     limit_turns,
     load_entrants,
-    make_lineup,
+    load_players,
+    make_estimate_row,
     make_report,
 )
 from dmplay.output.selected_episode_recording import (
@@ -63,7 +63,7 @@ def report_run(
     selection.check_options()
     results: list[SettingResult] = []
     transcript_rows: list[Row] = []
-    settings, shortfall_reason = [*expand_sweep(request)], ""
+    settings, shortfall_reason = [*iter_settings(request)], ""
     with (
         ProgressBar(
             f"running {request.problem}", quiet=bool(request.output_format), motion=request.motion
@@ -72,7 +72,7 @@ def report_run(
     ):
         for index, setting_request in enumerate(settings):
             limited_request = limit_turns(setting_request)
-            players = make_lineup(limited_request)
+            players = load_players(limited_request)
             try:
                 result = run(
                     players.problem,
@@ -178,7 +178,7 @@ def _iter_data_rows(result: SettingResult) -> Iterator[Row]:
             "seat": earned.seat,
             "agent": name,
             "games": result.run.episodes,
-            **estimate_row(earned.returns),
+            **make_estimate_row(earned.returns),
             **dict(zip(QUANTILE_NAMES, earned.quantiles, strict=True)),
             "mean total": earned.totals.mean,
             "total error": earned.totals.standard_error,
@@ -306,7 +306,7 @@ def report_comparison(
                 f"--seat: {name} is the seat of the compared agents; set another seat"
             )
     lineups, unloaded = load_entrants(
-        problem, entrants, lambda name: make_lineup(request._replace(agent=name)), "comparison"
+        problem, entrants, lambda name: load_players(request._replace(agent=name)), "comparison"
     )
     entrants = [name for name, _ in lineups]
     start_time = time.monotonic()
@@ -343,7 +343,7 @@ def _format_comparison(
 ) -> str:
     """Return the comparison as JSON, CSV or text."""
     named_estimates = zip(entrants, result.return_estimates, strict=True)
-    earned = [{"agent": name} | estimate_row(first) for name, first in named_estimates]
+    earned = [{"agent": name} | make_estimate_row(first) for name, first in named_estimates]
     rows = [
         _build_pair_row(entrants[first], entrants[second], difference)
         for (first, second), difference in result.differences.items()

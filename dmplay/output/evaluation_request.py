@@ -84,7 +84,7 @@ class SettingResult(NamedTuple):
         return " ".join(f"{key}={value}" for key, value in self.swept_parameters.items())
 
 
-def make_lineup(request: EvaluationRequest) -> Lineup:
+def load_players(request: EvaluationRequest) -> Lineup:
     """Return the problem of a request with the agent and the policy of each seat.
 
     Seats without a named agent get a default agent. Raise BadParameter if a person has a seat.
@@ -147,7 +147,7 @@ def limit_turns(request: EvaluationRequest) -> EvaluationRequest:
     return request._replace(turn_limit=min(ceil(turns), DEFAULT_TURN_LIMIT))
 
 
-def expand_sweep(request: EvaluationRequest) -> Iterator[EvaluationRequest]:
+def iter_settings(request: EvaluationRequest) -> Iterator[EvaluationRequest]:
     """Yield the request in each setting of its parameters.
 
     A list such as `0.1,0.2` for a numeric parameter makes several settings; with several lists, all
@@ -170,7 +170,7 @@ def _split_values(value: str, default: object) -> list[str]:
     return value.split(",") if isinstance(default, int | float) else [value]
 
 
-def estimate_row(estimate: Estimate) -> Row:
+def make_estimate_row(estimate: Estimate) -> Row:
     """Return an estimate of a mean as a row of data: mean, standard error and interval."""
     return {
         "mean return": estimate.mean,

@@ -67,12 +67,12 @@ class FilmFrames:
         uses = [
             f'<use href="#{row_id}" y="{FIRST_BASELINE + ROW_HEIGHT * number:.5g}"/>'
             for number, line in enumerate(text.split("\n", allow_blank=True))
-            if (row_id := self._define_row((*line.render(self._console),), definitions))
+            if (row_id := self._get_row_id((*line.render(self._console),), definitions))
         ]
         new_rows = f"<defs>{''.join(definitions)}</defs>\n" if definitions else ""
         return f'<g style="animation-delay: {second}s">{new_rows}{"".join(uses)}</g>\n'
 
-    def _define_row(self, row: tuple[Segment, ...], definitions: list[str]) -> str:
+    def _get_row_id(self, row: tuple[Segment, ...], definitions: list[str]) -> str:
         """Return the id of a row, '' if it is blank; add its drawing to new definitions.
 
         The texts of one style are one element, with spaces between them.
@@ -90,7 +90,7 @@ class FilmFrames:
                         'shape-rendering="crispEdges"/>'
                     )
                 if not text.isspace():
-                    name = self._define_style(ink, style, definitions)
+                    name = self._get_style_class(ink, style, definitions)
                     key = name, column if style.underline else 0
                     texts[key] = f"{texts.get(key, ''):<{column}}{text}"
                 column += len(text)
@@ -102,7 +102,7 @@ class FilmFrames:
             self._row_ids[row] = row_id
         return self._row_ids[row]
 
-    def _define_style(self, ink: str, style: Style, definitions: list[str]) -> str:
+    def _get_style_class(self, ink: str, style: Style, definitions: list[str]) -> str:
         """Return the class of a style; add its rules to the definitions if it is new."""
         rules = [f"fill: {ink}"]
         rules += ["font-weight: bold"] if style.bold else []

@@ -121,7 +121,7 @@ def format_grades(grades: GradingReport, file_count: int, output_format: str = "
     )
 
 
-def _describe_end(grade: Grade) -> str:
+def _describe_game_end(grade: Grade) -> str:
     """Return the end reason of a game, marked as unfinished unless the game ended by itself."""
     is_enough = grade.is_finished or grade.end_reason in {"", "unfinished"}
     return grade.end_reason if is_enough else f"unfinished ({grade.end_reason})"
@@ -161,6 +161,6 @@ def _build_table_row(grade: Grade) -> Row:
         "strict": "hints" if grade.strict == "hints" else "yes" if grade.strict else "no",
         "peeked": "yes" if grade.peeked else "no",
         "notes": escape_newlines(
-            "; ".join(filter(None, [_describe_end(grade), *grade.remarks, *notes]))
+            "; ".join(filter(None, [_describe_game_end(grade), *grade.remarks, *notes]))
         ),
     }

@@ -49,16 +49,16 @@ class _UnwrappedCode(CodeBlock):
         code = str(self.text).rstrip()
         if self.lexer_name != "console":
             text = Syntax(code, self.lexer_name, theme=CODE_THEME).highlight(code)
-            yield from map(_unwrapped_row, text.split("\n"))
+            yield from map(_make_unwrapped_row, text.split("\n"))
             return
         for row in code.split("\n"):
             if row.startswith(SHELL_PROMPT):
-                yield _unwrapped_row(Text(row, "bold"))
+                yield _make_unwrapped_row(Text(row, "bold"))
             else:
                 yield Padding(Text(row), (0, 0, 0, CODE_INDENT))
 
 
-def _unwrapped_row(row: Text) -> Text:
+def _make_unwrapped_row(row: Text) -> Text:
     """Return an indented row that is neither wrapped nor cut."""
     return Text(" " * CODE_INDENT, no_wrap=True, overflow="ignore").append_text(row)
 

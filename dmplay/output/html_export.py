@@ -59,7 +59,7 @@ class PageSteps:
         self.row_numbers: dict[str, int] = {}  # row of a board -> its number
         self.open_step, self.open_content, self.open_text = -1, BoardAndPanel([], []), ""
 
-    def add(self, turn: int, content: BoardAndPanel, text: str) -> None:
+    def add_step(self, turn: int, content: BoardAndPanel, text: str) -> None:
         """Write a step to the log as a list item, and to the data as JSON that is safe in HTML."""
         self.log_file.write("\n" * (self.count > 0) + f"<li>{escape_html(text)}</li>")
         step_json = (
@@ -81,7 +81,7 @@ class PageSteps:
 def render_page(game: Playback, turn: int | None, options: DrawOptions) -> Iterator[str]:
     """Yield the page, open at a turn or the last; raise BadParameter if there is no such turn."""
     with open_spooled_file() as log, open_spooled_file() as data:
-        yield from _render_parts(game, PageSteps(turn, log, data), options)
+        yield from _render_page_parts(game, PageSteps(turn, log, data), options)
 
 
 def open_spooled_file() -> IO[str]:
@@ -89,7 +89,7 @@ def open_spooled_file() -> IO[str]:
     return SpooledTemporaryFile(MAX_MEMORY_CHARACTERS, "w+", encoding="utf-8", newline="")
 
 
-def _render_parts(game: Playback, steps: PageSteps, options: DrawOptions) -> Iterator[str]:
+def _render_page_parts(game: Playback, steps: PageSteps, options: DrawOptions) -> Iterator[str]:
     """Add all steps, and yield the page in parts; raise BadParameter if `--at` is too late."""
     returns, beliefs = _add_all_steps(game, steps, options)
     if steps.open_step < 0:
@@ -103,10 +103,12 @@ def _render_parts(game: Playback, steps: PageSteps, options: DrawOptions) -> Ite
     ]
     goal = "; ".join(game.view_module.goal_lines(game.view(0)))
     result = f"over: {game.narrator.describe_result()}"
-    yield from fill_page(steps, f"dmplay {game.problem_name}", goal, result, filter(None, plots))
+    yield from render_steps_page(
+        steps, f"dmplay {game.problem_name}", goal, result, filter(None, plots)
+    )
 
 
-def fill_page(
+def render_steps_page(
     steps: PageSteps, title: str, goal: str, result: str, plots: Iterable[str] = ()
 ) -> Iterator[str]:
     """Yield the page of these steps, part by part."""
@@ -130,13 +132,13 @@ def fill_page(
         "at": steps.open_step,
     }
     # long parts, yielded in pieces
-    content = {"log": _read_parts(steps.log_file), "data": _iter_script_data(steps)}
+    content = {"log": _iter_file_parts(steps.log_file), "data": _iter_script_data(steps)}
     template = files("dmplay.output").joinpath("page.html").read_text(encoding="utf-8")
     for part in re.split(r"\$(log|data)\b", template):
         yield from content.get(part) or [Template(part).substitute(fields)]
 
 
-def _read_parts(file: IO[str]) -> Iterator[str]:
+def _iter_file_parts(file: IO[str]) -> Iterator[str]:
     """Yield the text of a whole file, part by part."""
     file.seek(0)
     while part := file.read(READ_CHARACTERS):
@@ -146,7 +148,7 @@ def _read_parts(file: IO[str]) -> Iterator[str]:
 def _iter_script_data(steps: PageSteps) -> Iterator[str]:
     """Yield the data of the page's script, as JSON that is safe in HTML."""
     yield f'{{"rows": {_to_script_json([*steps.row_numbers])}, "steps": ['
-    yield from _read_parts(steps.data_file)
+    yield from _iter_file_parts(steps.data_file)
     yield f'], "left": {PLOT_LEFT}, "width": {PLOT_WIDTH}}}'
 
 
@@ -159,14 +161,16 @@ def _add_all_steps(
     game: Playback, steps: PageSteps, options: DrawOptions
 ) -> tuple[list[PlotLine], list[PlotLine]]:
     """Add all steps; return plot lines of each seat's return and of the first seat's belief."""
-    returns, beliefs = [PlotLine(agent, []) for agent in game.problem.agents], _belief_lines(game)
+    returns, beliefs = ([PlotLine(agent, []) for agent in game.problem.agents], _belief_lines(game))
     changes = (
         game.narrator.describe_change(game.snapshot(), turns_before)
         for turns_before in game.iter_agent_turns()
     )
     for text in chain([game.narrator.describe_situation(game.snapshot())], changes):
         snapshot = game.snapshot()
-        steps.add(snapshot.turn, _render_board_and_panel(game, options), escape_unprintable(text))
+        steps.add_step(
+            snapshot.turn, _render_board_and_panel(game, options), escape_unprintable(text)
+        )
         for seat, line in enumerate(returns):
             line.values.append(game.session.seat_return(seat))
         for line, value in zip(

@@ -44,10 +44,12 @@ def _format_table(lessons: LessonList, progress: Sequence[LessonProgress], sourc
         row = [str(lesson.number), lesson.title, lesson.chapter, steps, str(lesson.minutes), mark]
         rows.append(row)
     rows[0].append("")
-    return "\n".join([*align_columns(rows), _describe_next(lessons, progress, source)])
+    return "\n".join([*align_columns(rows), _describe_next_lesson(lessons, progress, source)])
 
 
-def _describe_next(lessons: LessonList, progress: Sequence[LessonProgress], source: str) -> str:
+def _describe_next_lesson(
+    lessons: LessonList, progress: Sequence[LessonProgress], source: str
+) -> str:
     """Return the number of finished lessons, and the command that opens the next one."""
     text, next_lesson = format_finished_count(progress), find_next_lesson(lessons, progress)
     if next_lesson is None:

@@ -28,7 +28,7 @@ LIGHT_THEME_SELECTOR = '[data-jp-theme-light="true"] .dmplay, .vscode-light .dmp
 DARK_THEME_SELECTOR = '[data-jp-theme-light="false"] .dmplay, .vscode-dark .dmplay'
 
 
-def mime_bundle(game: Session | Playback) -> dict[str, str]:
+def render_mime_bundle(game: Session | Playback) -> dict[str, str]:
     """Return a game as a MIME bundle of plain text and HTML.
 
     A running game is shown from the first seat that is played from outside, or from the first seat
@@ -52,7 +52,7 @@ def mime_bundle(game: Session | Playback) -> dict[str, str]:
         else None
     )
     style = load_view_module(session.problem)
-    board, heading = fit_board(style, view, options), f"{title}  {_format_status(session, view)}"
+    board, heading = (fit_board(style, view, options), f"{title}  {_format_status(session, view)}")
     facts = [escape_unprintable(f"{label} {value}") for label, value in style.panel_rows(view)]
     plain = "\n".join(row.rstrip() for row in board.plain.split("\n"))
     return {

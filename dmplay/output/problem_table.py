@@ -56,7 +56,7 @@ def list_rows_of_kind(kind: str) -> list[dict[str, str]]:
     return matching
 
 
-def _format_table(rows: list[dict[str, str]], headings: list[str], width: int) -> str:
+def _format_problem_table(rows: list[dict[str, str]], headings: list[str], width: int) -> str:
     """Return the given columns of table F.1 as lines; only a kind may take several lines."""
     table = [headings, *([_shorten_cell(row[heading]) for heading in headings] for row in rows)]
     sizes = [max(map(len, column)) for column in zip(*table, strict=True)]
@@ -74,7 +74,7 @@ def _format_table(rows: list[dict[str, str]], headings: list[str], width: int) -
     return "\n".join(lines)
 
 
-def fitting_headings(rows: list[dict[str, str]], width: int) -> list[str]:
+def choose_headings(rows: list[dict[str, str]], width: int) -> list[str]:
     """Return as many headings, from the left, as `width` columns can hold, at least one.
 
     A kind may take two rows, so only its longest word must fit.
@@ -102,8 +102,8 @@ def report_problem_table(kind: str, terminal_options: TerminalOptions) -> "Text 
     if terminal_options.json:
         return format_json_report({"problems": rows})
     width = terminal_options.width or shutil.get_terminal_size((PIPE_COLUMNS, 0)).columns
-    headings = fitting_headings(rows, width)
-    table = _format_table(rows, headings, width)
+    headings = choose_headings(rows, width)
+    table = _format_problem_table(rows, headings, width)
     omitted = [*rows[0]][len(headings) :]
     if omitted:
         note = f"columns left out: {', '.join(omitted)}; --width N or --json shows them"

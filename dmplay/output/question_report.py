@@ -50,7 +50,7 @@ def _describe_exercise(exercise: Exercise) -> dict[str, object]:
     question = exercise.question
     situation = question.describe_situation() if question.shows_board else []
     return {
-        "text": [*question.describe_game(), *exercise.introduction, *situation, question.ask()],
+        "text": [*question.describe_game(), *exercise.introduction, *situation, question.prompt()],
         "actions": question.legal_labels,
     }
 

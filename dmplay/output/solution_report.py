@@ -32,30 +32,30 @@ def load_or_solve(
     if not problems.is_built_in(loaded.problem):
         return solve_with_options(loaded.problem, solve_options)
     option_values = solve_options.episodes, solve_options.turns, solve_options.work
-    key_parts = [loaded.name, loaded.parameters, *option_values, __version__, *_source_times()]
+    key_parts = [loaded.name, loaded.parameters, *option_values, __version__, *_list_source_times()]
     key = dumps(key_parts, sort_keys=True, default=str)
     root = user_folder(os.environ, "XDG_CACHE_HOME", ".cache")
     file = root / "solve" / f"{hashlib.sha256(key.encode()).hexdigest()[:16]}.json"
     with suppress(OSError):  # a file that is torn or changed is computed again
         checksum, _, text = read_bytes(file).partition(b"\n")
-        if checksum == _hash(text):
+        if checksum == _compute_checksum(text):
             return Solution(**loads(text))
     result = solve_with_options(loaded.problem, solve_options)
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
         text = dumps(result._asdict()).encode()
-        write_bytes(file, [_hash(text), b"\n", text], continues=True)
+        write_bytes(file, [_compute_checksum(text), b"\n", text], continues=True)
     except (DmplayError, OSError):
         pass  # a solution that cannot be saved is computed again
     return result
 
 
-def _hash(data: bytes) -> bytes:
+def _compute_checksum(data: bytes) -> bytes:
     """Return the checksum of a cached solution, in hexadecimal digits."""
     return hashlib.sha256(data).hexdigest().encode()
 
 
-def _source_times() -> list[int]:
+def _list_source_times() -> list[int]:
     """Return the modification times of this package's files, so that changed code solves again."""
     return [file.stat().st_mtime_ns for file in sorted(Path(__file__).parent.parent.rglob("*.py"))]
 

@@ -12,7 +12,7 @@ from dmplay.game.command_line_results import Printout
 from dmplay.game.export_formats import check_extension_fits_format
 from dmplay.game.watching import WatchedSteps
 from dmplay.output.film import texts_to_animated_svg
-from dmplay.output.html_export import BoardAndPanel, PageSteps, fill_page, open_spooled_file
+from dmplay.output.html_export import BoardAndPanel, PageSteps, open_spooled_file, render_steps_page
 from dmplay.output.html_markup import render_html_rows
 from dmplay.output.svg_export import choose_picture_path, text_to_svg, write_or_print
 from dmplay.views.algorithms.step_frame import compose_pictures, compose_step_rows
@@ -62,11 +62,11 @@ def render_html(watched: WatchedSteps, export: StepExport) -> Iterator[str]:
             pictures = Text("\n").join(compose_pictures(step, watched.problem, export.size))
             content = BoardAndPanel(render_html_rows(pictures), [])
             text = " ".join(filter(None, [f"{step.title}.", *step.sentences, step.formula]))
-            steps.add(number, content, text)
+            steps.add_step(number, content, text)
         algorithm = watched.algorithm
         goal = f"{algorithm.description} ({algorithm.source})"
         result = " ".join(watched.steps[-1].sentences[:2])
-        yield from fill_page(steps, f"dmplay watch {watched.title}", goal, result)
+        yield from render_steps_page(steps, f"dmplay watch {watched.title}", goal, result)
 
 
 STEP_RENDERERS: dict[str, Callable[[WatchedSteps, StepExport], Iterator[str]]] = {

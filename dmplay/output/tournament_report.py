@@ -25,8 +25,8 @@ from dmplay.evaluation.tournament import (
 from dmplay.game.command_line_results import Printout
 from dmplay.output.evaluation_request import (
     EvaluationRequest,
-    estimate_row,
     load_entrants,
+    make_estimate_row,
     make_policy,
     make_report,
 )
@@ -211,7 +211,7 @@ def _build_standing_rows(tournament: TournamentResult) -> list[Row]:
         [-estimate.mean for estimate in tournament.return_estimates], kind="stable"
     ).tolist():
         estimate = tournament.return_estimates[index]
-        row: Row = {"entrant": tournament.entrants[index]} | estimate_row(estimate)
+        row: Row = {"entrant": tournament.entrants[index]} | make_estimate_row(estimate)
         if tournament.best_responses is not None:
             replies = [tournament.entrants[reply] for reply in tournament.best_responses[index]]
             row["best reply to it"] = " or ".join(replies)
@@ -219,9 +219,9 @@ def _build_standing_rows(tournament: TournamentResult) -> list[Row]:
             equilibrium_share = float(np.mean([mix[index] for mix in tournament.equilibrium]))
             row |= {
                 "share in equilibrium": equilibrium_share,
-                "share error": _get_entry(tournament.share_errors, index),
+                "share error": _get_error_entry(tournament.share_errors, index),
                 "regret": float(tournament.regrets[index]),
-                "regret error": _get_entry(tournament.regret_errors, index),
+                "regret error": _get_error_entry(tournament.regret_errors, index),
             }
         if tournament.exact_regrets is not None:
             regret = tournament.exact_regrets[index]
@@ -230,7 +230,7 @@ def _build_standing_rows(tournament: TournamentResult) -> list[Row]:
     return rows
 
 
-def _get_entry(errors: Reals | None, index: int) -> float | None:
+def _get_error_entry(errors: Reals | None, index: int) -> float | None:
     """Return an entry of an array of errors, None if there are none."""
     return None if errors is None else float(errors[index])
 

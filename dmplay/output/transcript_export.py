@@ -47,7 +47,7 @@ class ExportOptions(NamedTuple):
     typed_options: Sequence[str] = ()  # typed options that apply to screens only
 
 
-def _render_screens(
+def _iter_screen_strings(
     game: Playback, viewport: Viewport, draw_row: Callable[[ScreenLine], str], row_end: str
 ) -> Iterator[str]:
     """Yield each screen as a string: its rows, drawn by `draw_row`, with `row_end` between them."""
@@ -85,7 +85,7 @@ def _iter_snapshots(game: Playback) -> Iterator[tuple[SeatSnapshot, list[str]]]:
         yield snapshot, log
 
 
-def _fit_viewport(game: Playback, viewport: Viewport) -> Viewport:
+def _enlarge_viewport(game: Playback, viewport: Viewport) -> Viewport:
     """Return the viewport, enlarged if the problem's own picture would not fit."""
     board_size = viewport.width, viewport.height - ROWS_AROUND_BOARD
     width, height = expand_for_picture(game.view_module, game.view(), *board_size)
@@ -102,13 +102,13 @@ def _draw_screen(game: Playback, options: ExportOptions) -> Text:
     for _, log in _iter_snapshots(game):
         if len(game.session.turns) == options.turn or (options.turn is None and game.is_at_end):
             if options.hint:
-                return _screen_with_hint(game, options.viewport, log)
+                return _draw_screen_with_hint(game, options.viewport, log)
             return compose_frame(game, options.viewport, FrameState(), log)
     turns = format_count(len(game.session.turns), "turn")
     raise BadParameter(f"--at: got {options.turn}, the game has {turns}")
 
 
-def _screen_with_hint(game: Playback, viewport: Viewport, log: list[str]) -> Text:
+def _draw_screen_with_hint(game: Playback, viewport: Viewport, log: list[str]) -> Text:
     """Return the screen of the player who chooses now, with a hint.
 
     Raise BadParameter if the game is over.
@@ -158,7 +158,7 @@ def render_cast(game: Playback, options: ExportOptions) -> Iterator[str]:
 
 def _iter_json_screens(game: Playback, viewport: Viewport) -> Iterator[str]:
     """Yield the screens as a terminal in raw mode receives them, quoted as in JSON."""
-    return _render_screens(
+    return _iter_screen_strings(
         game, viewport, lambda row: _quote_json(to_ansi(row, "default")), _quote_json("\r\n")
     )
 
@@ -170,7 +170,7 @@ def _quote_json(text: str) -> str:
 
 def render_text(game: Playback, options: ExportOptions) -> Iterator[str]:
     """Yield every screen as plain text."""
-    for screen in _render_screens(
+    for screen in _iter_screen_strings(
         game, options.viewport, lambda row: to_plain_text(row).rstrip(), "\n"
     ):
         yield screen.rstrip() + "\n\n"
@@ -181,14 +181,14 @@ def render_csv(game: Playback, options: ExportOptions) -> Iterator[str]:
     columns: dict[str, None] = {}
     rows: list[tuple[object, ...]] = []  # each with the columns known at that turn
     for facts in _iter_turn_facts(game):
-        row = dict(_turn_columns(facts))
+        row = dict(_iter_turn_columns(facts))
         columns |= dict.fromkeys(row)
         rows.append(tuple(map(row.get, columns)))
     for values in [tuple(columns), *rows]:
         yield format_csv_row([*values, *[None] * (len(columns) - len(values))])
 
 
-def _turn_columns(facts: Mapping[str, object]) -> Iterator[tuple[str, object]]:
+def _iter_turn_columns(facts: Mapping[str, object]) -> Iterator[tuple[str, object]]:
     """Yield the column names and values of a turn's facts."""
     for key, value in facts.items():
         for name, item in value.items() if isinstance(value, dict) else [("", value)]:
@@ -280,7 +280,7 @@ def export_transcript(
         width or DEFAULT_COLUMNS, height or EXPORT_FORMATS[format_name].screen_rows, ascii_
     )
     if room.height:
-        room = _fit_viewport(game, room)
+        room = _enlarge_viewport(game, room)
     printout = write_or_print(
         path, RENDERERS[format_name](game, options._replace(viewport=room)), force=force
     )

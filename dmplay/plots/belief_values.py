@@ -200,16 +200,16 @@ def _check_beliefs(subject: PlottedProblem, what: str, state_counts: tuple[int, 
     """Raise BadParameter unless one agent has so many hidden states, and all actions are legal."""
     problem = subject.problem
     if len(problem.agents) > 1:
-        raise subject.refuse(what, f"it has {len(problem.agents)} agents, expected 1")
+        raise subject.make_error(what, f"it has {len(problem.agents)} agents, expected 1")
     if not problem.partially_observable:
-        raise subject.refuse(
+        raise subject.make_error(
             what, f"its agent sees the state; try dmplay plot values {subject.name}"
         )
     count = problem.state_count
     if not isinstance(count, int) or count not in state_counts or not problem.action_counts[0]:
         states = format_count(count, "hidden state") if isinstance(count, int) else "real numbers"
         expected = " or ".join(map(str, state_counts))
-        raise subject.refuse(what, f"it has {states}, expected {expected}; try dmplay solve")
+        raise subject.make_error(what, f"it has {states}, expected {expected}; try dmplay solve")
     legal = problem.legal_actions_mask(problem.enumerate_states())
     if legal is not None and not legal.all():
-        raise subject.refuse(what, "its legal actions depend on the state; try dmplay solve")
+        raise subject.make_error(what, "its legal actions depend on the state; try dmplay solve")

@@ -27,8 +27,8 @@ def plot_payoffs(subject: PlottedProblem) -> Plot:
     """Return the rewards of one round, as a table or as heat maps, with the equilibria."""
     problem = subject.problem
     if len(problem.agents) != 2 or not is_simple_game(problem):
-        raise subject.refuse("payoffs", "expected two agents, one state and all actions legal")
-    subject.refuse_turns("payoffs", "they are those of one round")
+        raise subject.make_error("payoffs", "expected two agents, one state and all actions legal")
+    subject.check_no_turns("payoffs", "they are those of one round")
     payoffs = bimatrix_game.build_payoffs(problem)
     profiles, other_equilibria = find_equilibria(payoffs)
     title = f"{subject.title}: rewards of one round"
@@ -56,7 +56,7 @@ def plot_payoffs(subject: PlottedProblem) -> Plot:
         _make_action_axis(agent, space.labels)
         for agent, space in zip(problem.agents, problem.actions, strict=True)
     )
-    marks = [(_read_number(rows, i), _read_number(columns, j)) for i, j in sorted(cells)]
+    marks = [(_action_number(rows, i), _action_number(columns, j)) for i, j in sorted(cells)]
     panels = [
         GridPanel(
             f"reward of {agent}",
@@ -110,12 +110,12 @@ def _describe_equilibria(subject: PlottedProblem, profiles: Sequence[MixedProfil
 
 def _make_action_axis(agent: str, labels: Sequence[str]) -> Axis:
     """Return the axis of an agent's actions: their numbers, or their positions."""
-    low, high = _read_number(labels, 0), _read_number(labels, len(labels) - 1)
+    low, high = _action_number(labels, 0), _action_number(labels, len(labels) - 1)
     noun = "action" if _are_consecutive_numbers(labels) else "action number"
     return Axis(f"{noun} of {agent}", low, high, is_whole=True)
 
 
-def _read_number(labels: Sequence[str], index: int) -> float:
+def _action_number(labels: Sequence[str], index: int) -> float:
     """Return an action's number: that of its label if all labels are numbers, else from 1 on."""
     return float(labels[index]) if _are_consecutive_numbers(labels) else index + 1.0
 

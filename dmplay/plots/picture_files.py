@@ -95,7 +95,7 @@ def compose_figure(plot: Plot) -> "Figure":
             mappable, ax=scaled_axes, label=label, fraction=0.05, pad=0.02, panchor=False
         )
     title_text = figure.suptitle(title)
-    handles = styles.collect_handles(axes.flat)
+    handles = styles.collect_legend_entries(axes.flat)
     if handles:
         figure.legend(
             handles=handles, loc="lower center", bbox_to_anchor=(0.5, legend_bottom),

@@ -9,7 +9,7 @@ import numpy as np
 from dmplay.core.arrays import Reals
 from dmplay.core.best_actions import VALUE_TOLERANCE
 from dmplay.core.hexgrid import NEIGHBOUR_OFFSETS, Hex
-from dmplay.plots.picture_styles import NOTE_SIZE, REGION_COLOURS, PictureStyles, list_values
+from dmplay.plots.picture_styles import NOTE_SIZE, REGION_COLOURS, PictureStyles, colour_values
 from dmplay.plots.plot_data import (
     BoardPanel,
     Box,
@@ -97,7 +97,7 @@ def draw_panel(ax: "Axes", panel: Panel, styles: PictureStyles) -> None:
             _draw_shapes(ax, panel)
 
 
-def _set_axes(ax: "Axes", x: Axis, y: Axis) -> None:
+def _show_axes(ax: "Axes", x: Axis, y: Axis) -> None:
     """Show the axes with their labels and ranges."""
     from matplotlib.ticker import MaxNLocator
 
@@ -113,10 +113,10 @@ def _set_axes(ax: "Axes", x: Axis, y: Axis) -> None:
 
 def _draw_lines(ax: "Axes", panel: LinePanel, styles: PictureStyles) -> None:
     """Draw series over the regions of the horizontal axis."""
-    _set_axes(ax, panel.x, panel.y)
+    _show_axes(ax, panel.x, panel.y)
     for region in panel.regions:
         ax.axvspan(
-            region.low, region.high, facecolor=styles.colour(region.label),
+            region.low, region.high, facecolor=styles.get_colour(region.label),
             hatch=styles.hatch(region.label), edgecolor="#bbbbbb", linewidth=0.0, zorder=0,
         )  # fmt: skip
         if region.low > panel.x.low:
@@ -154,7 +154,7 @@ def _draw_grid(ax: "Axes", panel: GridPanel, styles: PictureStyles) -> None:
     """Draw a heat map with contour lines, or coloured and hatched regions."""
     from matplotlib.colors import ListedColormap
 
-    _set_axes(ax, panel.x, panel.y)
+    _show_axes(ax, panel.x, panel.y)
     columns, rows = panel.values.shape
     x = np.linspace(panel.x.low, panel.x.high, columns)
     y = np.linspace(panel.y.low, panel.y.high, rows)
@@ -166,7 +166,7 @@ def _draw_grid(ax: "Axes", panel: GridPanel, styles: PictureStyles) -> None:
     if panel.categories:
         used = panel.used_categories
         colours = ListedColormap(
-            [styles.colour(label) if label in used else "none" for label in panel.categories]
+            [styles.get_colour(label) if label in used else "none" for label in panel.categories]
         )
         last = len(panel.categories) - 0.5
         ax.imshow(panel.values.T, cmap=colours, vmin=-0.5, vmax=last, **options)
@@ -221,7 +221,7 @@ def _draw_hexes(ax: "Axes", panel: HexPanel, styles: PictureStyles) -> None:
     from matplotlib.colors import to_hex, to_rgb
     from matplotlib.patches import RegularPolygon
 
-    has_values = len(list_values(panel)) > 0
+    has_values = len(colour_values(panel)) > 0
     scale = styles.add_scale(ax, panel.value_label, is_light=True) if has_values else None
     for cell in panel.cells:
         x, y = _hex_centre(cell.hex)
@@ -269,7 +269,7 @@ def _draw_triangle(ax: "Axes", panel: TrianglePanel, styles: PictureStyles) -> N
             continue
         points = corners @ TRIANGLE_CORNERS
         if not panel.shows_values:
-            colour = styles.colour(action)
+            colour = styles.get_colour(action)
             ax.fill(*points.T, facecolor=colour, edgecolor=colour, linewidth=0.5)
             ax.fill(
                 *points.T, facecolor="none", edgecolor="#999999", linewidth=0.0,
@@ -400,7 +400,7 @@ def _draw_shapes(ax: "Axes", panel: ShapesPanel) -> None:
     """Draw lines, rectangles and labels over two axes."""
     from matplotlib.patches import Rectangle
 
-    _set_axes(ax, panel.x, panel.y)
+    _show_axes(ax, panel.x, panel.y)
     if panel.has_equal_scales:
         ax.set_aspect("equal")
     for order, shape in enumerate(panel.shapes, 2):

@@ -26,7 +26,7 @@ class PictureStyles:
     """The fills of regions and the colour scales of values, the same in all panels of a plot."""
 
     def __init__(self, plot: Plot) -> None:
-        used = dict.fromkeys(name for panel in plot.panels for name in list_regions(panel))
+        used = dict.fromkeys(name for panel in plot.panels for name in list_region_labels(panel))
         self._order = [*dict.fromkeys([*plot.actions, *used])]
         self.labels = [label for label in self._order if label in used]
         series = [item.label for panel in plot.panels for item in getattr(panel, "series", ())]
@@ -37,11 +37,11 @@ class PictureStyles:
         self.legend_rows = ceil(len(entries) / self.legend_columns)
         self.scales: dict[str, tuple[ScalarMappable, list[Axes]]] = {}
         self._values = {
-            label: np.concatenate([list_values(panel) for panel in group])
+            label: np.concatenate([colour_values(panel) for panel in group])
             for label, group in _group_by_value_label(plot.panels).items()
         }
 
-    def colour(self, label: str) -> str:
+    def get_colour(self, label: str) -> str:
         """Return the colour of a region's label."""
         return REGION_COLOURS[self._order.index(label) % len(REGION_COLOURS)]
 
@@ -66,7 +66,7 @@ class PictureStyles:
         axes.append(ax)
         return mappable
 
-    def collect_handles(self, axes: Iterable["Axes"]) -> list["Artist"]:
+    def collect_legend_entries(self, axes: Iterable["Axes"]) -> list["Artist"]:
         """Return the legend's entries: the labelled series of all panels, then the regions."""
         from matplotlib.patches import Patch
 
@@ -76,7 +76,7 @@ class PictureStyles:
             for handle in ax.get_legend_handles_labels()[0]
         }
         patches = [
-            Patch(facecolor=self.colour(label), hatch=self.hatch(label), edgecolor="#777777",
+            Patch(facecolor=self.get_colour(label), hatch=self.hatch(label), edgecolor="#777777",
                   label=label)
             for label in self.labels
         ]  # fmt: skip
@@ -92,12 +92,12 @@ def _group_by_value_label(panels: Sequence[Panel]) -> dict[str, list[Panel]]:
     """Return the panels of each kind of values that colours show."""
     groups: dict[str, list[Panel]] = {}
     for panel in panels:
-        if len(list_values(panel)):
+        if len(colour_values(panel)):
             groups.setdefault(panel.value_label, []).append(panel)  # type: ignore[union-attr]
     return groups
 
 
-def list_values(panel: Panel) -> Reals:
+def colour_values(panel: Panel) -> Reals:
     """Return the values of a panel that colours show."""
     match panel:
         case HexPanel():
@@ -111,7 +111,7 @@ def list_values(panel: Panel) -> Reals:
     return np.zeros(0)
 
 
-def list_regions(panel: Panel) -> Sequence[str]:
+def list_region_labels(panel: Panel) -> Sequence[str]:
     """Return the labels of a panel's regions."""
     match panel:
         case GridPanel():

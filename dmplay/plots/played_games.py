@@ -21,13 +21,13 @@ def plot_belief_path(recording: ReplayRequest) -> Plot:
     list(game.iter_agent_turns())
     problem = game.session.problem
     if not problem.partially_observable:
-        raise BadParameter(f"belief: the agents see the state in {_title(game)}")
+        raise BadParameter(f"belief: the agents see the state in {_format_title(game)}")
     seats = list_human_seats(game.player_names) or [*range(len(problem.agents))]
     panels = [_build_belief_panel(game, seat) for seat in seats]
     notes = ["the mark of the true state is on its line"]
     if len(problem.agents) > 1:
         notes.append("a belief takes the unseen actions of the other agents to be uniformly random")
-    return Plot(f"{_title(game)}: belief by turn", panels, notes=notes)
+    return Plot(f"{_format_title(game)}: belief by turn", panels, notes=notes)
 
 
 def _build_belief_panel(game: Playback, seat: int) -> LinePanel:
@@ -35,7 +35,7 @@ def _build_belief_panel(game: Playback, seat: int) -> LinePanel:
     problem = game.session.problem
     history = game.session.view(seat).beliefs
     if history is None:
-        raise BadParameter(f"belief: there are too many hidden states in {_title(game)}")
+        raise BadParameter(f"belief: there are too many hidden states in {_format_title(game)}")
     beliefs = np.stack([np.asarray(belief) for belief in history])  # [turns + 1, S]
     turns = np.arange(len(beliefs), dtype=float)
     names = [problem.format_state(s) for s in problem.enumerate_states()]
@@ -77,7 +77,7 @@ def plot_regret(recording: ReplayRequest) -> Plot:
     ]
     game_text = ", ".join(filter(None, (first.basis.scope, first.about)))
     notes += [f"the values in turn {first.turn} are about: {game_text}"] if game_text else []
-    return Plot(f"{_title(game)}: regret by turn", panels, notes=notes)
+    return Plot(f"{_format_title(game)}: regret by turn", panels, notes=notes)
 
 
 def _build_regret_panel(
@@ -96,7 +96,7 @@ def _build_regret_panel(
     )
 
 
-def _title(game: Playback) -> str:
+def _format_title(game: Playback) -> str:
     """Return the problem of a game with its settings, and the file."""
     path = game.transcript_path
     return append_scope(game.problem_name, ", ".join(game.settings)) + (

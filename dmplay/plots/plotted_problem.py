@@ -59,17 +59,17 @@ class PlottedProblem(NamedTuple):
             return []
         return [f"a game has at most {format_count(turns, 'turn')}; --turns {turns} plots those"]
 
-    def refuse(self, what: str, reason: str) -> BadParameter:
+    def make_error(self, what: str, reason: str) -> BadParameter:
         """Return the error for a plot that does not fit this problem."""
         return BadParameter(f"{what} does not fit {self.name}: {reason}")
 
-    def refuse_turns(self, what: str, reason: str) -> None:
+    def check_no_turns(self, what: str, reason: str) -> None:
         """Raise BadParameter if a number of turns was asked for."""
         if self.turns is not None:
             raise BadParameter(f"--turns: has no effect on {what} of {self.name}; {reason}")
 
 
-def draw_figure(subject: PlottedProblem, name: str, figure: Figure) -> Plot:
+def call_figure_function(subject: PlottedProblem, name: str, figure: Figure) -> Plot:
     """Return a figure; raise BadParameter if its function returns no plot that can be drawn."""
     plot = figure.draw(subject)
     try:

@@ -101,14 +101,14 @@ def _check_options(request: PlotRequest, used: frozenset[str]) -> None:
 
 def _build_figure(request: PlotRequest) -> Plot:
     """Return a figure that a problem's code defines; that of a figure of the book is known."""
-    from dmplay.plots.plotted_problem import draw_figure
+    from dmplay.plots.plotted_problem import call_figure_function
 
     book_figures = list_book_figures()
     book_name = find_figure_name(request.what, book_figures)
     problem_name = request.subject or (book_figures[book_name].problem if book_name else "")
     if not problem_name:
         raise _make_unknown_plot_error(request.what, [*book_figures])
-    subject = _load_subject(request, problem_name)
+    subject = _load_requested_problem(request, problem_name)
     figures = load_figures(subject.problem)
     name = find_figure_name(request.what, figures)
     if name is None and book_name:
@@ -119,7 +119,7 @@ def _build_figure(request: PlotRequest) -> Plot:
     if name is None:
         raise _make_unknown_plot_error(request.what, [*book_figures, *figures])
     _check_options(request, frozenset({"turns"}) if figures[name].has_turns else frozenset())
-    return draw_figure(subject, name, figures[name])
+    return call_figure_function(subject, name, figures[name])
 
 
 def _make_unknown_plot_error(name: str, figures: Sequence[str]) -> BadParameter | UnknownName:
@@ -129,7 +129,7 @@ def _make_unknown_plot_error(name: str, figures: Sequence[str]) -> BadParameter 
     return UnknownName("plot", name, [*PLOT_KINDS, *figures])
 
 
-def _load_subject(request: PlotRequest, name: str) -> "PlottedProblem":
+def _load_requested_problem(request: PlotRequest, name: str) -> "PlottedProblem":
     """Return the problem of a request with its variant, its settings and its turns."""
     from dmplay.plots.plotted_problem import load_plotted_problem
 
@@ -150,12 +150,12 @@ def _build_game_plot(request: PlotRequest) -> Plot:
 def _build_problem_plot(request: PlotRequest) -> Plot:
     """Return the plot of a problem's values, policy, alpha vectors or payoffs."""
     from dmplay.plots import belief_values, payoffs, state_values
-    from dmplay.plots.plotted_problem import draw_figure
+    from dmplay.plots.plotted_problem import call_figure_function
 
-    subject = _load_subject(request, request.subject)
+    subject = _load_requested_problem(request, request.subject)
     figure = load_figures(subject.problem).get(request.what)
     if figure:
-        return draw_figure(subject, request.what, figure)
+        return call_figure_function(subject, request.what, figure)
     if request.what == "payoffs":
         return payoffs.plot_payoffs(subject)
     if request.what == "alpha-vectors":

@@ -11,7 +11,7 @@ from dmplay.core.arrays import Reals
 from dmplay.core.best_actions import compute_reward_scale
 from dmplay.core.text import VALUE_DECIMALS, format_count
 from dmplay.evaluation.many_games import run
-from dmplay.output.evaluation_request import EvaluationRequest, limit_turns, make_lineup
+from dmplay.output.evaluation_request import EvaluationRequest, limit_turns, load_players
 from dmplay.output.tables import format_mean
 from dmplay.plots.plot_data import LinePanel, Plot, Series
 from dmplay.plots.plotted_problem import load_plotted_problem
@@ -33,7 +33,7 @@ def plot_returns(
     """
     request = limit_turns(request)
     names = [request.agent, *compared_agents]
-    lineups = [make_lineup(request._replace(agent=name)) for name in names]
+    lineups = [load_players(request._replace(agent=name)) for name in names]
     results = [
         run(
             lineup.problem,

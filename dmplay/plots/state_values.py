@@ -90,17 +90,17 @@ def _plot_grid(subject: PlottedProblem, what: str, grid: StateGrid) -> Plot:
     """
     obstacle = explain_mdp_misfit(subject.problem)
     if obstacle:
-        raise subject.refuse(what, obstacle)
+        raise subject.make_error(what, obstacle)
     others = [axis for index, axis in enumerate(grid.axes) if index not in (grid.x, grid.y)]
     slices = [*product(*(axis.points if axis.drawn is None else axis.drawn for axis in others))]
     if len(slices) > MAX_MAPS:
         reason = f"its state_grid has {len(slices)} maps, expected at most {MAX_MAPS}"
-        raise subject.refuse(what, f"{reason}; set drawn of the other axes")
+        raise subject.make_error(what, f"{reason}; set drawn of the other axes")
     mdp = build_finite_mdp(subject.problem)
     q, categories = _iterate_values(mdp, subject), ()
     plotted = q.max(axis=1)
     if what == "policy":
-        plotted = index_best_actions(q, subject.problem.reward_scale)
+        plotted = find_unique_best_actions(q, subject.problem.reward_scale)
         plotted[mdp.terminal] = np.nan
         categories = (*subject.problem.actions[0].labels, EQUAL_LABEL)
     panels = [_build_grid_panel(grid, numbers, plotted, categories) for numbers in slices]
@@ -155,7 +155,7 @@ def _build_grid_panel(
     )
 
 
-def index_best_actions(q: Reals, scale: float = 1.0) -> Reals:
+def find_unique_best_actions(q: Reals, scale: float = 1.0) -> Reals:
     """Return the index of the best action `[N]` of Q `[N, A]`; A if several are equally good."""
     is_best = mark_best_actions(q, scale)
     best = np.where(is_best.sum(axis=1) > 1, q.shape[1], is_best.argmax(axis=1))
@@ -167,12 +167,12 @@ def _plot_state_table(subject: PlottedProblem, what: str) -> Plot:
     problem = subject.problem
     count = problem.state_count if isinstance(problem.state_count, int) else 0
     if len(problem.agents) > 1:
-        raise subject.refuse(what, f"it has {len(problem.agents)} agents, expected 1")
+        raise subject.make_error(what, f"it has {len(problem.agents)} agents, expected 1")
     if not count or not problem.action_counts[0]:
-        raise subject.refuse(what, "it has no list of states and actions; try dmplay solve")
+        raise subject.make_error(what, "it has no list of states and actions; try dmplay solve")
     if count > MAX_LISTED_STATES:
         count_text = format_count(count, "state", ",")
-        raise subject.refuse(
+        raise subject.make_error(
             what, f"it has {count_text}, expected at most {MAX_LISTED_STATES}; try dmplay solve"
         )
     q, states = compute_state_action_values(subject), problem.enumerate_states()

@@ -66,7 +66,7 @@ DIRECTION_GLYPHS = {(0, -1): "←", (0, 1): "→", (-1, 0): "↑", (1, 0): "↓"
 def draw_plot(plot: Plot, columns: int) -> Text:
     """Return a plot as text of at most this number of columns, as far as its content allows."""
     columns = min(max(columns, MIN_COLUMNS), MAX_COLUMNS)
-    actions = _list_actions(plot)
+    actions = _assign_action_letters(plot)
     is_small = len(plot.panels) > 1
     drawings = [_draw_panel(panel, columns, actions, is_small=is_small) for panel in plot.panels]
     width = max(measure_text(drawing)[0] for drawing in drawings) + PANEL_GAP
@@ -97,7 +97,7 @@ def _join_beside(drawings: Sequence[Text], width: int) -> Text:
     return Text("\n").join(lines)
 
 
-def _list_actions(plot: Plot) -> dict[str, str]:
+def _assign_action_letters(plot: Plot) -> dict[str, str]:
     """Return the one-letter glyph of each action that a grid or a triangle of the plot shows.
 
     It is the first letter of the action that no earlier action has, or else a digit.
@@ -119,7 +119,10 @@ def _list_actions(plot: Plot) -> dict[str, str]:
 def _draw_action_legend(actions: dict[str, str]) -> Text:
     """Return the legend of the letters of actions."""
     return _join_legend(
-        [Text(f"{glyph} {name}", _style_of(i)) for i, (name, glyph) in enumerate(actions.items())]
+        [
+            Text(f"{glyph} {name}", _choose_style(i))
+            for i, (name, glyph) in enumerate(actions.items())
+        ]
     )
 
 
@@ -128,7 +131,7 @@ def _join_legend(entries: Sequence[Text]) -> Text:
     return Text("   ").join(entries)
 
 
-def _style_of(index: int) -> str:
+def _choose_style(index: int) -> str:
     """Return the style of a series or an action."""
     return STYLES[index % len(STYLES)]
 
@@ -161,14 +164,14 @@ def _draw_lines(panel: LinePanel, columns: int) -> Text:
     lines = [area.to_text()]
     lines += [_draw_regions(panel, area)] if panel.regions else []
     entries = [
-        Text(f"{_glyph_of(series)} {series.label}", _style_of(series.style))
+        Text(f"{_choose_glyph(series)} {series.label}", _choose_style(series.style))
         for series in panel.series
         if series.label
     ]
     return Text("\n").join([*lines, _join_legend(entries)] if entries else lines)
 
 
-def _glyph_of(series: Series) -> str:
+def _choose_glyph(series: Series) -> str:
     """Return the glyph of a series."""
     if series.is_thin:
         return THIN_GLYPH
@@ -179,7 +182,7 @@ def _glyph_of(series: Series) -> str:
 
 def _draw_series(area: PlotArea, series: Series) -> None:
     """Draw a series as a line, as points or as bars."""
-    glyph, style = _glyph_of(series), _style_of(series.style)
+    glyph, style = _choose_glyph(series), _choose_style(series.style)
     if series.kind == "points":
         for x, y in zip(series.x.tolist(), series.y.tolist(), strict=True):
             area.draw_cell(area.column_of(x), area.row_of(y), glyph, "bold")
@@ -212,7 +215,7 @@ def _draw_regions(panel: LinePanel, area: PlotArea) -> Text:
     lines = []
     for index, region in enumerate(panel.regions):
         interval = f"{region.low:.3f} to {region.high:.3f}"
-        lines.append(Text(f"{panel.x.label} {interval}: {region.label}", _style_of(index)))
+        lines.append(Text(f"{panel.x.label} {interval}: {region.label}", _choose_style(index)))
     return Text("\n").join(lines)
 
 
@@ -231,7 +234,7 @@ def _draw_grid(panel: GridPanel, columns: int, actions: dict[str, str]) -> Text:
             if panel.categories:
                 name = panel.categories[int(value)]
                 index = list(actions).index(name)
-                area.draw_cell(column, row, actions[name], _style_of(index))
+                area.draw_cell(column, row, actions[name], _choose_style(index))
             else:
                 share = (value - low) / (high - low) if high > low else 1.0
                 level = VALUE_LEVELS[round(share * (len(VALUE_LEVELS) - 1))]
@@ -304,7 +307,7 @@ def _draw_triangle(panel: TrianglePanel, actions: dict[str, str], *, is_small: b
             share = (value - low) / (high - low) if high > low else 1.0
             return VALUE_LEVELS[round(share * (len(VALUE_LEVELS) - 1))], "cyan"
         name = panel.best_action(belief)
-        return actions[name], _style_of(list(actions).index(name))
+        return actions[name], _choose_style(list(actions).index(name))
 
     canvas = Canvas()
     draw_belief_triangle(canvas, 0, 0, rows, choose_glyph)

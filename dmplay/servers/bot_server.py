@@ -90,7 +90,7 @@ class BotServer:
         """Update the policy's memory of a game by a `turn` message."""
         game, turn = _decode_count(message, "game", 0), _decode_count(message, "turn")
         if turn:
-            memory = self._memory_of(game)
+            memory = self._get_game_memory(game)
             turn_percept = decode_percept(problem, seat, message)
             for name in getattr(policy.update_memory, "required_fields", ()):
                 if getattr(turn_percept, name) is None:
@@ -100,7 +100,7 @@ class BotServer:
             observation = decode_observation(problem, seat, message["observation"], initial=True)
             self._memories[game] = policy.initial_memory(observation)
 
-    def _memory_of(self, game: int) -> Memory:
+    def _get_game_memory(self, game: int) -> Memory:
         """Return the memory of a game; raise BadParameter before its turn 0."""
         if game not in self._memories:
             raise BadParameter(f"game {game} has no turn 0; send its turn 0 first")
@@ -109,7 +109,7 @@ class BotServer:
     def _answer_act(self, message: JsonObject, problem: Problem, seat: int, policy: Policy) -> str:
         """Return the policy's action as the answer to an `act` message."""
         uniforms = _decode_uniforms(message.get("luck", []), policy.uniform_count)
-        memory = self._memory_of(_decode_count(message, "game", 0))
+        memory = self._get_game_memory(_decode_count(message, "game", 0))
         legal = _decode_legal_mask(problem, seat, message["legal"])
         (choice,) = policy.choose(memory, legal, uniforms)
         action = problem.actions[seat].to_json_value(float(choice))

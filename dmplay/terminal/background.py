@@ -45,12 +45,12 @@ def parse_background_reply(text: str) -> str:
     return "light" if relative_luminance(*parts) > LIGHT_LUMINANCE else "dark"
 
 
-def remember_background(background: str) -> None:
+def remember_background_reply(background: str) -> None:
     """Keep the reply of the terminal for the later screens of this process."""
     _replied_backgrounds[:] = [background]
 
 
-def find_background(env: Mapping[str, str]) -> str:
+def find_background_theme(env: Mapping[str, str]) -> str:
     """Return "dark" or "light" by the terminal's reply or COLORFGBG, or "" if neither is known."""
     if _replied_backgrounds:
         return _replied_backgrounds[0]
@@ -71,7 +71,7 @@ def can_ask_background(env: Mapping[str, str]) -> bool:
     return not (_replied_backgrounds or env.get("TERM", "").startswith(SILENT_TERMINALS))
 
 
-def discard_reply(fd: int, sequences: InputSequences) -> None:
+def discard_late_reply(fd: int, sequences: InputSequences) -> None:
     """Wait for a reply that is still on its way, so that the next program does not read it.
 
     A reply that has begun is read to its end.
@@ -85,5 +85,5 @@ def discard_reply(fd: int, sequences: InputSequences) -> None:
             return
         for token in sequences.feed(chunk.decode("utf-8", "surrogateescape"), time.monotonic()):
             if background := parse_background_reply(token.data):
-                remember_background(background)
+                remember_background_reply(background)
                 sequences.reply_until = 0.0

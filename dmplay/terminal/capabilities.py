@@ -9,7 +9,7 @@ import sys
 from collections.abc import Iterator, Mapping
 from typing import NamedTuple, TextIO
 
-from dmplay.terminal.background import choose_theme, find_background
+from dmplay.terminal.background import choose_theme, find_background_theme
 from dmplay.terminal.input_sequences import remove_sequences
 
 # indices of the input and local flags in a terminal's attributes
@@ -69,14 +69,14 @@ def choose_terminal_settings(
         "TERM is empty" if "TERM" in env else "TERM is not set": not term,
     }
     plain_reason = next((reason for reason, holds in reasons.items() if holds), "")
-    color = _use_color(options.color, env, stdout.isatty() and not dumb)
+    color = _choose_color(options.color, env, stdout.isatty() and not dumb)
     return Terminal(
         full_screen=not plain_reason,
         plain_reason=plain_reason,
         is_interactive=is_stdin_terminal and options.input,
         color=color,
         ascii=options.ascii or _is_c_locale(env) or not _can_encode_unicode(stdout),
-        theme=choose_theme(options.theme, find_background(env)) if color else "mono",
+        theme=choose_theme(options.theme, find_background_theme(env)) if color else "mono",
         width=options.width,
         motion=options.motion,
         can_ask=options.input or not is_stdin_terminal,
@@ -99,7 +99,7 @@ def clear_screen() -> None:
         print(blank, end="", flush=True)
 
 
-def _use_color(color_option: str, env: Mapping[str, str], can_color: bool) -> bool:
+def _choose_color(color_option: str, env: Mapping[str, str], can_color: bool) -> bool:
     """Return whether to use colour, by option, environment and terminal, in this priority."""
     if color_option != "auto":
         return color_option == "always"

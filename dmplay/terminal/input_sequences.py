@@ -91,7 +91,7 @@ class InputSequences:
             position = self._read(data, position)
         return self._take_tokens()
 
-    def expire(self, timestamp: float) -> list[InputToken]:
+    def end_overdue_input(self, timestamp: float) -> list[InputToken]:
         """Return the key Esc if its time has passed, and end a sequence after silence."""
         if self.deadline is not None and timestamp >= self.deadline:
             self._end_silent_sequence()
@@ -112,7 +112,7 @@ class InputSequences:
         """The time at which `expire` changes the state, or None if nothing is unfinished."""
         if self._read == self._read_text:
             return None
-        is_escape = self._read in (self._read_introducer, self._read_intermediates)
+        is_escape = self._read in (self._read_introducer, self._read_to_final_character)
         return self._last_input_at + (self.escape_seconds if is_escape else SILENCE_SECONDS)
 
     def _take_tokens(self) -> list[InputToken]:
@@ -122,17 +122,17 @@ class InputSequences:
 
     def _end_silent_sequence(self) -> None:
         """Drop what is unfinished; an ESC alone was the key, as with Alt and a character."""
-        if self._read in (self._read_introducer, self._read_intermediates):
+        if self._read in (self._read_introducer, self._read_to_final_character):
             self._tokens.append(InputToken(InputKind.SEQUENCE, ESC))
-        if self._read == self._read_intermediates:
+        if self._read == self._read_to_final_character:
             self._tokens.append(InputToken(InputKind.TEXT, self._unfinished[1:]))
-        self._start(self._read_text)
+        self._enter_state(self._read_text)
 
-    def _start(self, read: Callable[[str, int], int], beginning: str = "") -> None:
+    def _enter_state(self, read: Callable[[str, int], int], beginning: str = "") -> None:
         """Enter a state with the beginning of what it reads."""
         self._read, self._unfinished = read, beginning
 
-    def _keep(self, data: str) -> None:
+    def _keep_characters(self, data: str) -> None:
         """Keep more characters of a sequence, at most one more than are reported."""
         self._unfinished += data[: MAX_SEQUENCE_CHARS + 1 - len(self._unfinished)]
 
@@ -140,7 +140,7 @@ class InputSequences:
         """Report the sequence that is complete, unless it is too long."""
         if len(self._unfinished) <= MAX_SEQUENCE_CHARS:
             self._tokens.append(InputToken(InputKind.SEQUENCE, self._unfinished))
-        self._start(self._read_text)
+        self._enter_state(self._read_text)
 
     # The states: each method reads from a position and returns the position after it.
 
@@ -153,39 +153,39 @@ class InputSequences:
         if not control:
             return end
         if control.group() == ESC:
-            self._start(self._read_introducer)
+            self._enter_state(self._read_introducer)
         else:
-            self._introduce(chr((ord(control.group()) & 0xFF) - 0x40))
+            self._begin_sequence(chr((ord(control.group()) & 0xFF) - 0x40))
         return end + 1
 
     def _read_introducer(self, data: str, start: int) -> int:
         """Read the character after ESC; the ESC is a key if nothing begins."""
-        if self._introduce(data[start]):
+        if self._begin_sequence(data[start]):
             if data[start] in INTERMEDIATES:
-                self._read = self._read_intermediates
+                self._read = self._read_to_final_character
             return start + 1
         self._end_silent_sequence()
         return start
 
     def _read_after_cut(self, data: str, start: int) -> int:
         """Read the character after an ESC that cut a sequence off; it is never a key."""
-        if data[start] != ESC and not self._introduce(data[start]):
-            self._start(self._read_text)
+        if data[start] != ESC and not self._begin_sequence(data[start]):
+            self._enter_state(self._read_text)
         return start + 1
 
-    def _introduce(self, introducer: str) -> bool:
+    def _begin_sequence(self, introducer: str) -> bool:
         """Begin the sequence of a character after ESC; return False if it begins none."""
         start = ESC + introducer
         if introducer in "[O":
-            self._start(self._read_csi if introducer == "[" else self._read_string, start)
+            self._enter_state(self._read_csi if introducer == "[" else self._read_string, start)
             self._end_pattern = FINAL_PATTERN
         elif introducer in "]PX^_":
-            self._start(self._read_string, start)
+            self._enter_state(self._read_string, start)
             self._end_pattern = BEL_OR_ST_PATTERN if introducer == "]" else ST_PATTERN
         elif introducer == "\\":
-            self._start(self._read_text)
+            self._enter_state(self._read_text)
         elif introducer in INTERMEDIATES:
-            self._start(self._read_string, start)
+            self._enter_state(self._read_string, start)
             self._end_pattern = ESCAPE_FINAL_PATTERN
         else:
             return False
@@ -195,57 +195,57 @@ class InputSequences:
         """Read up to the character that ends the sequence."""
         ending = self._end_pattern.search(data, start)
         if not ending:
-            self._keep(data[start:])
+            self._keep_characters(data[start:])
             return len(data)
-        self._keep(data[start : ending.start()])
+        self._keep_characters(data[start : ending.start()])
         match ending.group():
             case "\x1b":
                 is_string = self._end_pattern in STRING_PATTERNS
-                self._read = self._read_st if is_string else self._read_after_cut
+                self._read = self._read_string_end if is_string else self._read_after_cut
             case "\x18" | "\x1a":
-                self._start(self._read_text)
+                self._enter_state(self._read_text)
             case final:
-                self._keep("\x07" if self._end_pattern in STRING_PATTERNS else final)
+                self._keep_characters("\x07" if self._end_pattern in STRING_PATTERNS else final)
                 self._report_sequence()
         return ending.end()
 
-    def _read_intermediates(self, data: str, start: int) -> int:
+    def _read_to_final_character(self, data: str, start: int) -> int:
         """Read up to the final character of a sequence that begins with intermediates."""
         return self._read_string(data, start)
 
-    def _read_st(self, data: str, start: int) -> int:
+    def _read_string_end(self, data: str, start: int) -> int:
         """Read the character after an ESC in a string: a backslash completes the string."""
         if data[start] != "\\":
             self._read = self._read_after_cut
             return start
-        self._keep("\x07")
+        self._keep_characters("\x07")
         self._report_sequence()
         return start + 1
 
     def _read_csi(self, data: str, start: int) -> int:
         """Read a sequence after CSI, and the forms that are longer than the grammar says."""
         if self._unfinished == "\x1b[" and data[start] == "M":
-            self._start(self._read_mouse_report)
+            self._enter_state(self._read_mouse_report)
             return start + 1
         # a function key of the Linux console
         if self._unfinished == "\x1b[" and data[start] == "[":
-            self._start(self._read_string, "\x1b[[")
+            self._enter_state(self._read_string, "\x1b[[")
             self._end_pattern = ANY_PATTERN
             return start + 1
         end = self._read_string(data, start)
         if self._tokens and self._tokens[-1] == (InputKind.SEQUENCE, PASTE_START):
             self._tokens.pop()
             self._paste_chars = 0
-            self._start(self._read_paste)
+            self._enter_state(self._read_paste)
         return end
 
     def _read_mouse_report(self, data: str, start: int) -> int:
         """Read and drop the bytes of a mouse report of X10, counted as bytes of UTF-8."""
         self._unfinished += "." * len(data[start].encode("utf-8", "surrogateescape"))
         if data[start] == ESC:
-            self._start(self._read_after_cut)
+            self._enter_state(self._read_after_cut)
         elif len(self._unfinished) >= MOUSE_BYTES or data[start] in (CAN, SUB):
-            self._start(self._read_text)
+            self._enter_state(self._read_text)
         return start + 1
 
     def _read_paste(self, data: str, start: int) -> int:
@@ -266,7 +266,7 @@ class InputSequences:
         else:
             pasted = text[:end]
         self._tokens.append(InputToken(InputKind.PASTE, pasted))
-        self._start(self._read_text)
+        self._enter_state(self._read_text)
         return start + end + len(PASTE_END) - previous_chars
 
 

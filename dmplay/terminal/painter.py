@@ -48,7 +48,7 @@ class Painter:
 
     def enter_screen(self) -> None:
         """Enter the alternate screen and hide the cursor."""
-        self.invalidate()
+        self.mark_screen_unknown()
         self._write(ENTER_SCREEN)
 
     def ask_background(self) -> None:
@@ -63,7 +63,7 @@ class Painter:
         """Leave the alternate screen and restore the terminal."""
         self._write(DISABLE_INPUT_REPORTS + LEAVE_SCREEN)
 
-    def invalidate(self) -> None:
+    def mark_screen_unknown(self) -> None:
         """Mark the screen as unknown, so that the next frame is painted whole."""
         self._displayed_size = (0, 0)
 

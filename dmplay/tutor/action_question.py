@@ -141,7 +141,7 @@ class ActionQuestion:
             if seat != self.seat and name != HUMAN:
                 yield describe_agent(self.game, seat, name)
 
-    def ask(self) -> str:
+    def prompt(self) -> str:
         """Return the question, with the number of turns that are left."""
         turns_left, word = self.position.turns_left, find_turn_word(self.problem)
         limit = (
@@ -231,11 +231,11 @@ class ActionQuestion:
     def explain_action(self, action: int, *, with_beliefs: bool = False) -> list[str]:
         """Return the outcomes of an action: probability, reward and later value, one a line."""
         outcomes = [
-            outcome._replace(text=self._describe_event(outcome))
+            outcome._replace(text=self._describe_perceived_event(outcome))
             for outcome in merge_by_text(self.position.outcomes(action))
         ]
         if len(outcomes) > MAX_LISTED_OUTCOMES:
-            outcomes = [*outcomes[: MAX_LISTED_OUTCOMES - 1], _merge_outcomes(outcomes)]
+            outcomes = [*outcomes[: MAX_LISTED_OUTCOMES - 1], _merge_unlikely_outcomes(outcomes)]
         return [
             f"  with probability {_format_probability(item.probability)} "
             + self._describe_outcome(item, with_beliefs=with_beliefs)
@@ -253,7 +253,7 @@ class ActionQuestion:
         name = "mean reward" if self.problem.partially_observable else "reward"
         return f"{outcome.text}: {name} {self._format_value(outcome.reward)}{belief}, {end}"
 
-    def _describe_event(self, outcome: PossibleOutcome) -> str:
+    def _describe_perceived_event(self, outcome: PossibleOutcome) -> str:
         """Return the perceived part of an outcome as text: a move, an observation, or a reply."""
         if self.problem.partially_observable:
             return outcome.text
@@ -327,13 +327,13 @@ def describe_history(position: PositionInGame) -> str:
     if not problem.partially_observable and problem.state_count != 1:
         return ""
     turns = [
-        f"{word} {number}: {_describe_turn(position, turn)}"
+        f"{word} {number}: {_describe_perceived_turn(position, turn)}"
         for number, turn in enumerate(session.turns, 1)
     ]
     return f"So far: {'; '.join(turns)}."
 
 
-def _describe_turn(position: PositionInGame, turn: Turn) -> str:
+def _describe_perceived_turn(position: PositionInGame, turn: Turn) -> str:
     """Return the player's action in a turn, and what the player perceived."""
     problem, seat = position.problem, position.seat
     own_action = problem.format_action(seat, turn.actions[seat])
@@ -393,7 +393,7 @@ def _join_labels(labels: Sequence[str], conjunction: str) -> str:
     return f" {conjunction} ".join(filter(None, [", ".join(labels[:-1]), labels[-1]]))
 
 
-def _merge_outcomes(outcomes: Sequence[PossibleOutcome]) -> PossibleOutcome:
+def _merge_unlikely_outcomes(outcomes: Sequence[PossibleOutcome]) -> PossibleOutcome:
     """Return all outcomes but the likeliest ones as one, with their mean reward and value."""
     remaining = outcomes[MAX_LISTED_OUTCOMES - 1 :]
     total = sum(item.probability for item in remaining)

@@ -54,7 +54,7 @@ def last_policy_change(position: PositionInGame, state: str = "") -> Truth:
         q = compute_action_values(tables, discount, values)
         is_wrong: Bools = np.any(mark_best_actions(q, scale) & ~best, axis=1)
         values = q.max(axis=1)
-        best_two.append(_describe_best_two(q[rows[0]]))
+        best_two.append(_describe_two_best_values(q[rows[0]]))
         wrong_counts.append(int(is_wrong[rows].sum()))
         last_wrong = len(wrong_counts) if wrong_counts[-1] else last_wrong
         last_wrong_anywhere = len(wrong_counts) if is_wrong.any() else last_wrong_anywhere
@@ -115,7 +115,7 @@ def search_error_share(position: Position, simulations: int) -> Truth:
         count for label, count in counts.items() if max(q.values()) - q[label] >= min_loss
     )
     searches = _describe_choices(simulations, ", ", counts)
-    reason = f"{searches}; {_describe_best_two(np.array([*q.values()]))}"
+    reason = f"{searches}; {_describe_two_best_values(np.array([*q.values()]))}"
     return Truth(wrong_count / SEARCH_RUNS, lambda _: reason)
 
 
@@ -236,7 +236,7 @@ def state_after_undo(position: PositionInGame, action: str) -> Truth:
     return Truth(state, lambda _: reason, list_state_names(problem))
 
 
-def _describe_best_two(values: Reals) -> str:
+def _describe_two_best_values(values: Reals) -> str:
     """Return a clause with the two greatest values of actions, without the actions."""
     greatest = sorted(map(float, values), reverse=True)[:2]
     return f"the best two actions are worth {' and '.join(map(format_number, greatest))}"

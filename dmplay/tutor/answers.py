@@ -30,7 +30,7 @@ class AnswerCheck(NamedTuple):
     reason: str
 
 
-def compute_prediction(position: PositionInGame, prediction: Prediction) -> Truth | None:
+def compute_predicted_value(position: PositionInGame, prediction: Prediction) -> Truth | None:
     """Return the truth that the player predicts; None if it depends on what the player types."""
     return None if prediction.asks else compute_truth(position, prediction.quantity)
 
@@ -89,7 +89,7 @@ def check_answer(
     explanation = truth.explain(str(number))
     cost = f", a cost of {format_number(number)}," * (number != typed)
     reason = f"{format_number(typed)}{cost} is too {direction}"
-    return AnswerCheck(False, reason + _append(explanation))
+    return AnswerCheck(False, reason + _append_explanation(explanation))
 
 
 def describe_right_answer(
@@ -138,7 +138,7 @@ def _check_typed_argument(
     result = prediction.result or f"the {prediction.quantity.name.replace('-', ' ')} is then"
     value = format_number(truth.value)
     sentence = result.replace("{}", value) if "{}" in result else f"{result} {value}"
-    explanation = _append(truth.explain(value))
+    explanation = _append_explanation(truth.explain(value))
     if is_right:
         return AnswerCheck(True, truth.explain(value) if low == high else sentence + explanation)
     is_too_low = low is not None and truth.value < low
@@ -183,7 +183,7 @@ def _check_distribution(truth: Truth, prediction: Prediction, text: str) -> Answ
     direction = "high" if errors[worst] > 0 else "low"
     number = format_number(typed[worst])
     return AnswerCheck(
-        False, f"{number} for {worst} is too {direction}" + _append(truth.explain(text))
+        False, f"{number} for {worst} is too {direction}" + _append_explanation(truth.explain(text))
     )
 
 
@@ -204,6 +204,6 @@ def _format_labels(labels: tuple[str, ...]) -> str:
     return " or ".join(filter(None, [", ".join(labels[:-1]), labels[-1]]))
 
 
-def _append(explanation: str) -> str:
+def _append_explanation(explanation: str) -> str:
     """Return an explanation after a full stop, '' if there is none."""
     return f". {explanation[:1].upper()}{explanation[1:]}" if explanation else ""

@@ -6,7 +6,7 @@ from dmplay.errors import BadParameter
 from dmplay.tutor.action_question import ActionQuestion
 from dmplay.tutor.lesson_run import TutorReply
 from dmplay.tutor.progress import current_day
-from dmplay.tutor.repetition import save_answer
+from dmplay.tutor.repetition import save_first_answer
 
 
 @dataclass(frozen=True)
@@ -38,11 +38,11 @@ class ExerciseRun:
         action = question.parse_answer(text)
         check = question.check_answer(action)
         if check.is_right:
-            self._save(is_right=True)
+            self._save_first_try(is_right=True)
             others = [question.describe_right_actions()] * (len(question.right_actions) > 1)
             lines = (f"right. {check.reason}.", *others, *self.describe_solution())
             return TutorReply(lines, finishes_step=True)
-        self._save(is_right=False)
+        self._save_first_try(is_right=False)
         self.wrong_actions.append(action)
         return TutorReply(
             (
@@ -64,7 +64,7 @@ class ExerciseRun:
         lines = self.exercise.question.describe_solution(self.wrong_actions)
         return (*lines, *self.exercise.learned)
 
-    def _save(self, *, is_right: bool) -> None:
+    def _save_first_try(self, *, is_right: bool) -> None:
         """Save the result of the first try; later ones do not count."""
         if not self.wrong_count:
-            save_answer(self.exercise.key, is_right=is_right, today=current_day())
+            save_first_answer(self.exercise.key, is_right=is_right, today=current_day())

@@ -19,7 +19,7 @@ from dmplay.tutor.positions import PositionInGame, finish_ghost, play_ghost
 from dmplay.tutor.truth import format_number
 
 
-def check_game(position: PositionInGame, task: GameTask) -> AnswerCheck:
+def check_game_conditions(position: PositionInGame, task: GameTask) -> AnswerCheck:
     """Return whether the game satisfies all conditions, with a sentence on each that fails.
 
     If all are satisfied, the sentences contain the numbers that were compared.
@@ -27,13 +27,13 @@ def check_game(position: PositionInGame, task: GameTask) -> AnswerCheck:
     session = position.session
     if session.end_reason not in NATURAL_END_REASONS:
         return AnswerCheck(False, "the game was left before its end")
-    results = [*_iter_results(position, task)]
+    results = [*_iter_condition_results(position, task)]
     failed = [result.reason for result in results if not result.is_right]
     sentences = failed or [result.reason for result in results if result.reason]
     return AnswerCheck(not failed, "; ".join(sentences))
 
 
-def _iter_results(position: PositionInGame, task: GameTask) -> Iterator[AnswerCheck]:
+def _iter_condition_results(position: PositionInGame, task: GameTask) -> Iterator[AnswerCheck]:
     """Yield the result of each condition of a task."""
     session = position.session
     turn_count = len(session.turns) - position.first_turn

@@ -35,16 +35,16 @@ def expected_payoff(position: PositionInGame, action: str, opponent: str) -> Tru
 
     `opponent` is an action, "uniform", or probabilities such as "rock 0.5 paper 0.5".
     """
-    values = _payoffs(position)[0] @ _parse_mixed_strategy(position, opponent)
+    values = _payoff_table(position)[0] @ _parse_mixed_strategy(position, opponent)
     reason = "it is the average reward, weighted by the probabilities of the other's actions"
-    return Truth(float(values[_index(position, action)]), lambda _: reason)
+    return Truth(float(values[_action_index(position, action)]), lambda _: reason)
 
 
 def best_reply(position: PositionInGame, opponent: str) -> Truth:
     """Return the actions with the greatest expected reward in one round against a strategy."""
     mix = _parse_mixed_strategy(position, opponent)
-    payoffs = map(float, _payoffs(position)[0] @ mix)
-    values = dict(zip(_labels(position), payoffs, strict=True))
+    payoffs = map(float, _payoff_table(position)[0] @ mix)
+    values = dict(zip(_action_labels(position), payoffs, strict=True))
     average = " on average" * bool(mix.max() < 1.0)
 
     def explain(answer: str) -> str:
@@ -71,7 +71,8 @@ def level_k_action(position: PositionInGame, level: int) -> Truth:
 def equilibrium_probability(position: PositionInGame, action: str) -> Truth:
     """Return the probability of an action in a Nash equilibrium, in which no change pays."""
     probabilities = [
-        profile[position.seat][_index(position, action)] for profile in _list_equilibria(position)
+        profile[position.seat][_action_index(position, action)]
+        for profile in _list_equilibria(position)
     ]
     explain = agent_probability(position, "nash", action).explain
     return Truth(_require_equal(probabilities, 1.0), explain)
@@ -79,7 +80,7 @@ def equilibrium_probability(position: PositionInGame, action: str) -> Truth:
 
 def equilibrium_payoff(position: PositionInGame) -> Truth:
     """Return the player's expected reward of one round in a Nash equilibrium."""
-    (payoffs, _), labels = _payoffs(position), _labels(position)
+    (payoffs, _), labels = _payoff_table(position), _action_labels(position)
 
     def explain(answer: str) -> str:
         """Return by how much a change pays if both play the action that was typed."""
@@ -104,18 +105,20 @@ def agent_action(position: PositionInGame, agent: str, rounds: Sequence[str]) ->
 
     A round is the player's action and the agent's, such as "cooperate defect".
     """
-    seat, labels = 1 - position.seat, _labels(position, 1)
+    seat, labels = 1 - position.seat, _action_labels(position, 1)
     policy, session = load_agent(position, seat, agent), _replay_rounds(position, rounds)
     choice = SeatedPolicy(session, seat, policy).choose()
 
     def explain(answer: str) -> str:
         """Return the rule of the agent, and what the answer earns it against the last action."""
-        sentence = f"{agent} {_describe_rule(policy)}; this is round {len(rounds) + 1}"
+        sentence = f"{agent} {_summarize_policy(policy)}; this is round {len(rounds) + 1}"
         if not rounds or position.problem.state_count != 1:
             return sentence
         last = rounds[-1].split()[position.seat]
-        cell = _index(position, last), labels.index(answer)
-        player_reward, earned = (format_number(float(table[cell])) for table in _payoffs(position))
+        cell = _action_index(position, last), labels.index(answer)
+        player_reward, earned = (
+            format_number(float(table[cell])) for table in _payoff_table(position)
+        )
         change = f"Had it played {answer} in that round, it would have got {earned}"
         return f"{sentence}. Your last action was {last}. {change}, and you {player_reward}"
 
@@ -169,7 +172,11 @@ def matching_agents(
 
 def agent_probability(position: PositionInGame, agent: str, action: str, state: str = "") -> Truth:
     """Return the probability of an action of an agent in the seat of the player, in a state."""
-    problem, s, index = position.problem, find_state(position, state), _index(position, action)
+    problem, s, index = (
+        position.problem,
+        find_state(position, state),
+        _action_index(position, action),
+    )
     policy = agents.load_hint_agent(problem, position.question, agent).policy
     probabilities = policy.choice_probabilities(policy.initial_memory(s[None]))
     if probabilities is None:
@@ -192,7 +199,7 @@ def agent_probability(position: PositionInGame, agent: str, action: str, state: 
             return ""
         name, opponent = (problem.agents[seat] for seat in (position.seat, 1 - position.seat))
         how = "in proportion" if mix[others].any() else "equally"
-        reply = _labels(position, 1)[int(gains.argmax())]
+        reply = _action_labels(position, 1)[int(gains.argmax())]
         return (
             f"if {name} plays {action} with {format_number(typed)}, and shares out the rest {how}, "
             f"the reply {reply} earns {opponent} {format_number(float(gains.max()))} more on "
@@ -240,7 +247,7 @@ def planned_action(position: PositionInGame, agent: str, history: Sequence[str] 
     provider = agents.load_hint_agent(position.problem, position.question, agent)
     knowledge, policy = position.ask(provider, history=history), provider.policy
     choice = policy.choose(knowledge.memory, None, np.zeros((1, policy.uniform_count)))
-    label, labels = knowledge.format_action(float(choice[0])), _labels(position)
+    label, labels = knowledge.format_action(float(choice[0])), _action_labels(position)
     values = knowledge.values()
 
     def explain(answer: str) -> str:
@@ -255,7 +262,7 @@ def planned_action(position: PositionInGame, agent: str, history: Sequence[str] 
     return Truth(frozenset([label]), explain, labels)
 
 
-def _describe_rule(policy: Policy) -> str:
+def _summarize_policy(policy: Policy) -> str:
     """Return the first sentence on a policy, said to its opponent, without its full stop."""
     rule = (inspect.getdoc(type(policy)) or "").partition("\n")[0].rstrip(".")
     rule = rule.replace("the opponent's", "your").replace("the opponent", "you")
@@ -305,7 +312,7 @@ def _replay_rounds(position: PositionInGame, rounds: Sequence[str]) -> Session:
     return session
 
 
-def _payoffs(position: PositionInGame) -> tuple[Reals, Reals]:
+def _payoff_table(position: PositionInGame) -> tuple[Reals, Reals]:
     """Return the player's and the other's rewards `[own actions, other actions]`."""
     return build_seat_payoffs(position.problem, position.seat)
 
@@ -336,7 +343,7 @@ def _parse_mixed_strategy(position: PositionInGame, text: str) -> Reals:
 
     Raise BadParameter for any other text.
     """
-    labels = _labels(position, 1)
+    labels = _action_labels(position, 1)
     if text == UNIFORM:
         return np.full(len(labels), 1.0 / len(labels))
     is_action = text.strip() in labels
@@ -344,11 +351,11 @@ def _parse_mixed_strategy(position: PositionInGame, text: str) -> Reals:
     return np.array([typed.get(label, 0.0) for label in labels])
 
 
-def _labels(position: PositionInGame, other: int = 0) -> tuple[str, ...]:
+def _action_labels(position: PositionInGame, other: int = 0) -> tuple[str, ...]:
     """Return the labels of the player's actions, or with 1 those of the other agent."""
     return tuple(position.problem.actions[abs(position.seat - other)].labels)
 
 
-def _index(position: PositionInGame, action: str) -> int:
+def _action_index(position: PositionInGame, action: str) -> int:
     """Return the index of the action that a text names."""
     return int(position.problem.parse_action(position.seat, action))

@@ -52,110 +52,110 @@ class TableReader:
         self._table = dict(table)
         self._known_keys: list[str] = []
 
-    def take(self, key: str, kind: type | tuple[type, ...], expected: str) -> object | None:
+    def pop_value(self, key: str, kind: type | tuple[type, ...], expected: str) -> object | None:
         """Return the value of a key, None if it is missing; raise BadParameter for another type."""
         self._known_keys.append(key)
         value = self._table.pop(key, None)
         is_wrong_bool = isinstance(value, bool) and kind is not bool
         if value is not None and (is_wrong_bool or not isinstance(value, kind)):
             example = f", for example {key} = {EXAMPLES[key]}" if key in EXAMPLES else ""
-            raise self.error(key, f"got {value!r}, expected {expected}{example}")
+            raise self.make_error(key, f"got {value!r}, expected {expected}{example}")
         return value
 
-    def error(self, key: str, message: str) -> BadParameter:
+    def make_error(self, key: str, message: str) -> BadParameter:
         """Return the error for a key of this table."""
         path, _, table_name = self.location.partition(": ")
         return BadParameter(f"{path}: {table_name + '.' if table_name else ''}{key}: {message}")
 
-    def text(
+    def read_text(
         self, key: str, default: str | None = None, max_columns: int = MAX_SENTENCE_CHARS
     ) -> str:
         """Return a text; raise BadParameter if it is too long, or missing and has no default."""
-        value = self.take(key, str, "a text")
+        value = self.pop_value(key, str, "a text")
         if value is None and default is None:
             similar = get_close_matches(key, self._table, 1)
             misspelled = f"; got the key {similar[0]!r}" if similar else ""
-            raise self.error(key, f"missing, expected a text{misspelled}")
+            raise self.make_error(key, f"missing, expected a text{misspelled}")
         text = str(default if value is None else value).strip()
         if key not in MULTI_LINE_KEYS and len(text) > max_columns:
-            raise self.error(key, f"got {len(text)} columns, expected at most {max_columns}")
+            raise self.make_error(key, f"got {len(text)} columns, expected at most {max_columns}")
         return text
 
-    def lines(self, key: str) -> tuple[str, ...]:
+    def read_lines(self, key: str) -> tuple[str, ...]:
         """Return the lines of a text; raise BadParameter if they are too many or too long."""
-        rows = tuple(row.strip() for row in self.text(key).splitlines())
+        rows = tuple(row.strip() for row in self.read_text(key).splitlines())
         if not 1 <= len(rows) <= MAX_TEXT_LINES:
-            raise self.error(key, f"got {len(rows)} lines, expected 1 to {MAX_TEXT_LINES}")
+            raise self.make_error(key, f"got {len(rows)} lines, expected 1 to {MAX_TEXT_LINES}")
         for number, row in enumerate(rows, 1):
             if len(row) > MAX_COLUMNS:
                 expected = f"expected at most {MAX_COLUMNS}"
-                raise self.error(key, f"line {number}: got {len(row)} columns, {expected}")
+                raise self.make_error(key, f"line {number}: got {len(row)} columns, {expected}")
         return rows
 
-    def sentence(self, key: str) -> str:
+    def read_sentence(self, key: str) -> str:
         """Return a text as one line; raise BadParameter if it is too long."""
-        sentence = " ".join(self.text(key).split())
+        sentence = " ".join(self.read_text(key).split())
         if not 1 <= len(sentence) <= MAX_SENTENCE_CHARS:
             expected = f"expected 1 to {MAX_SENTENCE_CHARS}"
-            raise self.error(key, f"got {len(sentence)} characters, {expected}")
+            raise self.make_error(key, f"got {len(sentence)} characters, {expected}")
         return sentence
 
-    def number(self, key: str) -> float | None:
+    def read_number(self, key: str) -> float | None:
         """Return a number, None if it is missing; raise BadParameter if it is not finite."""
-        value = self.take(key, (int, float), "a number")
+        value = self.pop_value(key, (int, float), "a number")
         if value is not None and not math.isfinite(float(str(value))):
-            raise self.error(key, f"got {value}, expected a finite number")
+            raise self.make_error(key, f"got {value}, expected a finite number")
         return None if value is None else float(str(value))
 
-    def whole_number(self, key: str, low: int = 0, high: float = math.inf) -> int | None:
+    def read_whole_number(self, key: str, low: int = 0, high: float = math.inf) -> int | None:
         """Return a whole number from `low` to `high`, or None if it is missing."""
-        value = self.take(key, int, f"a whole number, {low} or more")
+        value = self.pop_value(key, int, f"a whole number, {low} or more")
         if isinstance(value, int) and not low <= value <= high:
             bounds = f"{low} or more" if high == math.inf else f"{low} to {high}"
-            raise self.error(key, f"got {value}, expected {bounds}")
+            raise self.make_error(key, f"got {value}, expected {bounds}")
         return value if isinstance(value, int) else None
 
-    def switch(self, key: str, *, default: bool = False) -> bool:
+    def read_switch(self, key: str, *, default: bool = False) -> bool:
         """Return true or false."""
-        value = self.take(key, bool, "true or false")
+        value = self.pop_value(key, bool, "true or false")
         return default if value is None else bool(value)
 
-    def table(self, key: str) -> dict[str, object] | None:
+    def read_table(self, key: str) -> dict[str, object] | None:
         """Return a table, or None if it is missing."""
-        value = self.take(key, dict, "a table")
+        value = self.pop_value(key, dict, "a table")
         return dict(value) if isinstance(value, dict) else None
 
-    def texts(self, key: str) -> tuple[str, ...]:
+    def read_texts(self, key: str) -> tuple[str, ...]:
         """Return a list of texts, empty if it is missing; raise BadParameter for another value."""
-        value = self.take(key, list, "a list of texts")
+        value = self.pop_value(key, list, "a list of texts")
         if value is None:
             return ()
         assert isinstance(value, list)
         if not all(isinstance(entry, str) for entry in value):
-            raise self.error(key, f"got {value!r}, expected a list of texts")
+            raise self.make_error(key, f"got {value!r}, expected a list of texts")
         if len(value) > MAX_TEXTS:
-            raise self.error(key, f"got {len(value)} texts, expected at most {MAX_TEXTS}")
+            raise self.make_error(key, f"got {len(value)} texts, expected at most {MAX_TEXTS}")
         return tuple(value)
 
-    def text_table(self, key: str) -> dict[str, str]:
+    def read_text_table(self, key: str) -> dict[str, str]:
         """Return a table of texts, empty if it is missing; raise BadParameter for other values."""
-        table = self.table(key) or {}
+        table = self.read_table(key) or {}
         for name, value in table.items():
             if not isinstance(value, str):
-                raise self.error(f"{key}.{name}", f"got {value!r}, expected a text")
+                raise self.make_error(f"{key}.{name}", f"got {value!r}, expected a text")
         return {name: str(value) for name, value in table.items()}
 
-    def count_table(self, key: str) -> dict[str, int]:
+    def read_count_table(self, key: str) -> dict[str, int]:
         """Return a table of whole numbers, empty if it is missing."""
-        reader = TableReader(self.table(key) or {}, f"{self.location}.{key}")
-        return {name: reader.whole_number(name) or 0 for name in [*reader.remaining]}
+        reader = TableReader(self.read_table(key) or {}, f"{self.location}.{key}")
+        return {name: reader.read_whole_number(name) or 0 for name in [*reader.unread_values]}
 
     @property
-    def remaining(self) -> dict[str, object]:
+    def unread_values(self) -> dict[str, object]:
         """The keys that were not taken, with their values."""
         return self._table
 
-    def finish(self) -> None:
+    def check_all_read(self) -> None:
         """Raise UnknownName if the table has a key that was not taken."""
         for key in self._table:
             raise UnknownName("key", key, self._known_keys, f"{self.location}: ")
@@ -171,19 +171,19 @@ def read_lesson(
     content = read_toml(path)
     _check_characters(content, str(path))
     table = TableReader(content, str(path))
-    position = table.table("position")
+    position = table.read_table("position")
     if position is None:
-        raise table.error("position", "missing, expected a table with the key problem")
-    step_tables = table.take("steps", list, "tables [[steps]]") or []
+        raise table.make_error("position", "missing, expected a table with the key problem")
+    step_tables = table.pop_value("steps", list, "tables [[steps]]") or []
     assert isinstance(step_tables, list)
     if not 1 <= len(step_tables) <= MAX_STEPS:
-        raise table.error("steps", f"got {len(step_tables)}, expected 1 to {MAX_STEPS}")
-    minutes = table.whole_number("minutes", 1, MAX_MINUTES) or MAX_MINUTES
+        raise table.make_error("steps", f"got {len(step_tables)}, expected 1 to {MAX_STEPS}")
+    minutes = table.read_whole_number("minutes", 1, MAX_MINUTES) or MAX_MINUTES
     lesson = TutorLesson(
         path,
         number,
-        table.text("title", None, MAX_TITLE_COLUMNS),
-        table.text("chapter", "", MAX_TITLE_COLUMNS),
+        table.read_text("title", None, MAX_TITLE_COLUMNS),
+        table.read_text("chapter", "", MAX_TITLE_COLUMNS),
         minutes,
         tuple(
             _read_step(step, position, f"{path}: steps[{index}]", path.parent, trusted=trusted)
@@ -191,7 +191,7 @@ def read_lesson(
         ),
         is_builtin,
     )
-    table.finish()
+    table.check_all_read()
     return replace(lesson, step_keys=make_step_keys(content, path.parent))
 
 
@@ -227,11 +227,11 @@ def _read_step(
     if not isinstance(data, dict):
         raise BadParameter(f"{location}: got {data!r}, expected a table")
     table = TableReader(data, location)
-    own_position = table.table("position") or {}
-    prediction, game = table.table("predict"), table.table("play")
+    own_position = table.read_table("position") or {}
+    prediction, game = table.read_table("predict"), table.read_table("play")
     if (prediction is None) == (game is None):
         raise BadParameter(f"{location}: expected one of the tables predict and play")
-    text = table.lines("text")
+    text = table.read_lines("text")
     position = _read_position({**lesson_position, **own_position}, f"{location}.position")
     load_problem = partial(
         resolve_problem, position.problem, position.parameters, trusted=trusted, folder=folder
@@ -242,11 +242,11 @@ def _read_step(
         _read_prediction(prediction, f"{location}.predict", load_problem)
         if prediction is not None
         else _read_game_task(game or {}, f"{location}.play"),
-        table.sentence("hint"),
-        table.sentence("learned"),
-        table.text("book", ""),
+        table.read_sentence("hint"),
+        table.read_sentence("learned"),
+        table.read_text("book", ""),
     )
-    table.finish()
+    table.check_all_read()
     return step
 
 
@@ -254,14 +254,14 @@ def _read_position(data: Mapping[str, object], location: str) -> PositionText:
     """Return the position of a table."""
     table = TableReader(data, location)
     position = PositionText(
-        table.text("problem"),
-        table.table("parameters") or {},
-        table.whole_number("seed") or 0,
-        table.whole_number("turns", 1, MAX_TURNS),
-        table.text_table("seats"),
-        table.texts("after"),
+        table.read_text("problem"),
+        table.read_table("parameters") or {},
+        table.read_whole_number("seed") or 0,
+        table.read_whole_number("turns", 1, MAX_TURNS),
+        table.read_text_table("seats"),
+        table.read_texts("after"),
     )
-    table.finish()
+    table.check_all_read()
     return position
 
 
@@ -273,22 +273,22 @@ def _read_prediction(
     Those of a quantity whose problem cannot be loaded are not checked.
     """
     table = TableReader(data, location)
-    name, asks = table.text("quantity"), table.text("asks", "")
-    tolerance = table.number("tolerance") or 0.0
-    at_least, at_most = table.number("at_least"), table.number("at_most")
-    result, shows_board = table.text("result", ""), table.switch("board", default=True)
-    watch, watch_first = table.text("watch", ""), table.switch("watch_first")
+    name, asks = table.read_text("quantity"), table.read_text("asks", "")
+    tolerance = table.read_number("tolerance") or 0.0
+    at_least, at_most = table.read_number("at_least"), table.read_number("at_most")
+    result, shows_board = table.read_text("result", ""), table.read_switch("board", default=True)
+    watch, watch_first = table.read_text("watch", ""), table.read_switch("watch_first")
     try:
         quantity = _find_quantity(name, load_problem)
         if watch:
             registry.find_algorithm(watch)
     except (BadParameter, UnknownName) as error:
         raise BadParameter(f"{location}: {error}") from None
-    arguments = _read_arguments(table, quantity, asks) if quantity else table.remaining
+    arguments = _read_arguments(table, quantity, asks) if quantity else table.unread_values
     if asks and at_least is None and at_most is None:
-        raise table.error("asks", "expected at_least or at_most too, the bounds of the value")
+        raise table.make_error("asks", "expected at_least or at_most too, the bounds of the value")
     if watch_first and not watch:
-        raise table.error("watch_first", "expected watch too, the algorithm")
+        raise table.make_error("watch_first", "expected watch too, the algorithm")
     call = QuantityCall(name, arguments)
     return Prediction(
         call, asks, tolerance, at_least, at_most, result, shows_board, watch, watch_first
@@ -311,7 +311,7 @@ def _read_arguments(table: TableReader, quantity: Quantity, asks: str) -> dict[s
     parameters = quantity.parameters
     names = [name for name in parameters if parameters[name].annotation in (str, int, float)]
     if asks and asks not in names:
-        raise table.error("asks", str(UnknownName("parameter", asks, names)))
+        raise table.make_error("asks", str(UnknownName("parameter", asks, names)))
     arguments: dict[str, object] = {}
     for name, parameter in parameters.items():
         if name == asks:
@@ -320,8 +320,8 @@ def _read_arguments(table: TableReader, quantity: Quantity, asks: str) -> dict[s
         if value is not None:
             arguments[name] = value
         elif parameter.default is inspect.Parameter.empty:
-            raise table.error(name, "missing, expected an argument of the quantity")
-    table.finish()
+            raise table.make_error(name, "missing, expected an argument of the quantity")
+    table.check_all_read()
     try:
         quantity.check_arguments(arguments)
     except BadParameter as error:
@@ -332,36 +332,36 @@ def _read_arguments(table: TableReader, quantity: Quantity, asks: str) -> dict[s
 def _read_argument(table: TableReader, name: str, annotation: object) -> object:
     """Return one argument, of the type of the parameter; None if it is missing."""
     if annotation is int:
-        return table.whole_number(name)
+        return table.read_whole_number(name)
     if annotation is float:
-        return table.number(name)
+        return table.read_number(name)
     if annotation == Sequence[str]:
-        return table.texts(name) or None
-    value = table.take(name, str, "a text")
+        return table.read_texts(name) or None
+    value = table.pop_value(name, str, "a text")
     return None if value is None else str(value)
 
 
 def _read_game_task(data: Mapping[str, object], location: str) -> GameTask:
     """Return the game to play and its conditions; raise BadParameter if it has none."""
     table = TableReader(data, location)
-    goal = table.text("goal", None, MAX_GOAL_COLUMNS)
+    goal = table.read_text("goal", None, MAX_GOAL_COLUMNS)
     task = GameTask(
         goal,
-        ends=table.switch("ends"),
-        reaches=table.text("reaches", ""),
-        turns_at_most=table.whole_number("turns_at_most", 1),
-        turns_at_least=table.whole_number("turns_at_least", 1),
-        return_at_least=table.number("return_at_least"),
-        beats=table.text("beats", ""),
-        margin=table.number("margin") or 0.0,
-        regret_at_most=table.number("regret_at_most"),
-        hints_at_most=table.whole_number("hints_at_most"),
-        choices=table.count_table("choices"),
-        choices_at_most=table.count_table("choices_at_most"),
-        shows_belief=table.switch("belief", default=True),
-        strict=table.switch("strict"),
+        ends=table.read_switch("ends"),
+        reaches=table.read_text("reaches", ""),
+        turns_at_most=table.read_whole_number("turns_at_most", 1),
+        turns_at_least=table.read_whole_number("turns_at_least", 1),
+        return_at_least=table.read_number("return_at_least"),
+        beats=table.read_text("beats", ""),
+        margin=table.read_number("margin") or 0.0,
+        regret_at_most=table.read_number("regret_at_most"),
+        hints_at_most=table.read_whole_number("hints_at_most"),
+        choices=table.read_count_table("choices"),
+        choices_at_most=table.read_count_table("choices_at_most"),
+        shows_belief=table.read_switch("belief", default=True),
+        strict=table.read_switch("strict"),
     )
-    table.finish()
+    table.check_all_read()
     settings = {"goal", "margin", "shows_belief"}
     conditions = [value for name, value in vars(task).items() if name not in settings]
     if all(value is None or value is False or value in UNSET_CONDITIONS for value in conditions):

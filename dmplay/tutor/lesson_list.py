@@ -52,7 +52,7 @@ def list_builtin_outlines() -> list[LessonOutline]:
         step_keys, name = make_step_keys(table, path.parent), extract_lesson_name(path)
         title, chapter, minutes = facts
         outlines.append(
-            LessonOutline(_number_of(path, 0), title, chapter, minutes, step_keys, name)
+            LessonOutline(_lesson_number(path, 0), title, chapter, minutes, step_keys, name)
         )
     return outlines
 
@@ -62,7 +62,7 @@ def load_builtin_lessons() -> list[TutorLesson]:
     from dmplay.tutor.lesson_file_reader import read_lesson  # imports the solvers
 
     return [
-        read_lesson(path, _number_of(path, 0), is_builtin=True) for path in list_builtin_paths()
+        read_lesson(path, _lesson_number(path, 0), is_builtin=True) for path in list_builtin_paths()
     ]
 
 
@@ -85,7 +85,7 @@ def load_lessons(source: str, *, trusted: bool = False) -> LessonSet:
     faults: dict[Path, DmplayError] = {}
     for order, path in enumerate(paths, 1):
         try:
-            lessons.append(read_lesson(path, _number_of(path, order), trusted=trusted))
+            lessons.append(read_lesson(path, _lesson_number(path, order), trusted=trusted))
         except DmplayError as error:
             faults[path] = error
     if not lessons:
@@ -104,7 +104,7 @@ def find_lesson(lesson_set: LessonSet, word: str) -> TutorLesson:
         if word in {str(lesson.number), lesson.name, lesson.path.stem}:
             return lesson
     for path, error in faults.items():
-        if word in {str(_number_of(path, 0)), extract_lesson_name(path), path.stem}:
+        if word in {str(_lesson_number(path, 0)), extract_lesson_name(path), path.stem}:
             raise error
     if any(Path(word).glob(f"*{LESSON_SUFFIX}")):
         folder = os.path.join(os.curdir, word)
@@ -113,7 +113,7 @@ def find_lesson(lesson_set: LessonSet, word: str) -> TutorLesson:
     raise UnknownName("lesson", word, names)
 
 
-def _number_of(path: Path, default: int) -> int:
+def _lesson_number(path: Path, default: int) -> int:
     """Return the number at the beginning of a file name, or the default if there is none."""
     digits = path.stem[: len(path.stem) - len(path.stem.lstrip("0123456789"))]
     return int(digits) if digits else default

@@ -71,16 +71,16 @@ class LessonRun:
     def position(self) -> PositionInGame:
         """The game at the position of the current step, opened once."""
         if self._cached_position is None:
-            self._cached_position = self._open(self.step.position)
+            self._cached_position = self._open_position(self.step.position)
         return self._cached_position
 
-    def _open(self, position: PositionText) -> PositionInGame:
+    def _open_position(self, position: PositionText) -> PositionInGame:
         """Return the game at a position."""
-        with self._name_faulty_step():
+        with self._name_step_in_errors():
             return open_position(position, self.lesson.path.parent, trusted=self.trusted)
 
     @contextmanager
-    def _name_faulty_step(self) -> Iterator[None]:
+    def _name_step_in_errors(self) -> Iterator[None]:
         """Run the block; its errors, faults of the lesson, name the file and the step."""
         try:
             yield
@@ -97,8 +97,8 @@ class LessonRun:
         task = self.step.task
         if not self._is_truth_known and isinstance(task, Prediction):
             position = self.position
-            with self._name_faulty_step():
-                self._truth = answers.compute_prediction(position, task)
+            with self._name_step_in_errors():
+                self._truth = answers.compute_predicted_value(position, task)
             self._is_truth_known = True
         return self._truth
 
@@ -114,16 +114,16 @@ class LessonRun:
         """Return the reply to a typed answer; raise BadParameter if it cannot be read."""
         task = self.step.task
         assert isinstance(task, Prediction)
-        return self._reply_to(answers.check_answer(self.position, task, self.truth, text))
+        return self._reply_to_try(answers.check_answer(self.position, task, self.truth, text))
 
     def check_game(self, session: Session) -> TutorReply:
         """Return the reply to a game that was played for the current step."""
         task = self.step.task
         assert isinstance(task, GameTask)
         position = replace(self.position, session=session)
-        with self._name_faulty_step():
-            check = game_checks.check_game(position, task)
-        return self._reply_to(check)
+        with self._name_step_in_errors():
+            check = game_checks.check_game_conditions(position, task)
+        return self._reply_to_try(check)
 
     def is_game_of_step(self, session: Session) -> bool:
         """Return whether a session is the game of the current step: its draws and first turns."""
@@ -133,7 +133,7 @@ class LessonRun:
             and session.problem == expected.problem
             and session.turn_limit == expected.turn_limit
             and not session.reroll_counts
-            and _seed_of(session) == _seed_of(expected)
+            and _get_seed_and_episode(session) == _get_seed_and_episode(expected)
             and len(session.turns) >= first_turn
             and all(
                 np.array_equal(turn.actions, other.actions)
@@ -141,11 +141,11 @@ class LessonRun:
             )
         )
 
-    def _reply_to(self, check: answers.AnswerCheck) -> TutorReply:
+    def _reply_to_try(self, check: answers.AnswerCheck) -> TutorReply:
         """Return the reply to a right or a wrong try; a right one finishes the step."""
         if check.is_right:
             right = f"right. {_to_sentence(check.reason)}".strip()
-            return self._finish(PASSED, (right, self._describe_learned()))
+            return self._finish_step(PASSED, (right, self._describe_lesson_of_step()))
         self.wrong_count += 1
         lines = [f"not yet. {_to_sentence(check.reason)}".strip()]
         if not self.is_hint_given and self.wrong_count == 1:
@@ -181,37 +181,37 @@ class LessonRun:
         )
         sentence = f"answer: {text}." if text else "answer: many are right; see the hint."
         reason = _to_sentence(self.truth.comparison) if self.truth else ""
-        lines = filter(None, (sentence, reason, self._describe_learned()))
-        return self._finish(REVEALED, tuple(lines))
+        lines = filter(None, (sentence, reason, self._describe_lesson_of_step()))
+        return self._finish_step(REVEALED, tuple(lines))
 
-    def skip(self) -> TutorReply:
+    def skip_step(self) -> TutorReply:
         """Go on to the next step; the current one stays open."""
-        self._go_on()
+        self._go_to_open_step()
         return TutorReply(("skipped; the step stays open.",), finishes_step=True)
 
-    def _finish(self, result: str, lines: tuple[str, ...]) -> TutorReply:
+    def _finish_step(self, result: str, lines: tuple[str, ...]) -> TutorReply:
         """Save the result of the current step and go on to the next one."""
         tries = self.wrong_count + (result == PASSED)
         step_result = StepRecord(result, tries, int(self.is_hint_given))
         progress.save_step(self.lesson, self.index, step_result)
         self.finished_steps.add(self.index)
-        self._go_on()
+        self._go_to_open_step()
         return TutorReply(lines, finishes_step=True)
 
-    def _go_on(self) -> None:
+    def _go_to_open_step(self) -> None:
         """Make the next step that is not finished the current one."""
         self.index += 1
         while self.index in self.finished_steps:
             self.index += 1
         self._start_step()
 
-    def _describe_learned(self) -> str:
+    def _describe_lesson_of_step(self) -> str:
         """Return the sentence on what the current step teaches, and where the book explains it."""
         step = self.step
         return f"{step.learned} ({step.book})" if step.book else step.learned
 
 
-def _seed_of(session: Session) -> tuple[int, int] | None:
+def _get_seed_and_episode(session: Session) -> tuple[int, int] | None:
     """Return the seed and the episode of a session's uniforms; None if they are not seeded."""
     source = session.uniform_source
     return (source.seed, source.episode) if isinstance(source, SeededUniforms) else None

@@ -90,11 +90,11 @@ def _make_exercise(
         f"turn {choice.turn} of {path}",
         question,
         tuple(filter(None, introduction)),
-        (f"In the game: {_describe_turn(game, seat, choice.turn)}",),
+        (f"In the game: {_describe_choice_turn(game, seat, choice.turn)}",),
     )
 
 
-def _describe_turn(game: Playback, seat: int, turn: int) -> str:
+def _describe_choice_turn(game: Playback, seat: int, turn: int) -> str:
     """Return a turn as the player of a seat saw it."""
     session = game.session.copy_at_start()
     session.append_turns(game.session.turns[:turn])
@@ -110,7 +110,7 @@ def choose_mistakes(paths: Sequence[Path], today: date, *, trusted: bool = False
     progress = load_question_progress()
     if paths:
         exercises = [item for path in paths for item in list_mistakes(path, trusted=trusted)]
-        chosen = [item for item in exercises if _is_open(progress.get(item.key), today)]
+        chosen = [item for item in exercises if _is_new_or_due(progress.get(item.key), today)]
         return _put_due_first(chosen or exercises, progress)[:MAX_MISTAKES]
     due_keys = [key for key, entry in progress.items() if entry.is_due(today)]
     saves = list_saves()[:MAX_SEARCHED_GAMES]
@@ -118,13 +118,13 @@ def choose_mistakes(paths: Sequence[Path], today: date, *, trusted: bool = False
     for path in sorted(saves, key=lambda path: not _has_key_of_game(due_keys, path)):
         with suppress(DmplayError):
             exercises = list_mistakes(path, trusted=trusted)
-            chosen += [item for item in exercises if _is_open(progress.get(item.key), today)]
+            chosen += [item for item in exercises if _is_new_or_due(progress.get(item.key), today)]
         if len(chosen) >= MAX_MISTAKES:
             break
     return _put_due_first(chosen, progress)[:MAX_MISTAKES]
 
 
-def _is_open(entry: QuestionProgress | None, today: date) -> bool:
+def _is_new_or_due(entry: QuestionProgress | None, today: date) -> bool:
     """Return whether a question was never asked or is due."""
     return entry is None or entry.is_due(today)
 

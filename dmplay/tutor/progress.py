@@ -94,7 +94,9 @@ def load_all_progress(lessons: Sequence[LessonInList]) -> list[LessonProgress]:
     """
     content = PROGRESS_FILE.read()
     if any(_list_old_results(content, lesson) for lesson in lessons):
-        content = PROGRESS_FILE.update(lambda changed: _carry_over(changed, lessons)) or content
+        content = (
+            PROGRESS_FILE.update(lambda changed: _move_old_results(changed, lessons)) or content
+        )
     entries = content.get(STEPS, {})
     return [
         LessonProgress(
@@ -114,7 +116,7 @@ def _list_old_results(content: Mapping[str, Any], lesson: LessonInList) -> list[
     return list(rows) if len(rows) == len(lesson.step_keys) else []
 
 
-def _carry_over(content: dict[str, Any], lessons: Sequence[LessonInList]) -> None:
+def _move_old_results(content: dict[str, Any], lessons: Sequence[LessonInList]) -> None:
     """Move the results that older versions wrote for these lessons to their steps."""
     for lesson in lessons:
         rows = _list_old_results(content, lesson)
@@ -144,7 +146,7 @@ def save_step(lesson: LessonInList, index: int, result: StepRecord) -> None:
 
     def change(content: dict[str, Any]) -> None:
         """Add the result of the step."""
-        _carry_over(content, [lesson])
+        _move_old_results(content, [lesson])
         entries, key = content.setdefault(STEPS, {}), lesson.step_keys[index]
         if key not in entries or entries[key]["result"] != PASSED:
             entries[key] = {**result._asdict(), "date": strftime("%Y-%m-%d")}

@@ -85,7 +85,7 @@ def mine_candidates(name: str) -> list[Candidate]:
         if not is_exact:
             reason = "no agent knows the exact value of each action"
         raise BadParameter(f"{name} has no puzzles, because {reason}")
-    ordered = _alternate_rules(_select_varied_candidates([*candidates.values()]))
+    ordered = _interleave_by_rule(_select_varied_candidates([*candidates.values()]))
     by_question: dict[object, Candidate] = {}
     for candidate in ordered:
         by_question.setdefault(candidate.question_key, candidate)
@@ -130,7 +130,7 @@ def _iter_candidates(
         if not rules:
             return
         for position in iter_positions(game, hint_agent, rules, seed):
-            exact_situation = _describe_exact_situation(position)
+            exact_situation = _make_exact_situation_key(position)
             if exact_situation not in visited:
                 visited.add(exact_situation)
                 yield from _examine_position(game, position, start, rules)
@@ -161,7 +161,11 @@ def _examine_position(
     game: PositionInGame, position: Position, start: PositionText, rules: Sequence[RuleOfThumb]
 ) -> Iterator[Candidate]:
     """Yield a candidate for each action that a rule of thumb chooses and that loses enough."""
-    problem, values, scale = position.problem, _get_values(position), position.problem.reward_scale
+    problem, values, scale = (
+        position.problem,
+        _find_exact_values(position),
+        position.problem.reward_scale,
+    )
     after = tuple(problem.format_action(position.seat, a) for a in position.view.actions)
     for action, rule in find_losing_rules(position, rules):
         yield Candidate(
@@ -171,7 +175,7 @@ def _examine_position(
             position.labels[int(np.nanargmax(values))],
             scale * round(float(np.nanmax(values) - values[action]) / scale, VALUE_DECIMALS),
             describe_situation(position),
-            _describe_question(game, position),
+            _make_question_key(game, position),
         )
 
 
@@ -179,7 +183,7 @@ def find_losing_rules(
     position: Position, rules: Sequence[RuleOfThumb]
 ) -> Iterator[tuple[int, RuleOfThumb]]:
     """Yield the legal actions that lose, each with the first rule that chooses it."""
-    values = _get_values(position)
+    values = _find_exact_values(position)
     best, spread = float(np.nanmax(values)), float(np.nanmax(values) - np.nanmin(values))
     min_loss = max(MIN_LOSS * position.problem.reward_scale, MIN_LOSS_SHARE * spread)
     if spread < min_loss:
@@ -196,7 +200,7 @@ def find_losing_rules(
             yield action, rule
 
 
-def _get_values(position: Position) -> Reals:
+def _find_exact_values(position: Position) -> Reals:
     """Return the values `[A]` of a position whose agent has exact ones, nan if illegal."""
     values = position.values()
     assert values is not None
@@ -217,7 +221,7 @@ def find_rule_belief(position: Position, rule: RuleOfThumb) -> Reals | None:
     return belief
 
 
-def _describe_question(game: PositionInGame, position: Position) -> object:
+def _make_question_key(game: PositionInGame, position: Position) -> object:
     """Return a key that is equal in positions with the same question."""
     problem = position.problem
     state = "" if problem.partially_observable else problem.format_state(position.state)
@@ -239,14 +243,14 @@ def describe_situation(position: Position) -> object:
     return players, position.turns_left == 1, predictions
 
 
-def _describe_exact_situation(position: Position) -> object:
+def _make_exact_situation_key(position: Position) -> object:
     """Return a key that is equal in positions whose values are equal."""
     problem = position.problem
     if problem.partially_observable:
         return position.turns_left, position.view.belief.tobytes()
     if problem.state_count != 1:
         return position.turns_left, problem.format_state(position.state)
-    return position.turns_left, _get_values(position).tobytes()
+    return position.turns_left, _find_exact_values(position).tobytes()
 
 
 def _choose_next_action(game: PositionInGame, position: Position, rule: RuleOfThumb) -> int:
@@ -258,7 +262,7 @@ def _choose_next_action(game: PositionInGame, position: Position, rule: RuleOfTh
     if u < RANDOM_SHARE:
         return legal[int(v * len(legal))]
     action = apply_rule(position, rule)
-    return int(np.nanargmax(_get_values(position))) if action not in legal else action
+    return int(np.nanargmax(_find_exact_values(position))) if action not in legal else action
 
 
 def _select_varied_candidates(candidates: Sequence[Candidate]) -> list[Candidate]:
@@ -272,7 +276,7 @@ def _select_varied_candidates(candidates: Sequence[Candidate]) -> list[Candidate
     return selected
 
 
-def _alternate_rules(candidates: Sequence[Candidate]) -> list[Candidate]:
+def _interleave_by_rule(candidates: Sequence[Candidate]) -> list[Candidate]:
     """Return the candidates such that the rules of thumb take turns, each in the same order."""
     by_rule: dict[RuleOfThumb, list[Candidate]] = {}
     for candidate in candidates:

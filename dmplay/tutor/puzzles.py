@@ -97,7 +97,7 @@ def choose_puzzle(name: str, today: date) -> Puzzle:
     ]
     if not name:
         puzzle = find_puzzle_of_the_day(today)
-        if _key_of(puzzle) not in progress:
+        if _make_progress_key(puzzle) not in progress:
             return puzzle
         own_codes = [code for code in due_codes if split_code(code)[0] in list_puzzle_problems()]
         if own_codes:
@@ -105,11 +105,11 @@ def choose_puzzle(name: str, today: date) -> Puzzle:
         name = split_code(puzzle.code)[0]
     puzzles = list_puzzles(name)
     due = [puzzle for puzzle in puzzles if puzzle.code in due_codes]
-    new = [puzzle for puzzle in puzzles if _key_of(puzzle) not in progress]
+    new = [puzzle for puzzle in puzzles if _make_progress_key(puzzle) not in progress]
     return [*due, *new, *puzzles][0]
 
 
-def _key_of(puzzle: Puzzle) -> str:
+def _make_progress_key(puzzle: Puzzle) -> str:
     """Return the key of a puzzle in the file of progress."""
     return f"{KEY_PREFIX}{puzzle.code}"
 
@@ -128,5 +128,5 @@ def make_exercise(puzzle: Puzzle) -> Exercise:
         learned.append(f"The rule acts on the belief {question.format_belief(belief)}.")
     introduction = tuple(filter(None, [describe_history(position)]))
     return Exercise(
-        _key_of(puzzle), f"puzzle {puzzle.code}", question, introduction, tuple(learned)
+        _make_progress_key(puzzle), f"puzzle {puzzle.code}", question, introduction, tuple(learned)
     )

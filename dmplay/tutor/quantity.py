@@ -101,7 +101,7 @@ class Quantity(NamedTuple):
         own_parameters = {parameter.name: parameter for parameter in parameters}
         return (POSITION_PARAMETERS if first.annotation is Position else {}) | own_parameters
 
-    def apply(self, position: PositionInGame, arguments: Mapping[str, object]) -> Truth:
+    def compute_value(self, position: PositionInGame, arguments: Mapping[str, object]) -> Truth:
         """Return the value at a position, or at the one that some of the arguments describe."""
         first, *parameters = inspect.signature(self.compute, eval_str=True).parameters.values()
         if first.annotation is not Position:
@@ -111,7 +111,7 @@ class Quantity(NamedTuple):
         description: Any = {name: arguments[name] for name in {*arguments}.difference(own_names)}
         return self.compute(position.ask(**description), **own_arguments)
 
-    def find_bounds(self, name: str) -> tuple[float, float]:
+    def find_argument_bounds(self, name: str) -> tuple[float, float]:
         """Return the least and the greatest value of an argument."""
         return {**ARGUMENT_BOUNDS, **self.argument_bounds}.get(name, UNBOUNDED)
 
@@ -119,7 +119,7 @@ class Quantity(NamedTuple):
         """Raise BadParameter for a number beyond its bounds, and for a list that is too long."""
         for name, value in arguments.items():
             if isinstance(value, int | float):
-                low, high = self.find_bounds(name)
+                low, high = self.find_argument_bounds(name)
                 if not low <= value <= high:
                     raise BadParameter(f"{name}: got {value}, expected {low:g} to {high:g}")
             elif isinstance(value, tuple | list) and len(value) > MAX_ARGUMENT_TEXTS:
@@ -183,8 +183,8 @@ def compute_truth(position: PositionInGame, call: QuantityCall, **typed: object)
             problem = f"{position.problem_name} does not fit the quantity {call.name}"
             raise BadParameter(f"{problem}, expected {feature}")
     quantity.check_arguments({**call.arguments, **typed})
-    with _limit_work(call.name):
-        truth = quantity.apply(position, {**call.arguments, **typed})
+    with _run_with_limited_work(call.name):
+        truth = quantity.compute_value(position, {**call.arguments, **typed})
         if not isinstance(truth, Truth):
             raise BadParameter(f"{call.name}: got {truth!r}, expected a Truth")
         value: object = truth.value
@@ -197,7 +197,7 @@ def compute_truth(position: PositionInGame, call: QuantityCall, **typed: object)
     def explain(answer: str) -> str:
         """Return the explanation of a wrong answer, '' if it exceeds the same limits."""
         try:
-            with _limit_work(call.name):
+            with _run_with_limited_work(call.name):
                 return truth.explain(answer)
         except DmplayError:
             if isinstance(truth.value, tuple):  # without an explanation, an order is right
@@ -208,7 +208,7 @@ def compute_truth(position: PositionInGame, call: QuantityCall, **typed: object)
 
 
 @contextmanager
-def _limit_work(name: str) -> Iterator[None]:
+def _run_with_limited_work(name: str) -> Iterator[None]:
     """Run the block with limited work; raise BadParameter if a number is too large."""
     try:
         with limit_total_work(DEFAULT_WORK_LIMIT):

@@ -14,21 +14,23 @@ def load_question_progress() -> dict[str, QuestionProgress]:
     return {key: parse_question_entry(entry) for key, entry in entries.items()}
 
 
-def save_answer(key: str, *, is_right: bool, today: date) -> None:
+def save_first_answer(key: str, *, is_right: bool, today: date) -> None:
     """Save whether the first answer to a question was right, and when the question returns."""
 
     def change(content: dict[str, Any]) -> None:
         """Replace the entry of the question."""
         entries = content.setdefault(QUESTIONS, {})
         earlier = parse_question_entry(entries[key]) if key in entries else None
-        progress = schedule(earlier, is_right=is_right, today=today)
+        progress = update_schedule(earlier, is_right=is_right, today=today)
         due = progress.due.isoformat() if progress.due else ""
         entries[key] = {"right": progress.right_count, "due": due}
 
     PROGRESS_FILE.update(change)
 
 
-def schedule(earlier: QuestionProgress | None, *, is_right: bool, today: date) -> QuestionProgress:
+def update_schedule(
+    earlier: QuestionProgress | None, *, is_right: bool, today: date
+) -> QuestionProgress:
     """Return the progress after an answer.
 
     A question that was missed returns after 1 day. It returns again 3 and 7 days after right

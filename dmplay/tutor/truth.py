@@ -14,7 +14,7 @@ NEGLIGIBLE = 1e-12  # rounding errors below this are printed as 0, at a scale of
 MIN_FIXED = 0.01  # smaller numbers are printed with two significant digits
 
 
-def _explain_nothing(_: str) -> str:
+def _no_explanation(_: str) -> str:
     """Return '': there is no explanation."""
     return ""
 
@@ -30,7 +30,7 @@ class Truth:
     """
 
     value: float | frozenset[str] | tuple[str, ...] | Mapping[str, float]
-    explain: Callable[[str], str] = _explain_nothing
+    explain: Callable[[str], str] = _no_explanation
     labels: tuple[str, ...] = ()  # the labels that an answer may name
     comparison: str = ""  # the numbers that make the answer right
     is_cost: bool = False  # whether the value is a number that counts losses as positive

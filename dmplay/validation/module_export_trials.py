@@ -21,7 +21,7 @@ from dmplay.evaluation.solutions.solve import solve_by_own_code
 from dmplay.game.plot_kinds import Figure, load_figures
 from dmplay.game.position import find_exact_agent
 from dmplay.game.rules_of_thumb import RuleOfThumb, list_rules
-from dmplay.plots.plotted_problem import PlottedProblem, draw_figure
+from dmplay.plots.plotted_problem import PlottedProblem, call_figure_function
 from dmplay.registry.problem_module_exports import (
     defines_export,
     find_export,
@@ -80,7 +80,7 @@ def _try_figure(problem: Problem, name: str, figure: Figure) -> None:
     """Draw a figure, unless it refuses this variant of the problem."""
     subject = PlottedProblem(problem, get_problem_name(problem))
     try:
-        draw_figure(subject, name, figure)
+        call_figure_function(subject, name, figure)
     except BadParameter as error:
         if f"does not fit {subject.name}: " not in str(error):
             raise
@@ -139,7 +139,7 @@ def _choose_argument(
     """Return an argument of a quantity; None for a text of unknown meaning."""
     problem, labels = position.problem, position.problem.actions[position.seat].labels
     if parameter.annotation in (int, float):
-        return parameter.annotation(np.clip(1, *quantity.find_bounds(parameter.name)))
+        return parameter.annotation(np.clip(1, *quantity.find_argument_bounds(parameter.name)))
     if parameter.name == "action" and labels:
         return labels[0]
     return problem.format_state(position.session.state) if parameter.name == "state" else None

@@ -22,9 +22,9 @@ from dmplay.cli.config_files import GENERAL_OPTIONS, PROJECT_FILE_OPTIONS
 from dmplay.cli.parsed_command_runner import interpret_command
 from dmplay.cli.settings import (
     PROBLEM_OPTIONS,
-    config_defaults,
-    configurable_options,
     iter_effective_settings,
+    list_configurable_options,
+    load_command_defaults,
 )
 from dmplay.errors import BadParameter, DmplayError
 from dmplay.game.game_series import GameController
@@ -32,7 +32,7 @@ from tests.support import programs
 
 GROUP: Any = root_command()
 COMMAND_OPTIONS = [
-    (name, option) for name in COMMANDS for option in configurable_options(build_command(name))
+    (name, option) for name in COMMANDS for option in list_configurable_options(build_command(name))
 ]
 # four values that differ from the default
 VALUES_BY_TYPE: Mapping[type, tuple[object, ...]] = {
@@ -108,7 +108,7 @@ def read_options(name: str, *flags: str) -> dict[str, tuple[object, str]]:
                 as_plain_value(command_context.params[parameter.name]),
                 command_context.get_parameter_source(parameter.name).name,
             )
-            for option, parameter in configurable_options(command).items()
+            for option, parameter in list_configurable_options(command).items()
         }
 
 
@@ -151,7 +151,7 @@ def make_option_values(command: Any, parameter: Any, option_index: int) -> Optio
 def test_a_flag_wins_over_a_variable_over_the_project_over_the_user(
     name: str, project_folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    parameters = configurable_options(build_command(name))
+    parameters = list_configurable_options(build_command(name))
     values_by_option = {
         option: make_option_values(build_command(name), entry, number)
         for number, (option, entry) in enumerate(parameters.items())
@@ -181,7 +181,7 @@ def test_a_flag_wins_over_a_variable_over_the_project_over_the_user(
     for option in file_options - set(PROJECT_FILE_OPTIONS):
         write_project_file(project_folder, file([option], 2))
         with pytest.raises(DmplayError, match=f"^dmplay.toml: {name}.{option}: this file may set"):
-            config_defaults(name)
+            load_command_defaults(name)
     project_options = values_by_option.keys() & PROJECT_FILE_OPTIONS
     write_project_file(project_folder, file(project_options, 2))
     assert read_options(name) == (
@@ -201,7 +201,7 @@ def test_a_general_setting_reaches_every_command_that_has_it(
     value = GENERAL_VALUES.get(option, "never")
     write_user_file(project_folder, f"{option} = {json.dumps(value)}\n")
     command_names = [
-        name for name in COMMANDS if option in configurable_options(build_command(name))
+        name for name in COMMANDS if option in list_configurable_options(build_command(name))
     ]
     assert len(command_names) > 1
     for name in command_names:
@@ -304,7 +304,7 @@ def test_an_invalid_file_is_reported_in_one_line(
         "config.toml"
     ) else write_project_file(project_folder, text)
     with pytest.raises(DmplayError) as error:
-        config_defaults("list")
+        load_command_defaults("list")
     assert str(error.value).removeprefix(f"{project_folder}/home/dmplay/").startswith(message)
     assert "\n" not in str(error.value)
 
@@ -363,7 +363,7 @@ def test_any_file_is_read_or_refused_in_one_line(
         "\n".join(f"{json.dumps(key)} = {format_toml(v)}" for key, v in options_by_name.items()),
     )
     values: dict[str, object] = {}
-    if not is_refused(lambda: values.update(config_defaults("play")["play"])):
+    if not is_refused(lambda: values.update(load_command_defaults("play")["play"])):
         assert set(options_by_name) <= {*GENERAL_OPTIONS, "keys", "aliases", *COMMANDS}
         assert values.keys() <= {parameter.name for parameter in build_command("play").params}
 

@@ -28,7 +28,7 @@ def test_a_word_is_a_lesson_unless_it_is_a_path(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     (tmp_path / "9").mkdir()
-    assert learn._split_words([]) == ("", "")
-    assert learn._split_words(["9"]) == ("", "9")
-    assert learn._split_words(["9", "2"]) == ("9", "2")
-    assert learn._split_words(["./9/", "2"]) == ("./9/", "2")
+    assert learn._split_lesson_arguments([]) == ("", "")
+    assert learn._split_lesson_arguments(["9"]) == ("", "9")
+    assert learn._split_lesson_arguments(["9", "2"]) == ("9", "2")
+    assert learn._split_lesson_arguments(["./9/", "2"]) == ("./9/", "2")

@@ -9,7 +9,7 @@ import pytest
 from dmplay.core.state_files import StateFile, warn_once
 from dmplay.game.player_records import RECORDS_FILE, load_records
 from dmplay.tutor.progress import PROGRESS_FILE
-from dmplay.tutor.repetition import load_question_progress, save_answer
+from dmplay.tutor.repetition import load_question_progress, save_first_answer
 
 TODAY = date(2026, 11, 28)
 RESULT = {"return": -27, "turns": 10, "seed": 7, "day": "2026-11-28"}
@@ -97,7 +97,7 @@ def test_one_entry_that_cannot_be_read_does_not_hide_the_others() -> None:
     entries = {"good": {"right": 1, "due": "2026-11-28"}, "bad": {"right": -10, "due": ""}}
     content = {"dmplay": 1, "questions": entries}
     PROGRESS_FILE.path.write_text(json.dumps(content))
-    save_answer("bad", is_right=True, today=TODAY)
+    save_first_answer("bad", is_right=True, today=TODAY)
     assert load_question_progress() == {"good": (1, TODAY), "bad": (3, None)}
     [aside] = list_files_aside(PROGRESS_FILE)
     assert json.loads(aside.read_text()) == content
@@ -117,7 +117,7 @@ def test_numbers_beyond_their_range_are_not_read(right: object) -> None:
 def test_a_folder_in_place_of_the_file_is_kept_aside() -> None:
     PROGRESS_FILE.path.mkdir()
     (PROGRESS_FILE.path / "inside").write_text("mine")
-    save_answer("puzzle catch:7", is_right=False, today=TODAY)
+    save_first_answer("puzzle catch:7", is_right=False, today=TODAY)
     [aside] = list_files_aside(PROGRESS_FILE)
     assert (aside / "inside").read_text() == "mine"
     assert load_question_progress()

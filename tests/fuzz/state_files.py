@@ -17,7 +17,7 @@ from dmplay.game import player_records
 from dmplay.tutor import progress
 from dmplay.tutor.lesson_list import LessonOutline, list_builtin_outlines
 from dmplay.tutor.progress import PASSED, StepRecord, load_progress, save_step
-from dmplay.tutor.repetition import load_question_progress, save_answer
+from dmplay.tutor.repetition import load_question_progress, save_first_answer
 from tests.fuzz.case import Case, CaseOutcome
 from tests.fuzz.program import enter_case_folder
 
@@ -99,7 +99,7 @@ def _use_files() -> None:
     lesson = find_lesson()
     load_progress(lesson)
     load_question_progress()
-    save_answer("puzzle hexworld:2", is_right=True, today=date(2026, 11, 28))
+    save_first_answer("puzzle hexworld:2", is_right=True, today=date(2026, 11, 28))
     save_step(lesson, 3, StepRecord(PASSED, 1, 0))
     player_records.load_records()
     player_records.save_record(

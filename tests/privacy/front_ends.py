@@ -221,7 +221,7 @@ class RecordedScreen:
 
     def _look(self, input_text: str) -> None:
         """Record the frame that the screen shows."""
-        self.canvas.invalidate()
+        self.canvas.mark_screen_unknown()
         self.screen.paint(self.canvas)
         parts = [self.screen.message, *self.screen.page_rows, self.canvas.paper.taken()]
         self.heard.append(Response(input_text, "\n".join(parts)))

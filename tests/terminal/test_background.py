@@ -14,10 +14,10 @@ from dmplay.terminal.background import (
     BACKGROUND_QUERY,
     can_ask_background,
     choose_theme,
-    discard_reply,
-    find_background,
+    discard_late_reply,
+    find_background_theme,
     parse_background_reply,
-    remember_background,
+    remember_background_reply,
 )
 from dmplay.terminal.capabilities import TerminalOptions, choose_terminal_settings
 from dmplay.terminal.input_sequences import InputSequences
@@ -65,12 +65,12 @@ def test_a_reply_says_whether_the_background_is_dark(reply: str, expected: str) 
 def test_colorfgbg_names_the_background_of_a_terminal_that_does_not_reply(
     value: str, expected: str
 ) -> None:
-    assert find_background({"COLORFGBG": value}) == expected
+    assert find_background_theme({"COLORFGBG": value}) == expected
 
 
 def test_the_reply_of_the_terminal_wins_over_colorfgbg() -> None:
-    remember_background("light")
-    assert find_background({"COLORFGBG": "15;0"}) == "light"
+    remember_background_reply("light")
+    assert find_background_theme({"COLORFGBG": "15;0"}) == "light"
 
 
 @pytest.mark.parametrize(
@@ -155,7 +155,7 @@ def test_the_screen_changes_its_theme_when_the_terminal_replies() -> None:
         pipe.send_text(WHITE_REPLY)
         event_loop.run_event_loop(screen, painter, pipe)
     assert screen.terminal.theme == painter.theme == "light"
-    assert find_background({}) == "light"
+    assert find_background_theme({}) == "light"
 
 
 def ask_terminal() -> InputSequences:
@@ -169,7 +169,7 @@ def test_a_late_reply_is_read_before_the_screen_is_left() -> None:
     reader, writer = os.pipe()
     try:
         os.write(writer, WHITE_REPLY.encode())
-        discard_reply(reader, ask_terminal())
+        discard_late_reply(reader, ask_terminal())
         os.set_blocking(reader, False)
         with pytest.raises(BlockingIOError):
             os.read(reader, 1)
@@ -183,9 +183,9 @@ def test_a_terminal_that_does_not_reply_delays_the_end_by_at_most_a_moment() -> 
     try:
         started_at = time.monotonic()
         sequences = ask_terminal()
-        discard_reply(reader, sequences)
+        discard_late_reply(reader, sequences)
         assert time.monotonic() - started_at < 5
-        discard_reply(reader, sequences)  # does not wait again
+        discard_late_reply(reader, sequences)  # does not wait again
     finally:
         os.close(reader)
         os.close(writer)

@@ -84,7 +84,7 @@ def compute_optimal_q(map_: str) -> Reals:
 @cache
 def evaluate_reactive_team(map_: str, on_prey: int, on_nothing: int) -> Reals:
     problem = load_hunt(map_)
-    near = problem.observe(problem.enumerate_states()) == SENSE_LABELS.index("prey")
+    near = problem.get_observations(problem.enumerate_states()) == SENSE_LABELS.index("prey")
     action = np.where(near, on_prey, on_nothing) - 1
     policy = np.eye(36)[action[:, 0] * 6 + action[:, 1]]
     return sparse_mdp.evaluate_policy(build_model(map_), problem.discount, policy)

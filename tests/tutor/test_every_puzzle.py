@@ -384,7 +384,7 @@ def read_text(puzzle: Puzzle) -> list[str]:
     exercise = exercise_of(puzzle.code)
     question = exercise.question
     situation = question.describe_situation() if question.shows_board else []
-    return [*question.describe_game(), *exercise.introduction, *situation, question.ask()]
+    return [*question.describe_game(), *exercise.introduction, *situation, question.prompt()]
 
 
 def test_there_are_at_least_110_puzzles_over_nine_problems_with_different_texts() -> None:

@@ -13,7 +13,7 @@ from dmplay.algorithms.step import WatchRequest
 from dmplay.core.tabular import tabulate
 from dmplay.errors import DmplayError
 from dmplay.registry.problems import load_problem
-from dmplay.tutor.game_checks import check_game
+from dmplay.tutor.game_checks import check_game_conditions
 from dmplay.tutor.lesson import GameTask, PositionText, Prediction, QuantityCall, TutorLesson
 from dmplay.tutor.lesson_list import find_lesson, load_builtin_lessons, load_lessons
 from dmplay.tutor.lesson_run import LessonRun, TutorReply
@@ -742,7 +742,7 @@ def test_an_unplayed_game_passes_no_check(lesson: TutorLesson) -> None:
         if isinstance(step.task, GameTask):
             position = LessonRun(lesson, index).position
             position.session.end("quit")
-            assert not check_game(position, step.task).is_right
+            assert not check_game_conditions(position, step.task).is_right
 
 
 def test_the_answer_is_shown_only_after_the_hint_and_three_wrong_tries() -> None:
@@ -774,7 +774,7 @@ def test_steps_that_are_finished_are_not_repeated() -> None:
     run = LessonRun(LESSONS["watch-v-converge"], 0, {1})
     run.check_answer("-0.3")
     assert run.index == 2
-    run.skip()
+    run.skip_step()
     run.check_answer("4.256")
     assert run.is_over
     assert not run.is_passed

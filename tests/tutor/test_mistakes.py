@@ -11,7 +11,7 @@ from dmplay.game.playback import review
 from dmplay.tutor.exercise import Exercise, ExerciseRun
 from dmplay.tutor.mistakes import choose_mistakes, list_mistakes
 from dmplay.tutor.puzzle_mining import describe_situation
-from dmplay.tutor.repetition import save_answer
+from dmplay.tutor.repetition import save_first_answer
 from tests.support.programs import run_dmplay
 
 TODAY = date(2026, 11, 28)
@@ -78,7 +78,7 @@ def test_a_mistake_shows_what_was_lost_and_what_happened(tmp_path: Path) -> None
     assert exercise.introduction == (
         "In the game, w was chosen here. It lost 0.359 (0.291 discounted).",
     )
-    assert exercise.question.ask().startswith("You have 2 turns left.")
+    assert exercise.question.prompt().startswith("You have 2 turns left.")
     run = ExerciseRun(exercise)
     assert run.check_answer("w").lines[0] == (
         "not yet. w is worth -0.53, 0.359 less than the best action:"
@@ -119,8 +119,8 @@ def test_a_choice_that_counts_as_right_is_no_mistake(tmp_path: Path) -> None:
 def test_a_missed_mistake_returns_and_a_learned_one_does_not(tmp_path: Path) -> None:
     path = play_walk(tmp_path)
     first, second = list_mistakes(path)
-    save_answer(first.key, is_right=True, today=TODAY)
-    save_answer(second.key, is_right=False, today=TODAY)
+    save_first_answer(first.key, is_right=True, today=TODAY)
+    save_first_answer(second.key, is_right=False, today=TODAY)
     tomorrow = choose_mistakes([path], TODAY + timedelta(1))
     assert [item.key for item in tomorrow] == [second.key]
 
@@ -128,7 +128,7 @@ def test_a_missed_mistake_returns_and_a_learned_one_does_not(tmp_path: Path) -> 
 def test_a_named_game_without_open_mistakes_is_asked_again(tmp_path: Path) -> None:
     path = play_walk(tmp_path)
     for exercise in list_mistakes(path):
-        save_answer(exercise.key, is_right=True, today=TODAY)
+        save_first_answer(exercise.key, is_right=True, today=TODAY)
     assert len(choose_mistakes([path], TODAY)) == 2
 
 
@@ -141,7 +141,7 @@ def test_all_saved_games_are_searched_and_due_mistakes_come_first(tmp_path: Path
     (games / "000003-hexworld.dmt").write_text("not a transcript")
     exercises = choose_mistakes([], TODAY)
     assert ["000002" in item.key for item in exercises] == [True, True, False, False]
-    save_answer(exercises[3].key, is_right=False, today=TODAY)
+    save_first_answer(exercises[3].key, is_right=False, today=TODAY)
     assert choose_mistakes([], TODAY + timedelta(1))[0].key == exercises[3].key
 
 

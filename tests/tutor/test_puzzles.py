@@ -22,7 +22,7 @@ from dmplay.tutor.puzzles import (
     list_puzzles,
     make_exercise,
 )
-from dmplay.tutor.repetition import load_question_progress, save_answer
+from dmplay.tutor.repetition import load_question_progress, save_first_answer
 from tests.oracles.exhaustive_values import ExhaustiveValues
 from tests.support.literature_pomdps import make_tiger
 from tests.support.programs import run_dmplay
@@ -130,7 +130,7 @@ def test_the_puzzle_of_the_day_changes_each_day_and_visits_every_problem() -> No
 
 def test_a_missed_puzzle_comes_first_when_it_is_due() -> None:
     missed = find_puzzle("hexworld:3")
-    save_answer(f"puzzle {missed.code}", is_right=False, today=TODAY)
+    save_first_answer(f"puzzle {missed.code}", is_right=False, today=TODAY)
     assert choose_puzzle("hexworld", TODAY).code == "hexworld:1"
     assert choose_puzzle("hexworld", TODAY + timedelta(1)) == missed
 

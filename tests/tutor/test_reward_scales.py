@@ -12,7 +12,7 @@ from dmplay.game.position import find_exact_agent
 from dmplay.game.rules_of_thumb import list_rules
 from dmplay.tutor.answers import check_answer
 from dmplay.tutor.exercise import ExerciseRun
-from dmplay.tutor.game_checks import check_game
+from dmplay.tutor.game_checks import check_game_conditions
 from dmplay.tutor.lesson import GameTask, PositionText, Prediction, QuantityCall
 from dmplay.tutor.mistakes import list_mistakes
 from dmplay.tutor.positions import PositionInGame, open_position
@@ -235,5 +235,5 @@ def test_a_task_with_scaled_limits_has_the_same_result(
         for _ in range(4):
             position.session.advance([2])
         scaled_limits = {name: limit * factor for name, limit in limits.items()}
-        check = check_game(position, replace(GameTask(""), **scaled_limits))  # type: ignore[arg-type]
+        check = check_game_conditions(position, replace(GameTask(""), **scaled_limits))  # type: ignore[arg-type]
         assert check.is_right == is_right, check.reason

@@ -82,7 +82,7 @@ class HexHunt(Problem):
         """Steps `[H, 6, H]` from the end of each move without a slip to each hex."""
         return path_lengths(self.hexes)[move_destinations(self.hexes)[:, :, 0]]
 
-    def move_walker(self, hex_: Array, direction: Array, slip: Array) -> Array:
+    def find_move_ends(self, hex_: Array, direction: Array, slip: Array) -> Array:
         """Return the hexes on which moves end."""
         return np.asarray(self._move_destinations.take(hex_ * 18 + direction * 3 + slip))
 

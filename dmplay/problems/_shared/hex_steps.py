@@ -8,7 +8,7 @@ from dmplay.game.position import Position
 from dmplay.game.rules_of_thumb import EXPECT_LIKELIEST, find_single_best
 
 
-def find_single_step(position: Position, scores: Ints) -> int | None:
+def find_only_best_step(position: Position, scores: Ints) -> int | None:
     """Return the direction to a hex with a greater score `[H]`, if only one direction is best."""
     location, destinations = _list_destinations(position)
     action = find_single_best(scores[destinations].astype(float))

@@ -121,7 +121,7 @@ def panel_rows(view: View[Bandit]) -> list[tuple[str, str]]:
 def describe_turn(view: View[Bandit]) -> str:
     """Describe the last pull, and the chance of a win of each arm after it."""
     result = "won" if int(view.observation) == SUCCESS else "lost"
-    return f"pulled {view.last_action_label}: {result}. {_describe_chances(view)}"
+    return f"pulled {view.last_action_label}: {result}. {_describe_win_chances(view)}"
 
 
 def describe_situation(view: View[Bandit]) -> str:
@@ -129,10 +129,10 @@ def describe_situation(view: View[Bandit]) -> str:
     wins, pulls = _count_pulls(view)
     belief = format_belief(view.problem.state_names, view.belief)
     so_far = f"{wins.sum()} of {format_count(int(pulls.sum()), 'pull')} won."
-    return f"{so_far} {_describe_chances(view)} belief about the bandit: {belief}."
+    return f"{so_far} {_describe_win_chances(view)} belief about the bandit: {belief}."
 
 
-def _describe_chances(view: View[Bandit]) -> str:
+def _describe_win_chances(view: View[Bandit]) -> str:
     """Return the chance of a win of each arm as a sentence."""
     labels = view.problem.actions[view.seat].labels
     chances = zip(labels, _compute_win_chances(view), strict=True)

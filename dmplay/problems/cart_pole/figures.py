@@ -25,9 +25,9 @@ def _draw_cart_pole(subject: PlottedProblem) -> Plot:
     half, top, limit = CART_WIDTH / 2, 1.15 * problem.length, problem.x_limit
     margin = 0.1 * max(limit, problem.length)
     width = max(limit, abs(x) + half) + margin
-    pivot, tip = (x, CART_HEIGHT), _lean_from((x, CART_HEIGHT), theta, problem.length)
+    pivot, tip = (x, CART_HEIGHT), _find_line_end((x, CART_HEIGHT), theta, problem.length)
     max_angle = math.radians(problem.theta_limit)
-    right_limit = _lean_from(pivot, max_angle, top)
+    right_limit = _find_line_end(pivot, max_angle, top)
     push_height = 0.7 * CART_HEIGHT
     pole_text = f"pole {problem.length:g} m, {problem.mass_pole:g} kg"
     cart_text = f"cart {problem.mass_cart:g} kg, x {x:+.2f} m, v {v:+.2f} m/s"
@@ -35,7 +35,7 @@ def _draw_cart_pole(subject: PlottedProblem) -> Plot:
         Polyline([(-limit, 0.0), (limit, 0.0)]),
         Polyline([(-limit, 0.0), (-limit, CART_HEIGHT + top)], is_dashed=True),
         Polyline([(limit, 0.0), (limit, CART_HEIGHT + top)], is_dashed=True),
-        Polyline([pivot, _lean_from(pivot, -max_angle, top)], is_dashed=True),
+        Polyline([pivot, _find_line_end(pivot, -max_angle, top)], is_dashed=True),
         Polyline([pivot, right_limit], is_dashed=True),
         Polyline([pivot, tip]),
         Box(x - half, 0.02, x + half, CART_HEIGHT),
@@ -81,7 +81,7 @@ def _push_until_pole_leans(problem: CartPole) -> tuple[int, Array]:
     return problem.horizon, s[0]
 
 
-def _lean_from(foot: tuple[float, float], angle: float, length: float) -> tuple[float, float]:
+def _find_line_end(foot: tuple[float, float], angle: float, length: float) -> tuple[float, float]:
     """Return the upper end of a line that leans this angle in radians to the right."""
     return foot[0] + length * math.sin(angle), foot[1] + length * math.cos(angle)
 

@@ -94,7 +94,7 @@ class CartState(NamedTuple):
     has_fallen: bool  # The pole leans beyond its limit.
 
 
-def _read_cart_state(view: View[CartPole] | FinishedGame[CartPole], state: Array) -> CartState:
+def _make_cart_state(view: View[CartPole] | FinishedGame[CartPole], state: Array) -> CartState:
     """Convert a state from radians to degrees and add the limits."""
     x, v, theta, omega = map(float, state)
     limits = view.problem.x_limit, view.problem.theta_limit
@@ -105,10 +105,10 @@ def _read_cart_state(view: View[CartPole] | FinishedGame[CartPole], state: Array
 
 def iter_boards(view: View[CartPole], options: DrawOptions) -> Iterator[Text]:
     """Yield the cart in five sizes, up to seven on a screen, then its numbers in one line."""
-    cart, problem = _read_cart_state(view, view.observation), view.problem
+    cart, problem = _make_cart_state(view, view.observation), view.problem
     forecast_carts = []
     if options.forecast:
-        forecast_carts = [_read_cart_state(view, state) for state in options.forecast.outcomes]
+        forecast_carts = [_make_cart_state(view, state) for state in options.forecast.outcomes]
     for layout in _list_layouts(options):
         canvas = Canvas()
         margin = layout.half_cart_columns + 1
@@ -121,7 +121,7 @@ def iter_boards(view: View[CartPole], options: DrawOptions) -> Iterator[Text]:
             pole_length = layout.pole_rows
         _draw_pole(canvas, cart.theta, pole_length, cart_column, layout)
         _draw_cart(canvas, view.last_action_label, cart_column, layout)
-        _draw_hint(canvas, options, cart_column, layout)
+        _draw_push_regrets(canvas, options, cart_column, layout)
         y = layout.pole_rows + 2
         _draw_track(canvas, y, scale, cart)
         if layout.has_scales:
@@ -157,7 +157,7 @@ def _format_next_state(condition: str, cart: CartState, single_row: bool) -> lis
     return [f"{condition}{outcome_text}:", state_text]
 
 
-def _draw_hint(
+def _draw_push_regrets(
     canvas: Canvas, options: DrawOptions, cart_column: int, layout: CartPoleLayout
 ) -> None:
     """Draw each push's regret in turns at its side of the cart, or both at one side."""
@@ -266,7 +266,7 @@ def lesson(view: View[CartPole]) -> Lesson:
 
 def panel_rows(view: View[CartPole]) -> list[tuple[str, str]]:
     """Return the side panel's rows: the state, the time played, the last push and its force."""
-    cart = _read_cart_state(view, view.observation)
+    cart = _make_cart_state(view, view.observation)
     return [
         ("x", f"{format_signed_fixed(cart.x, 2)} m"),
         ("speed", f"{format_signed_fixed(cart.v, 2)} m/s"),
@@ -289,13 +289,13 @@ def _describe_outcome(cart: CartState) -> str:
 
 def describe_turn(view: View[CartPole]) -> str:
     """Describe the last turn: the push, the outcome and the state."""
-    cart = _read_cart_state(view, view.observation)
+    cart = _make_cart_state(view, view.observation)
     return f"pushed {view.last_action_label}: {_describe_outcome(cart)}. {_describe_state(cart)}."
 
 
 def describe_situation(view: View[CartPole]) -> str:
     """Describe the situation: the outcome, the state and the limits."""
-    cart = _read_cart_state(view, view.observation)
+    cart = _make_cart_state(view, view.observation)
     fails = f"the game ends beyond {cart.x_limit:g} m or {cart.theta_limit:g} deg"
     return f"{_describe_outcome(cart)}. {_describe_state(cart)}. {fails}."
 
@@ -315,5 +315,5 @@ def describe_end(game: FinishedGame[CartPole]) -> str:
     pushes = f"{count} push{'es' * (count != 1)}"
     if not game.is_terminal:
         return f"{game.player} kept the pole up for all {pushes}"
-    failure = _describe_outcome(_read_cart_state(game, game.states[-1]))
+    failure = _describe_outcome(_make_cart_state(game, game.states[-1]))
     return f"{failure} after {pushes}" + f" of {game.player}" * (game.player != "you")

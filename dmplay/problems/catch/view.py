@@ -41,7 +41,7 @@ ACTION_PHRASE = "throw {} m"
 PLOT_LEGEND = ("chance of catch", "2: skill 20 m", "4: skill 40 m", "and so on")
 
 
-def _read_throw(view: View[Catch], turn: int) -> tuple[str, bool]:
+def _get_throw(view: View[Catch], turn: int) -> tuple[str, bool]:
     """Return the distance of a throw, and whether it was caught."""
     name = view.problem.format_action(view.seat, view.actions[turn])
     return name, int(view.observations[turn + 1]) == CAUGHT
@@ -243,7 +243,7 @@ def _draw_distance_table(view: View[Catch], canvas: Canvas) -> int:
 
 def _draw_past_throws(view: View[Catch], canvas: Canvas, y: int, options: DrawOptions) -> None:
     """Draw the last throws, after the true proficiency once it may be shown."""
-    throws = [_read_throw(view, turn) for turn in range(view.turns_played)]
+    throws = [_get_throw(view, turn) for turn in range(view.turns_played)]
     throw_texts = [f"{name}{'✓' if caught else '✗'}" for name, caught in throws]
     truth = ""
     if options.revealed_state is not None:
@@ -290,7 +290,7 @@ def panel_rows(view: View[Catch]) -> list[tuple[str, str]]:
 
 def describe_turn(view: View[Catch]) -> str:
     """Describe the last throw: its distance, its result and the likeliest skill, or several."""
-    name, caught = _read_throw(view, view.turns_played - 1)
+    name, caught = _get_throw(view, view.turns_played - 1)
     percents = [format_percent(p) for p in view.belief]
     highest = percents[int(view.belief.argmax())]
     pairs = zip(PROFICIENCY_NAMES, percents, strict=True)
@@ -306,7 +306,7 @@ def describe_situation(view: View[Catch]) -> str:
     rewards_text = ", ".join(f"{distance:.0f} m {reward:.1f}" for distance, reward in pairs)
     last_throw = "no throw yet."
     if view.turns_played:
-        name, caught = _read_throw(view, view.turns_played - 1)
+        name, caught = _get_throw(view, view.turns_played - 1)
         last_throw = f"threw {name} m: {'caught' if caught else 'dropped'}."
     belief = f"belief about the skill: {format_belief(PROFICIENCY_NAMES, view.belief)}."
     return f"{last_throw} {belief} expected reward: {rewards_text}."

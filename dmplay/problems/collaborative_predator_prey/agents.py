@@ -119,7 +119,7 @@ class Qmdp(HorizonPolicy, _FactoredBeliefPolicy, GreedyBeliefPolicy):
     def __post_init__(self) -> None:
         """Raise BadPolicy for hunts that it cannot plan."""
         super().__post_init__()
-        if not can_plan(self.problem):
+        if not can_solve_mdp(self.problem):
             raise BadPolicy("qmdp: the hunt is too large, or its discount is 1; use chase-belief")
 
     def values_basis(self, question: AdviceQuestion) -> ValuesBasis:
@@ -373,7 +373,7 @@ def _find_reactive_rules(problem: CollaborativePredatorPrey) -> Reals:
     return reactive_predator_team.optimize_reactive_team(problem).policies
 
 
-def can_plan(problem: Problem) -> bool:
+def can_solve_mdp(problem: Problem) -> bool:
     """Return whether a planner that sees all is computed for a problem."""
     return problem.discount < 1.0 and sparse_mdp.count_outcomes(problem) <= sparse_mdp.MAX_OUTCOMES
 
@@ -384,13 +384,13 @@ def _choose_hint_provider(hunt: CollaborativePredatorPrey) -> str:
     It is qmdp, or sweep for a team whose senses never vary, or chase-belief if qmdp is not
     computed.
     """
-    if not can_plan(hunt):
+    if not can_solve_mdp(hunt):
         return "chase-belief"
     never_varies = hunt.predators > 1 and np.ptp(hunt.observation_table) == 0
     return "sweep" if never_varies else "qmdp"
 
 
-def list_agents(problem: CollaborativePredatorPrey, seat: int) -> Roster:
+def list_hunt_agents(problem: CollaborativePredatorPrey, seat: int) -> Roster:
     """Return the agents for a hunt in a team."""
     agents: dict[str, type[SeatPolicy]] = {
         "sweep": Sweep, "chase-belief": ChaseBelief, "qmdp": Qmdp, "reactive": SenseRulePolicy,
@@ -407,4 +407,4 @@ def list_agents(problem: CollaborativePredatorPrey, seat: int) -> Roster:
     )
 
 
-AGENTS = list_agents
+AGENTS = list_hunt_agents

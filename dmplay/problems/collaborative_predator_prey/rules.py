@@ -137,20 +137,20 @@ class CollaborativePredatorPrey(HexHunt):
         is_caught = free_bits < PREY_FREE_BIT
         moves = zip(predators, np.ascontiguousarray(a.T), slips, strict=True)
         next_hexes = [  # a predator that feeds stays
-            np.where(hex_ == prey, prey, self.move_walker(hex_, *move)) for hex_, *move in moves
+            np.where(hex_ == prey, prey, self.find_move_ends(hex_, *move)) for hex_, *move in moves
         ]
         direction = _KTH_DIRECTION.take(free_bits * 6 + np.where(is_caught, 0, event))
         free_move_end = self._neighbour_table.take(prey * 7 + direction)
         next_hexes.append(np.where(is_caught, event, free_move_end))
         reward = np.where(is_caught, CAPTURE_REWARD, MOVE_REWARD)
         next_states, rewards = np.stack(next_hexes, axis=1), np.stack([reward] * self.predators, 1)
-        return Outcome(next_states, rewards, self._observe_columns(next_states.T))
+        return Outcome(next_states, rewards, self._look_up_observations(next_states.T))
 
-    def observe(self, s: Array) -> Ints:
+    def get_observations(self, s: Array) -> Ints:
         """Return the observation of each predator in these states, `[B, n]`."""
-        return self._observe_columns(np.ascontiguousarray(s.T))
+        return self._look_up_observations(np.ascontiguousarray(s.T))
 
-    def _observe_columns(self, hexes: Ints) -> Ints:
+    def _look_up_observations(self, hexes: Ints) -> Ints:
         """Return the observations `[B, n]`, given the hex of each walker as a column."""
         *predators, prey = hexes
         observations = [self._sense_table.take(hex_ * len(self.hexes) + prey) for hex_ in predators]
@@ -159,7 +159,7 @@ class CollaborativePredatorPrey(HexHunt):
     @cached_property
     def observation_table(self) -> Ints:
         """The observation of each predator in every state, `[S, n]`."""
-        return self.observe(self.enumerate_states())
+        return self.get_observations(self.enumerate_states())
 
     def state_parts(self, seat: int) -> StateParts:
         """Return the hex of each walker: of the prey, of the seat, and then of its partners."""

@@ -14,7 +14,7 @@ from dmplay.registry.agents import load_agent
 from dmplay.solvers.decpomdp.centralized_pomdp import CentralizedPomdp
 from dmplay.solvers.decpomdp.joint_plan_improvement import evaluate_plans
 
-from .agents import HuntJointPlan, build_fully_observed_mdp, can_plan, solve_fully_observed
+from .agents import HuntJointPlan, build_fully_observed_mdp, can_solve_mdp, solve_fully_observed
 from .model import PredatorPreyDecPomdp
 from .reactive_team import optimize_reactive_team
 from .rules import CollaborativePredatorPrey
@@ -32,7 +32,7 @@ def compare_hunting_teams(problem: CollaborativePredatorPrey) -> Solution | None
     turn after which the discount makes rewards negligible. Return None for a hunt that such a
     planner cannot plan.
     """
-    if not can_plan(problem):
+    if not can_solve_mdp(problem):
         return None
     with scale_progress(0.0, 0.2):
         model, q = build_fully_observed_mdp(problem), solve_fully_observed(problem)

@@ -69,9 +69,9 @@ def _fly_in_calm_air(problem: CollisionAvoidance, state: Array) -> Array:
     return s[0]  # type: ignore[no-any-return]
 
 
-def _plot_slices(subject: PlottedProblem, *contents: str) -> Plot:
+def _plot_climb_rates(subject: PlottedProblem, *contents: str) -> Plot:
     """Return heat maps of the values, and of the best advisories, for two climb rates."""
-    subject.refuse_turns(contents[0], "the time to the collision is an axis")
+    subject.check_no_turns(contents[0], "the time to the collision is an axis")
     problem = subject.problem
     q = grid.compute_optimal_q(problem)
     no_advisory = list(ADVISED_RATES).index(0.0)
@@ -99,10 +99,12 @@ FIGURES = {
     "F.8": Figure("state variables of collision avoidance", _draw_encounter),
     "F.9": Figure(
         "optimal values and advisories of collision avoidance",
-        lambda subject: _plot_slices(subject, "values", "policy"),
+        lambda subject: _plot_climb_rates(subject, "values", "policy"),
     ),
-    "values": Figure("values at two climb rates", lambda subject: _plot_slices(subject, "values")),
+    "values": Figure(
+        "values at two climb rates", lambda subject: _plot_climb_rates(subject, "values")
+    ),
     "policy": Figure(
-        "best advisories at two climb rates", lambda subject: _plot_slices(subject, "policy")
+        "best advisories at two climb rates", lambda subject: _plot_climb_rates(subject, "policy")
     ),
 }

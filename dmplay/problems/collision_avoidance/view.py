@@ -109,9 +109,11 @@ def iter_boards(view: View[CollisionAvoidance], options: DrawOptions) -> Iterato
             if not layout.path_label_columns:
                 state = _format_state_with_units(view) if options.allow_large else state_row
                 y = canvas.write_rows(y, [state], "bold")
-        canvas.write_text(0, y, _format_hint(options, layout.width) or _describe_pass(view), "bold")
+        canvas.write_text(
+            0, y, _format_advice(options, layout.width) or _describe_miss(view), "bold"
+        )
         yield canvas.to_text()
-    yield draw_text_rows(state_row, _describe_pass(view))
+    yield draw_text_rows(state_row, _describe_miss(view))
     yield draw_text_rows(state_row)
 
 
@@ -125,14 +127,14 @@ def _predict_paths(view: View[CollisionAvoidance], options: DrawOptions) -> list
     if options.forecast:
         action, states = int(options.forecast.action), options.forecast.outcomes
         current_height = _get_current_state(view)[0]
-        heights = _simulate_kept_advisories(view, states, np.full(len(states), action))
+        heights = _predict_repeated_advisories(view, states, np.full(len(states), action))
         return [(action, [current_height, *future]) for future in heights]
     states = np.tile(view.observation, (3, 1))
-    heights = _simulate_kept_advisories(view, states, np.arange(3))
+    heights = _predict_repeated_advisories(view, states, np.arange(3))
     return [*enumerate(heights)]
 
 
-def _simulate_kept_advisories(
+def _predict_repeated_advisories(
     view: View[CollisionAvoidance], states: Array, actions: Array
 ) -> list[list[float]]:
     """Return the heights `[B][seconds]` under repeated actions in calm air.
@@ -147,7 +149,7 @@ def _simulate_kept_advisories(
     return np.array(heights).reshape(-1, len(actions)).T.tolist()
 
 
-def _format_hint(options: DrawOptions, width: int) -> str:
+def _format_advice(options: DrawOptions, width: int) -> str:
     """Format the rates that the previewed advisory may lead to, or the regret of each advisory."""
     if options.forecast:
         rates = zip(options.forecast.outcomes[:, 1], options.forecast.probabilities, strict=True)
@@ -293,7 +295,7 @@ def predict_miss_distance(view: View[CollisionAvoidance]) -> float:
     return h + dh * seconds_left
 
 
-def _describe_pass(view: View[CollisionAvoidance]) -> str:
+def _describe_miss(view: View[CollisionAvoidance]) -> str:
     """Describe the miss distance, and if it is a collision."""
     return f"{_format_miss_distance(view)} A: {'COLLISION' if _is_collision(view) else 'clear'}"
 
@@ -310,7 +312,7 @@ def _is_collision(view: View[CollisionAvoidance]) -> bool:
     return abs(predict_miss_distance(view)) < COLLISION_DISTANCE
 
 
-def _describe_outcome(view: View[CollisionAvoidance]) -> str:
+def _describe_pass_outcome(view: View[CollisionAvoidance]) -> str:
     """Describe the outcome of the pass, or the predicted one, in words."""
     outcome = "collision" if _is_collision(view) else "clear"
     suffix = "" if has_passed_intruder(view) else " course"
@@ -366,13 +368,13 @@ def describe_turn(view: View[CollisionAvoidance]) -> str:
     has_changed = view.observation[2] != view.observations[-2][2]
     verb = "changed the advisory to" if has_changed else "kept the advisory:"
     advisory = f"{verb} {_get_current_advisory(view)}"
-    return f"{advisory}. {_describe_state(view)}. {_describe_outcome(view)}."
+    return f"{advisory}. {_describe_state(view)}. {_describe_pass_outcome(view)}."
 
 
 def describe_situation(view: View[CollisionAvoidance]) -> str:
     """Describe the predicted outcome, the state and the advisory in force."""
     advisory = f"advisory {_get_current_advisory(view)}"
-    return f"{_describe_outcome(view)}. {_describe_state(view)}. {advisory}."
+    return f"{_describe_pass_outcome(view)}. {_describe_state(view)}. {advisory}."
 
 
 def _describe_state(view: View[CollisionAvoidance]) -> str:

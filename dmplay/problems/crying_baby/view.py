@@ -232,11 +232,11 @@ def lesson(view: View[CaregiverProblem]) -> Lesson:
         f"{'' if is_single_agent else 'you '}{feeding}, singing {singing}, ignoring {ignoring}",
         "feed",
         "with a baby that is {}",
-        chances=tuple(_describe_chances(view)),
+        chances=tuple(_describe_hunger_chances(view)),
     )
 
 
-def _describe_chances(view: View[CaregiverProblem]) -> Iterator[str]:
+def _describe_hunger_chances(view: View[CaregiverProblem]) -> Iterator[str]:
     """Yield sentences with the probabilities of hunger and of crying."""
     problem = view.problem
     is_single_agent = len(problem.agents) == 1

@@ -48,12 +48,12 @@ def _plot_slide(subject: PlottedProblem, board: Array, what: str) -> Plot:
     outcome = problem.step(s, a, u)
     (slid,), _ = slide_and_score(s, a[:, 0])
     (after,), reward = outcome.state, float(outcome.rewards[0, 0])
-    ends = _find_ends(board, action)
+    ends = _find_slide_ends(board, action)
     merged = [end for end, count in Counter(ends.values()).items() if count > 1]
     panels = [
         BoardPanel("before", len(board), _list_tiles(board, ends=ends)),
         BoardPanel(f"reward {reward:g}", len(board), _list_tiles(slid, marked=merged)),
-        BoardPanel("new tile", len(board), _list_tiles(after, marked=_list_cells(after != slid))),
+        BoardPanel("new tile", len(board), _list_tiles(after, marked=_list_marked(after != slid))),
     ]
     notes = [
         "marked: the merged tile, and the new tile" if merged else "marked: the new tile",
@@ -62,7 +62,7 @@ def _plot_slide(subject: PlottedProblem, board: Array, what: str) -> Plot:
     return Plot(f"{subject.title}: {what}", panels, columns=3, notes=notes)
 
 
-def _find_ends(board: Array, action: int) -> dict[Cell, Cell]:
+def _find_slide_ends(board: Array, action: int) -> dict[Cell, Cell]:
     """Return the cell to which the tile of each cell slides."""
     starts, ends = (
         [(round(tile.row), round(tile.column)) for tile in iter_sliding_tiles(board, action, share)]
@@ -71,7 +71,7 @@ def _find_ends(board: Array, action: int) -> dict[Cell, Cell]:
     return dict(zip(starts, ends, strict=True))
 
 
-def _list_cells(mask: Array) -> list[Cell]:
+def _list_marked(mask: Array) -> list[Cell]:
     """Return the rows and columns of the marked cells."""
     return [(row, column) for row, column in np.argwhere(mask).tolist()]
 
@@ -88,7 +88,7 @@ def _list_tiles(
             end=ends[cell] if ends and ends[cell] != cell else None,
             is_marked=cell in marked,
         )
-        for cell in _list_cells(board > 0)
+        for cell in _list_marked(board > 0)
     ]
 
 

@@ -116,7 +116,7 @@ def count_empty_after_slide(cells: Cells, a: Ints) -> Array:
     if len(cells) == 1:
         return _slide_in_all_directions(cells.tobytes()).empty_counts[a]
     boards, large_boards = _pack_batch(cells)
-    rows = _split_rows(_orient_boards(boards, a.astype(np.uint64)))
+    rows = _split_rows(_transpose_vertical(boards, a.astype(np.uint64)))
     first, second, third, fourth = get_line_tables().empty_counts.take(rows).T
     counts: Array = first + second + third + fourth
     if len(large_boards):
@@ -131,10 +131,10 @@ def slide_boards(cells: Cells, a: Ints) -> SlideResult:
         return _slide_in_all_directions(cells.tobytes()).results[int(a[0])]
     boards, large_boards = _pack_batch(cells)
     directions = a.astype(np.uint64)
-    rows = _split_rows(_orient_boards(boards, directions)) + TABLE_OFFSETS.take(a)[:, None]
+    rows = _split_rows(_transpose_vertical(boards, directions)) + TABLE_OFFSETS.take(a)[:, None]
     slide_results = get_line_tables().slide_results.take(rows)
     first, second, third, fourth = slide_results.T
-    after = _orient_boards(slide_results.astype(np.uint16).view(np.uint64)[:, 0], directions)
+    after = _transpose_vertical(slide_results.astype(np.uint16).view(np.uint64)[:, 0], directions)
     result = SlideResult(boards, after, first + second + third + fourth >> SCORE_SHIFT)
     if not len(large_boards):
         return result
@@ -227,7 +227,7 @@ def slide_cells(cells: Cells, a: Ints) -> tuple[Cells, Reals]:
     return after, line_scores.reshape(-1, 4).sum(axis=1).astype(float)
 
 
-def _orient_boards(boards: BoardArray, directions: BoardArray) -> BoardArray:
+def _transpose_vertical(boards: BoardArray, directions: BoardArray) -> BoardArray:
     """Return the boards, with those transposed whose direction is vertical.
 
     The function is its own inverse.

@@ -201,7 +201,7 @@ def _draw_boxed_board(displayed: DisplayedBoard, boxes: BoxLayout, options: Draw
         if not options.allow_large or tile.text != EMPTY_GLYPH:
             middle = left + x, y + boxes.height // 2
             _draw_tile(canvas, middle, tile.text.center(boxes.width), tile)
-    _draw_margins(canvas, displayed, options, (left, right, bottom))
+    _draw_forecast_and_regrets(canvas, displayed, options, (left, right, bottom))
     return canvas.to_text()
 
 
@@ -219,7 +219,7 @@ def _draw_borders(boxes: BoxLayout, left: int) -> Canvas:
     return canvas
 
 
-def _draw_margins(
+def _draw_forecast_and_regrets(
     canvas: Canvas, displayed: DisplayedBoard, options: DrawOptions, area: tuple[int, int, int]
 ) -> None:
     """Draw the title of the forecast, and at each edge the regret of a slide that way."""

@@ -13,7 +13,7 @@ from dmplay.errors import BadParameter
 from dmplay.game.action_breakdown import merge_by_text
 from dmplay.game.position import Position
 from dmplay.game.rules_of_thumb import RuleOfThumb, find_single_best
-from dmplay.problems._shared.hex_steps import EXPECT_LIKELIEST_WITHOUT_BUMPS, find_single_step
+from dmplay.problems._shared.hex_steps import EXPECT_LIKELIEST_WITHOUT_BUMPS, find_only_best_step
 from dmplay.registry.problems import with_parameters
 from dmplay.solvers.mdp.mdp_values import compute_optimal_q
 from dmplay.tutor.positions import PositionInGame
@@ -39,7 +39,7 @@ def _walk_to_exit(position: Position, rank_exit: Callable[[float, float], float]
     goal = find_single_best(-np.array(ranks, float))
     if goal is None:
         return None
-    return find_single_step(position, -lengths[:, exits[goal][0]])
+    return find_only_best_step(position, -lengths[:, exits[goal][0]])
 
 
 def exit_probability(position: PositionInGame, exit_state: str, discount: float) -> Truth:

@@ -285,11 +285,11 @@ def lesson(view: View[MachineReplacement]) -> Lesson:
         "examine",
         "with {} failed parts",
         "{} failed",
-        _describe_chances(view.problem),
+        _describe_failure_chances(view.problem),
     )
 
 
-def _describe_chances(problem: MachineReplacement) -> tuple[str, ...]:
+def _describe_failure_chances(problem: MachineReplacement) -> tuple[str, ...]:
     """Return the probabilities of failures in a turn, and of a defective product."""
     wear = problem.tables.transition[:, 0]
     (_, one_of_two, both), (_, _, last) = wear[:2]

@@ -5,7 +5,7 @@ import numpy as np
 from dmplay.game.plot_kinds import Figure
 from dmplay.plots.plot_data import GridPanel, Label, Plot, Polyline, Shape, ShapesPanel
 from dmplay.plots.plotted_problem import VALUE_LABEL, PlottedProblem
-from dmplay.plots.state_values import EQUAL_LABEL, index_best_actions
+from dmplay.plots.state_values import EQUAL_LABEL, find_unique_best_actions
 from dmplay.views.toolkit.plots import Axis
 
 from .agents import VALUE_GRID, compute_action_values, solve_on_grid
@@ -52,7 +52,7 @@ def _draw_valley(subject: PlottedProblem) -> Plot:
 
 def _plot_values(subject: PlottedProblem) -> Plot:
     """Return a heat map of the values by position and speed."""
-    subject.refuse_turns("values", TURNS_REASON)
+    subject.check_no_turns("values", TURNS_REASON)
     values = solve_on_grid(subject.problem, VALUE_GRID).values
     panel = GridPanel("", POSITIONS, SPEEDS, values.reshape(GRID_SHAPE), VALUE_LABEL)
     return Plot(f"{subject.title}: values, infinite horizon", [panel], notes=[METHOD])
@@ -60,9 +60,9 @@ def _plot_values(subject: PlottedProblem) -> Plot:
 
 def _plot_policy(subject: PlottedProblem) -> Plot:
     """Return a heat map of the best actions by position and speed."""
-    subject.refuse_turns("policy", TURNS_REASON)
+    subject.check_no_turns("policy", TURNS_REASON)
     problem, states = subject.problem, VALUE_GRID.list_states()
-    best = index_best_actions(compute_action_values(problem, states))
+    best = find_unique_best_actions(compute_action_values(problem, states))
     best[problem.terminal(states)] = np.nan
     categories = (*problem.actions[0].labels, EQUAL_LABEL)
     panel = GridPanel("", POSITIONS, SPEEDS, best.reshape(GRID_SHAPE), categories=categories)

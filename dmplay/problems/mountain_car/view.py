@@ -93,7 +93,7 @@ def iter_boards(view: View[MountainCar], options: DrawOptions) -> Iterator[Text]
         scale = NumberLine(LEFT_WALL, RIGHT_WALL, 1, layout.width - 1)
         canvas = _draw_hill(scale, layout, ASCII_BLOCKS if options.ascii else BLOCKS).copy()
         _draw_flag_and_car(canvas, view, scale, layout, options)
-        _draw_hint(canvas, options, scale, view)
+        _draw_action_regrets(canvas, options, scale, view)
         y = layout.hill_rows + layout.sky_rows
         if layout.has_scales:
             _draw_place_labels(canvas, y, scale, view.problem.goal)
@@ -112,12 +112,12 @@ def iter_boards(view: View[MountainCar], options: DrawOptions) -> Iterator[Text]
             canvas.write_text(0, y, text, "bold cyan")
         # otherwise the side panel shows the numbers
         elif layout.width > options.columns_beside_panel:
-            _draw_state_numbers(canvas, y, view, options, layout)
+            _draw_position_and_speed(canvas, y, view, options, layout)
         yield canvas.to_text()
     yield draw_text_rows(_format_state(view, False))
 
 
-def _draw_hint(
+def _draw_action_regrets(
     canvas: Canvas, options: DrawOptions, scale: NumberLine, view: View[MountainCar]
 ) -> None:
     """Draw the regret of each action above the car, left of the flag."""
@@ -130,7 +130,7 @@ def _draw_hint(
         canvas.write_text(max(min(middle, last_column), 1), 0, text, "bold green")
 
 
-def _draw_state_numbers(
+def _draw_position_and_speed(
     canvas: Canvas, y: int, view: View[MountainCar], options: DrawOptions, layout: HillLayout
 ) -> None:
     """Draw position and speed, with their full names on a large screen."""

@@ -87,7 +87,7 @@ class SharedObservationPlan(SeatPolicy):
     def initial_memory(self, observation: Array) -> Memory:
         """Return the initial belief, and the joint action that both agents take first."""
         b = belief.initial_belief(self.problem)
-        return self._make_memory(np.tile(b, (len(observation), 1)))
+        return self._make_plan_memory(np.tile(b, (len(observation), 1)))
 
     def update_memory(self, memory: Memory, percept: Percept) -> Memory:
         """Return the belief after a turn, by Bayes' rule, and the next joint action.
@@ -97,9 +97,9 @@ class SharedObservationPlan(SeatPolicy):
         """
         b, planned_actions = memory
         turn = percept.action, planned_actions[:, 1 - self.seat], percept.observation
-        return self._make_memory(self._belief_filter.update_beliefs(b, turn))
+        return self._make_plan_memory(self._belief_filter.update_beliefs(b, turn))
 
-    def _make_memory(self, b: Reals) -> Memory:
+    def _make_plan_memory(self, b: Reals) -> Memory:
         """Return beliefs with the first best joint action `[B, 2]`, the same for both seats."""
         best = select_greedy_actions(self._joint_action_values(b), self.problem.reward_scale)
         return b, self._joint_actions.take(best, axis=0)

@@ -112,12 +112,12 @@ class PredatorPrey(HexHunt):
             predator_count = count_on_same_hex(hexes, seat, self.predator_seats)
             if seat in self.predator_seats:
                 prey_count = count_on_same_hex(hexes, seat, self.prey_seats)
-                feeds, move_end = prey_count > 0, self.move_walker(hex_, direction, event)
+                feeds, move_end = prey_count > 0, self.find_move_ends(hex_, direction, event)
                 rewards.append(np.where(feeds, prey_count / predator_count, MOVE_REWARD))
                 next_hexes.append(np.where(feeds, hex_, move_end))
             else:
                 is_caught = predator_count > 0
-                move_end = self.move_walker(hex_, direction, np.minimum(event, 2))
+                move_end = self.find_move_ends(hex_, direction, np.minimum(event, 2))
                 rewards.append(np.where(is_caught, DEVOURED_REWARD, 0.0))
                 next_hexes.append(np.where(is_caught, event, move_end))
         next_states = np.stack(next_hexes, axis=1)

@@ -5,7 +5,7 @@ from functools import partial
 from dmplay.core.hexgrid import path_lengths
 from dmplay.game.position import Position
 from dmplay.game.rules_of_thumb import RuleOfThumb
-from dmplay.problems._shared.hex_steps import EXPECT_LIKELIEST_WITHOUT_BUMPS, find_single_step
+from dmplay.problems._shared.hex_steps import EXPECT_LIKELIEST_WITHOUT_BUMPS, find_only_best_step
 from dmplay.tutor.puzzle_mining import GameSetup
 
 from .rules import PredatorPrey
@@ -19,7 +19,7 @@ def _step_by_distance(position: Position, *, is_predator: bool) -> int | None:
     if (position.seat in problem.predator_seats) != is_predator:
         return None
     distances = path_lengths(problem.hexes)[:, state[list(others)]].min(axis=1)  # [H]
-    return find_single_step(position, -distances if is_predator else distances)
+    return find_only_best_step(position, -distances if is_predator else distances)
 
 
 RULES_OF_THUMB = [

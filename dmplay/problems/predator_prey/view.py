@@ -45,7 +45,7 @@ def _choose_agent_style(view: View[PredatorPrey], seat: int, options: DrawOption
     return f"bold {color}{' reverse' * (seat == view.seat)}"
 
 
-def _flag_feeding_agents(view: View[PredatorPrey], turn: int = -1) -> list[bool]:
+def _mark_feeding_agents(view: View[PredatorPrey], turn: int = -1) -> list[bool]:
     """Return a list of flags, one per agent: true if a predator and a prey share its hex."""
     problem, positions = view.problem, _list_positions(view, turn)
     prey_hexes = {positions[seat] for seat in problem.prey_seats}
@@ -62,7 +62,7 @@ def iter_boards(view: View[PredatorPrey], options: DrawOptions) -> Iterator[Text
     position = positions[view.seat]
     adjacent = hex_neighbours(position)
     can_show_keys = options.show_keys or options.regret is not None
-    if options.overlay or _flag_feeding_agents(view)[view.seat]:
+    if options.overlay or _mark_feeding_agents(view)[view.seat]:
         can_show_keys = False
 
     def find_state_at(hex_: Hex) -> int:
@@ -152,7 +152,7 @@ def _format_caption(view: View[PredatorPrey], options: DrawOptions) -> str:
     if options.forecast:
         return f"{hexgrid.format_move_condition(options.forecast)}: chance of each hex"
     is_caption_visible = options.allow_large or options.regret is not None
-    if _flag_feeding_agents(view)[view.seat] and not view.end_reason and is_caption_visible:
+    if _mark_feeding_agents(view)[view.seat] and not view.end_reason and is_caption_visible:
         is_predator = view.seat in view.problem.predator_seats
         return "any action eats the prey" if is_predator else "caught: any key moves you away"
     if options.regret is not None and not options.overlay:
@@ -175,7 +175,7 @@ def _get_last_action(view: View[PredatorPrey], seat: int) -> int:
 
 def _describe_last_move(view: View[PredatorPrey], seat: int) -> tuple[str, str]:
     """Return the result of an agent's last move, in short for the panel and as a clause."""
-    if _flag_feeding_agents(view, -2)[seat]:
+    if _mark_feeding_agents(view, -2)[seat]:
         if seat in view.problem.predator_seats:
             return "ate prey", "ate the prey, stayed"
         return "caught", "was caught, reappeared"
@@ -289,7 +289,7 @@ def describe_turn(view: View[PredatorPrey]) -> str:
     agents, positions = view.problem.agents, _list_positions(view)
     other_seats = [seat for seat in range(len(agents)) if seat != view.seat]
     sentences = [f"{_describe_action_and_move(view, view.seat)}."]
-    fed_before = _flag_feeding_agents(view, -2)
+    fed_before = _mark_feeding_agents(view, -2)
     for seat in other_seats:
         # With several other agents, only the actions of those that fed or were caught are
         # described.
@@ -308,7 +308,7 @@ def describe_situation(view: View[PredatorPrey]) -> str:
     sentences = [f"at {format_hex(position)}, you are {problem.agents[view.seat]}."]
     if is_watched:
         sentences = [f"{view.player_label} at {format_hex(position)}."]
-    if _flag_feeding_agents(view)[view.seat] and not is_watched:
+    if _mark_feeding_agents(view)[view.seat] and not is_watched:
         sentence = "you are caught: after any action you reappear on a random hex."
         if view.seat in problem.predator_seats:
             sentence = "the prey is here: any action eats it and stays."

@@ -5,7 +5,7 @@ from dmplay.game.rules_of_thumb import RuleOfThumb, choose_always, get_last_acti
 from dmplay.tutor.puzzle_mining import GameSetup
 
 
-def _copy_last(position: Position) -> int | None:
+def _copy_last_action(position: Position) -> int | None:
     """Choose the other agent's last action; None in the first round."""
     last = get_last_actions(position)
     return None if last is None else last[1]
@@ -21,7 +21,7 @@ def _win_stay_lose_shift(position: Position) -> int | None:
 
 
 RULES_OF_THUMB = [
-    RuleOfThumb("do what the other did last", _copy_last),
+    RuleOfThumb("do what the other did last", _copy_last_action),
     RuleOfThumb(
         "repeat your last action if the other cooperated, else change it (win-stay, lose-shift)",
         _win_stay_lose_shift,

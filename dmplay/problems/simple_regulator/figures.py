@@ -30,7 +30,7 @@ def _plot_values(subject: PlottedProblem) -> Plot:
 
 def _plot_policy(subject: PlottedProblem) -> Plot:
     """Return the line of the best action of the simple regulator, which cancels the state."""
-    subject.refuse_turns("policy", "the best action is the same for every number of turns left")
+    subject.check_no_turns("policy", "the best action is the same for every number of turns left")
     gain = OPTIMAL_POLICY.theta1
     actions = replace(STATE_AXIS, label="best action a")
     panel = LinePanel("", STATE_AXIS, actions, [Series("", STATES, gain * STATES)])

@@ -17,7 +17,7 @@ def linear_policy_value(
     position: PositionInGame, theta1: float, state: float, turns_left: int
 ) -> Truth:
     """Return the expected return of the policy a = theta1 s from a number."""
-    value = _evaluate(position, theta1, state, turns_left)
+    value = _evaluate_policy(position, theta1, state, turns_left)
     factor = f"without noise, each turn multiplies the number by {format_number(1.0 + theta1)}"
     return Truth(value, lambda _: factor)
 
@@ -26,12 +26,12 @@ def linear_policy_loss(
     position: PositionInGame, theta1: float, state: float, turns_left: int
 ) -> Truth:
     """Return the expected return that a = theta1 s loses against the best policy."""
-    best = _evaluate(position, OPTIMAL_POLICY.theta1, state, turns_left)
-    value = _evaluate(position, theta1, state, turns_left)
+    best = _evaluate_policy(position, OPTIMAL_POLICY.theta1, state, turns_left)
+    value = _evaluate_policy(position, theta1, state, turns_left)
 
     def explain(_: str) -> str:
         """Return the cost of this rule without noise, and that of the first turn."""
-        value_of_noise = _evaluate(position, theta1, 0.0, turns_left)
+        value_of_noise = _evaluate_policy(position, theta1, 0.0, turns_left)
         cost, first = format_number(value_of_noise - value), format_number(state**2)
         turns = format_count(turns_left, "turn")
         return f"without noise, {turns} cost {cost} by this rule; the first one alone costs {first}"
@@ -41,8 +41,8 @@ def linear_policy_loss(
 
 def noise_cost(position: PositionInGame, turns_left: int) -> Truth:
     """Return the expected cost that remains if you start at 0 and play best."""
-    problem = _regulator(position)
-    cost = -_evaluate(position, OPTIMAL_POLICY.theta1, 0.0, turns_left)
+    problem = _get_regulator(position)
+    cost = -_evaluate_policy(position, OPTIMAL_POLICY.theta1, 0.0, turns_left)
 
     def explain(answer: str) -> str:
         """Return the mean of the typed cost by turn, and the costs of the first and last turns.
@@ -64,13 +64,15 @@ def noise_cost(position: PositionInGame, turns_left: int) -> Truth:
     )
 
 
-def _evaluate(position: PositionInGame, theta1: float, state: float, turns_left: int) -> float:
+def _evaluate_policy(
+    position: PositionInGame, theta1: float, state: float, turns_left: int
+) -> float:
     """Return the expected return of a = theta1 s from a number, for this many turns."""
     policy = LinearGaussianPolicy(theta1, 0.0)
-    return evaluate_finite_horizon(_regulator(position), policy, turns_left).evaluate_at(state)
+    return evaluate_finite_horizon(_get_regulator(position), policy, turns_left).evaluate_at(state)
 
 
-def _regulator(position: PositionInGame) -> SimpleRegulator:
+def _get_regulator(position: PositionInGame) -> SimpleRegulator:
     """Return the problem, which must be a simple regulator."""
     assert isinstance(position.problem, SimpleRegulator)
     return position.problem

@@ -14,7 +14,7 @@ from dmplay.registry import agents
 from dmplay.tutor.puzzle_mining import GameSetup
 
 
-def _undercut(position: Position) -> int | None:
+def _undercut_last_claim(position: Position) -> int | None:
     """Choose the claim below the other agent's last one, if there is one."""
     last = get_last_actions(position)
     return last[1] - 1 if last is not None and last[1] else None
@@ -31,7 +31,7 @@ def _play_pure_equilibrium(position: Position) -> int | None:
 
 
 RULES_OF_THUMB = [
-    RuleOfThumb("claim one less than the other's last claim", _undercut),
+    RuleOfThumb("claim one less than the other's last claim", _undercut_last_claim),
     RuleOfThumb("claim the highest amount", choose_always("100")),
     RuleOfThumb(
         "play the Nash equilibrium, from which no agent gains by a change of its own",

@@ -80,7 +80,7 @@ class ModelGames:
 
     def problem_info(self, problem: str) -> dict[str, object]:
         """Return the facts of a problem that a player may know before a game."""
-        facts = load_problem_info(self._problem_name(problem))._asdict()
+        facts = load_problem_info(self._find_problem_name(problem))._asdict()
         del facts["keys"], facts["variants"]  # A model presses no keys, and variants have ids.
         return facts | {"problem": problem}
 
@@ -90,10 +90,10 @@ class ModelGames:
         The model plays the first seat unless it names another. `others` is the agent in all other
         seats; by default, each is played by the usual agent.
         """
-        name = self._problem_name(problem)
+        name = self._find_problem_name(problem)
         game_problem = problems.load_problem(name)
         model_seat = find_seat(game_problem, seat) if seat else 0
-        players = _assign_players(game_problem, model_seat, others)
+        players = _list_players(game_problem, model_seat, others)
         discarded_game = self._find_game_to_discard()
         config, episode = self.config, self._started_count
         never_ends = config.turn_limit is None and game_problem.horizon is None
@@ -127,7 +127,7 @@ class ModelGames:
         self.save_removal = self.save_removal.followed_by(game.save_removal)
         return self._report_status(f"g{self._started_count}")
 
-    def find_package(self, problem: str, others: str) -> str:
+    def find_required_package(self, problem: str, others: str) -> str:
         """Return the package that an agent named `others` imports; '' if there is none."""
         name = self._problem_names.get(problem)
         if not (name and others):
@@ -138,7 +138,7 @@ class ModelGames:
 
     def game_status(self, game: str, *, history: bool = False) -> GameStatus:
         """Return the status of a game, with all turns again if `history` is True."""
-        seat = self._seat_of_game(game)
+        seat = self._find_model_seat(game)
         seat.last_reported_turn = -1 if history else seat.last_reported_turn
         return self._report_status(game)
 
@@ -147,7 +147,7 @@ class ModelGames:
 
         A `turn` of 0 stands for any.
         """
-        seat = self._seat_of_game(game)
+        seat = self._find_model_seat(game)
         current_game, view = seat.game, seat.game.view()
         next_turn = len(current_game.session.turns) + 1
         if turn and turn != next_turn and not current_game.session.over:
@@ -159,7 +159,7 @@ class ModelGames:
 
     def get_hint(self, game: str) -> JsonObject:
         """Return a hint as data, and record in the transcript that the model requested it."""
-        current_game = self._seat_of_game(game).game
+        current_game = self._find_model_seat(game).game
         current_game.check_hints_allowed("hint")
         message = current_game.hint_provider.create_hint()
         hint = current_game.hint_provider.current_hint
@@ -170,7 +170,7 @@ class ModelGames:
 
     def undo_turns(self, game: str, turns: int = 1) -> GameStatus:
         """Undo the model's last choices and the turns since, and return the status."""
-        seat = self._seat_of_game(game)
+        seat = self._find_model_seat(game)
         if seat.game.session.over:
             raise BadParameter("dmplay_undo: the game is over")
         seat.game.undo(turns)
@@ -179,7 +179,7 @@ class ModelGames:
 
     def end_game(self, game: str) -> JsonObject:
         """End a game, and return its result and the hidden information of every turn."""
-        seat = self._seat_of_game(game)
+        seat = self._find_model_seat(game)
         self._finish_game(seat, "quit")
         return seat.game.narrator.result_facts()
 
@@ -196,13 +196,13 @@ class ModelGames:
         if recorder and was_open and not saves.remove_unplayed_save(recorder):
             self.failed_recorders += [recorder] if recorder.write_error else []
 
-    def _problem_name(self, problem: str) -> str:
+    def _find_problem_name(self, problem: str) -> str:
         """Return the name of the problem with an id; raise UnknownName if there is none."""
         if problem not in self._problem_names:
             raise UnknownName("problem", problem, self._problem_names)
         return self._problem_names[problem]
 
-    def _seat_of_game(self, game: str) -> ModelSeat:
+    def _find_model_seat(self, game: str) -> ModelSeat:
         """Return the model's seat in the game with an id; raise UnknownName if there is none."""
         if game not in self._seats:
             raise UnknownName("game", game, self._seats)
@@ -279,7 +279,7 @@ def _problem_id(name: str) -> str:
     return f"{Path(path).stem}{colon}{suffix}" if names_python_file(name) else name
 
 
-def _assign_players(problem: Problem, model_seat: int, other_agent: str) -> list[str]:
+def _list_players(problem: Problem, model_seat: int, other_agent: str) -> list[str]:
     """Return the player of each seat: an agent, or "human" for the model's seat.
 
     Raises UnknownName if a seat has no agent named `others`.

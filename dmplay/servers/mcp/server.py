@@ -148,7 +148,7 @@ def _make_tools(games: ModelGames) -> Sequence[Callable[..., object]]:
         """Start a game. You play the first seat unless you name another. Agents play the other
         seats: the default ones unless you name one.
         """
-        package = games.find_package(problem, others)
+        package = games.find_required_package(problem, others)
         if package:  # A large library takes seconds, in which the server answers other requests.
             with suppress(ImportError):  # `start_game` reports it.
                 await to_thread.run_sync(import_module, package, abandon_on_cancel=True)

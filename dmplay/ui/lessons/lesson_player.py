@@ -253,7 +253,7 @@ class LessonPlayer(LineDialog):
             case "show":
                 return self._run.show_answer()
             case "skip":
-                return self._run.skip()
+                return self._run.skip_step()
             case _ if line in LEAVE_WORDS:
                 raise DialogLeft
         return None

@@ -92,7 +92,7 @@ class QuestionDialog(LineDialog):
             self._printed_rules = rules
         self._print(*exercise.introduction)
         self._print_exercise_board(exercise)
-        self._print(question.ask(), f"type {question.expected_answer}.")
+        self._print(question.prompt(), f"type {question.expected_answer}.")
         while True:
             line = self._read("answer> ")
             if line == "skip":

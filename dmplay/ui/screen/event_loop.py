@@ -21,7 +21,7 @@ from prompt_toolkit.key_binding import KeyPress
 from prompt_toolkit.keys import Keys
 
 from dmplay.game.background_tasks import CANCEL_SECONDS, BackgroundTask, TaskInfo
-from dmplay.terminal.background import discard_reply
+from dmplay.terminal.background import discard_late_reply
 from dmplay.terminal.input_sequences import ESC, ESCAPE_SECONDS, TERMINAL_INPUT, InputSequences
 from dmplay.terminal.painter import Painter
 from dmplay.terminal.signals import (
@@ -370,7 +370,7 @@ class ScreenEventLoop(ABC):
 
     async def _redraw(self) -> None:
         """Make the next frame repaint the whole screen."""
-        self.painter.invalidate()
+        self.painter.mark_screen_unknown()
 
     async def _handle_suspend_key(self) -> None:
         """Suspend the program, as the handler of Ctrl-Z."""
@@ -380,7 +380,7 @@ class ScreenEventLoop(ABC):
         """Suspend the program, as on Ctrl-Z, with the terminal restored until it resumes."""
         loop = asyncio.get_running_loop()
         self.painter.leave_screen()
-        discard_reply(self.input.fileno(), self._key_reader.sequences)
+        discard_late_reply(self.input.fileno(), self._key_reader.sequences)
         loop.remove_signal_handler(signal.SIGTSTP)
         with self.input.cooked_mode():
             os.kill(0, signal.SIGTSTP)
@@ -504,7 +504,7 @@ class PlayEventLoop(ScreenEventLoop):
                 line = await self._prompt_application.run_async(handle_sigint=False)
         finally:
             self._prompt_application = None
-        self.painter.invalidate()
+        self.painter.mark_screen_unknown()
         self._enqueue_keys(get_typeahead(self.input))
         self._schedule_flush()
         if line is not None:

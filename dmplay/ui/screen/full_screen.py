@@ -10,8 +10,8 @@ from dmplay.game.command_line_results import MistakesCommand
 from dmplay.terminal.background import (
     THEMES_BY_BACKGROUND,
     can_ask_background,
-    discard_reply,
-    find_background,
+    discard_late_reply,
+    find_background_theme,
 )
 from dmplay.terminal.capabilities import disable_echo_and_signals, read_line
 from dmplay.terminal.input_sequences import TERMINAL_INPUT
@@ -30,7 +30,7 @@ def run_full_screen(
     """
     terminal = screen.terminal
     painter = Painter(sys.stdout, terminal.theme, terminal.width)
-    apply_background(screen, painter, find_background(os.environ))
+    apply_background(screen, painter, find_background_theme(os.environ))
     asks = terminal.theme_option in THEMES_BY_BACKGROUND and can_ask_background(os.environ)
     with disable_echo_and_signals(sys.stdin):
         try:
@@ -48,7 +48,7 @@ def run_full_screen(
             with contextlib.suppress(OSError):  # The terminal may be gone.
                 painter.leave_screen()
                 if not next_reads_keys():
-                    discard_reply(sys.stdin.fileno(), TERMINAL_INPUT)
+                    discard_late_reply(sys.stdin.fileno(), TERMINAL_INPUT)
 
 
 def show_game(screen: PlayScreen) -> int:

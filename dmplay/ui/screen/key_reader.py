@@ -10,7 +10,7 @@ from prompt_toolkit.input.vt100_parser import Vt100Parser
 from prompt_toolkit.key_binding import KeyPress
 from prompt_toolkit.keys import Keys
 
-from dmplay.terminal.background import parse_background_reply, remember_background
+from dmplay.terminal.background import parse_background_reply, remember_background_reply
 from dmplay.terminal.input_sequences import InputKind, InputSequences, InputToken
 
 # reports of the cursor's position, and of the mouse in its SGR form
@@ -40,7 +40,7 @@ class KeyReader(Vt100Parser):
 
     def flush(self) -> None:
         """Report a lone Esc as a key, unless it may still begin a sequence."""
-        self._report(self.sequences.expire(self._clock()))
+        self._report(self.sequences.end_overdue_input(self._clock()))
 
     def seconds_to_flush(self) -> float | None:
         """Return the seconds until `flush` may report a key, or None if it will report none."""
@@ -57,7 +57,7 @@ class KeyReader(Vt100Parser):
                 super().flush()  # a key that begins a longer one is complete, too
             elif background := parse_background_reply(data):
                 self.sequences.reply_until = 0.0
-                remember_background(background)
+                remember_background_reply(background)
                 if self.on_background:
                     self.on_background(background)
 

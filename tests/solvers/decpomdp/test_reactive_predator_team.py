@@ -23,7 +23,7 @@ def evaluate_rules(
     problem: CollaborativePredatorPrey, model: sparse_mdp.SparseMdp, rules: Reals
 ) -> float:
     """Return the mean value over all states of two agents that act by their current observation."""
-    observations = problem.observe(problem.enumerate_states())
+    observations = problem.get_observations(problem.enumerate_states())
     first, second = (rules[seat][observations[:, seat]] for seat in (0, 1))
     joint = (first[:, :, None] * second[:, None]).reshape(len(first), -1)
     return float(sparse_mdp.evaluate_policy(model, problem.discount, joint).mean())

@@ -26,7 +26,7 @@ from dmplay.core.session import Session
 from dmplay.errors import BadPolicy, BudgetExceeded
 from dmplay.evaluation.solutions.solve import solve_problem
 from dmplay.game.hints.hint_provider import HintProvider
-from dmplay.output.evaluation_request import EvaluationRequest, make_lineup
+from dmplay.output.evaluation_request import EvaluationRequest, load_players
 from dmplay.registry.agents import find_hint_provider, load_roster
 from dmplay.solvers.mdp import backward_induction, transition_graph
 from dmplay.solvers.mdp.backward_induction import solve_by_backward_induction
@@ -303,8 +303,8 @@ def test_the_optimal_agent_gives_hints_and_rejects_simultaneous_games() -> None:
 
 def test_a_match_with_a_turn_limit_plans_that_many_turns() -> None:
     match = EvaluationRequest("machine-replacement", agent="optimal", turn_limit=5)
-    assert make_lineup(match).agent_names == ["optimal:horizon=5"]
-    assert make_lineup(match._replace(turn_limit=None)).agent_names == ["optimal"]
+    assert load_players(match).agent_names == ["optimal:horizon=5"]
+    assert load_players(match._replace(turn_limit=None)).agent_names == ["optimal"]
     assert [*load_roster(RandomProblem(turns=9)).agents][:2] == ["optimal", "plan"]
     assert solve_problem(RandomProblem(turns=9)).result.endswith(" at the start with 9 turns")
 
