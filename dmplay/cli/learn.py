@@ -144,7 +144,7 @@ def puzzle(
       dmplay learn puzzle machine-replacement:7 --json --solution
     """
     if terminal_options.json:
-        from dmplay.output.question_report import report_puzzle
+        from dmplay.output.exercise_report import report_puzzle
 
         return report_puzzle(code, with_solution=solution)
     if solution:
@@ -177,7 +177,7 @@ def learn_from(
       dmplay learn from game.dmt --json
     """
     if terminal_options.json:
-        from dmplay.output.question_report import report_mistakes
+        from dmplay.output.exercise_report import report_mistakes
 
         return report_mistakes(paths, trusted=trust)
     from dmplay.game.command_line_results import MistakesCommand

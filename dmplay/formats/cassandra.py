@@ -28,8 +28,8 @@ from dmplay.formats.cassandra_syntax import (
     parse_preamble,
     selection_indices,
 )
+from dmplay.formats.file_problems import FileProblem, MarkovModel, make_unique_labels
 from dmplay.formats.lexer import EXACT_SUM_TOLERANCE, SUM_TOLERANCE, SourceText, make_reading_budget
-from dmplay.formats.problem_classes import FileProblem, MarkovModel, make_unique_labels
 
 BYTES_PER_MERGED_ENTRY = 80  # extra bytes while entries are sorted; 74 by tracemalloc
 BYTES_PER_ENTRY = 24  # bytes of a stored entry: its row, column and value

@@ -10,6 +10,7 @@ from dmplay.core.arrays import Reals
 from dmplay.core.playability_checks import RESERVED_WORDS
 from dmplay.core.spaces import Labels
 from dmplay.errors import BadFile
+from dmplay.formats.file_problems import NormalFormGame, PayoffTable, make_unique_labels
 from dmplay.formats.lexer import (
     EXPECTED_NUMBER,
     MAX_NUMBER,
@@ -19,7 +20,6 @@ from dmplay.formats.lexer import (
     make_reading_budget,
     parse_integer,
 )
-from dmplay.formats.problem_classes import NormalFormGame, PayoffTable, make_unique_labels
 
 TOKEN_PATTERN = re.compile(r'"(?:[^"\\]|\\.)*"?|[{}]|[^\s{}",]+')
 BYTES_PER_PAYOFF = 100  # bytes of a payoff while it is read

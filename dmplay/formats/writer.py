@@ -16,7 +16,7 @@ from dmplay.core.tabular import SparseTables, Tabular, tabulate
 from dmplay.core.work_budget import Budget
 from dmplay.errors import BadParameter
 from dmplay.formats.cassandra_syntax import KEYWORDS, VALUE_KEYWORDS
-from dmplay.formats.problem_classes import make_unique_labels
+from dmplay.formats.file_problems import make_unique_labels
 
 RESERVED_WORDS = {*KEYWORDS, *VALUE_KEYWORDS}
 BYTES_PER_LINE = 200  # memory of one line while it is written

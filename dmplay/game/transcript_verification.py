@@ -17,7 +17,7 @@ from dmplay.registry import problems
 from dmplay.registry.problem_name_kinds import resolve_recorded_name, transcript_folder
 from dmplay.transcript.concealment import is_concealed, mark_peeked_if_concealed
 from dmplay.transcript.reader import Transcript, read_transcript
-from dmplay.transcript.rewriting import rewrite_transcript
+from dmplay.transcript.regeneration import rewrite_transcript
 from dmplay.transcript.verification_report import (
     MALFORMED,
     Finding,

@@ -24,8 +24,8 @@ from dmplay.transcript.format import (
 )
 from dmplay.transcript.header import collect_header_facts
 from dmplay.transcript.reader import Block, Entry, Transcript
+from dmplay.transcript.regeneration import rewrite_end
 from dmplay.transcript.replay import start_session
-from dmplay.transcript.rewriting import rewrite_end
 from dmplay.transcript.turn_batch_replay import BatchReplayer, apply_block, split_turns
 from dmplay.transcript.verification_report import Finding, VerificationReport, make_finding
 

@@ -6,7 +6,7 @@ from dmplay.errors import BadParameter
 from dmplay.tutor.action_question import ActionQuestion
 from dmplay.tutor.lesson_run import TutorReply
 from dmplay.tutor.progress import current_day
-from dmplay.tutor.repetition import save_first_answer
+from dmplay.tutor.spaced_repetition import save_first_answer
 
 
 @dataclass(frozen=True)

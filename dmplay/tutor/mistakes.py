@@ -20,7 +20,7 @@ from dmplay.tutor.exercise import Exercise
 from dmplay.tutor.positions import PositionInGame
 from dmplay.tutor.progress import QuestionProgress
 from dmplay.tutor.puzzle_mining import describe_situation
-from dmplay.tutor.repetition import load_question_progress
+from dmplay.tutor.spaced_repetition import load_question_progress
 from dmplay.tutor.truth import format_number
 
 MAX_MISTAKES = 5  # asked at a time

@@ -16,7 +16,7 @@ from dmplay.tutor.exercise import Exercise
 from dmplay.tutor.lesson import PositionText
 from dmplay.tutor.positions import open_position
 from dmplay.tutor.puzzle_mining import find_rule_belief, mine_candidates
-from dmplay.tutor.repetition import load_question_progress
+from dmplay.tutor.spaced_repetition import load_question_progress
 from dmplay.tutor.truth import format_number
 
 KEY_PREFIX = "puzzle "  # of keys in the file of progress

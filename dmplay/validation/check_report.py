@@ -7,7 +7,7 @@ import numpy as np
 from dmplay.core.problem import Problem
 from dmplay.core.text import format_count, format_json_report
 from dmplay.errors import DmplayError
-from dmplay.formats.problem_classes import FileProblem
+from dmplay.formats.file_problems import FileProblem
 from dmplay.game.command_line_results import Printout
 from dmplay.registry import problems
 from dmplay.validation.agent_trial import EPISODES, AgentTrial, try_agent

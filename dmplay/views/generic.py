@@ -11,7 +11,7 @@ from dmplay.core.session import DEFAULT_TURN_LIMIT, View
 from dmplay.core.text import format_count
 from dmplay.core.user_code_locations import locate_definition
 from dmplay.errors import BadParameter
-from dmplay.formats.problem_classes import FileProblem
+from dmplay.formats.file_problems import FileProblem
 from dmplay.views.protocol import DrawOptions, FinishedGame, Lesson
 from dmplay.views.toolkit.action_hints_and_outcomes import (
     format_forecast_rows,

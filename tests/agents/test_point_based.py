@@ -9,7 +9,7 @@ from dmplay.agents.base import AdviceQuestion
 from dmplay.agents.point_based import PointBasedPolicy, format_bounds, suggest_closer_bounds
 from dmplay.core.work_budget import limit_total_work
 from dmplay.errors import BadParameter
-from dmplay.formats.problem_classes import FileProblem
+from dmplay.formats.file_problems import FileProblem
 from dmplay.solvers.pomdp import point_based as solver
 from dmplay.solvers.pomdp.point_based import PointBasedBounds
 from tests.support.literature_pomdps import UnhashableProblem, make_hallway

@@ -9,7 +9,7 @@ import pytest
 from dmplay.core.state_files import StateFile, warn_once
 from dmplay.game.player_records import RECORDS_FILE, load_records
 from dmplay.tutor.progress import PROGRESS_FILE
-from dmplay.tutor.repetition import load_question_progress, save_first_answer
+from dmplay.tutor.spaced_repetition import load_question_progress, save_first_answer
 
 TODAY = date(2026, 11, 28)
 RESULT = {"return": -27, "turns": 10, "seed": 7, "day": "2026-11-28"}

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from dmplay.formats import cassandra, gambit_nfg
-from dmplay.formats.problem_classes import FileProblem, NormalFormGame
+from dmplay.formats.file_problems import FileProblem, NormalFormGame
 
 TIGER_TEXT = """\
 # Listen for the tiger, or open the door that it is not behind.

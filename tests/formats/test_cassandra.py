@@ -9,8 +9,8 @@ import pytest
 from dmplay.core.tabular import tabulate
 from dmplay.errors import BadFile, BudgetExceeded
 from dmplay.formats import cassandra
+from dmplay.formats.file_problems import FileProblem
 from dmplay.formats.lexer import SourceText, TokenSpan
-from dmplay.formats.problem_classes import FileProblem
 from dmplay.solvers.pomdp import exact_pomdp
 from dmplay.validation.check_report import report_violations
 from tests.formats.sources import TIGER_TEXT, read_tiger

@@ -7,7 +7,7 @@ from dmplay.core.session import Session
 from dmplay.core.tabular import tabulate
 from dmplay.core.uniforms import SeededUniforms
 from dmplay.errors import BadFile
-from dmplay.formats.problem_classes import FileProblem
+from dmplay.formats.file_problems import FileProblem
 from tests.formats.sources import TEAM_TEXT, read_team
 
 STAY_T = "T: listen listen :\nidentity\n"

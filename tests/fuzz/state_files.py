@@ -17,7 +17,7 @@ from dmplay.game import player_records
 from dmplay.tutor import progress
 from dmplay.tutor.lesson_list import LessonOutline, list_builtin_outlines
 from dmplay.tutor.progress import PASSED, StepRecord, load_progress, save_step
-from dmplay.tutor.repetition import load_question_progress, save_first_answer
+from dmplay.tutor.spaced_repetition import load_question_progress, save_first_answer
 from tests.fuzz.case import Case, CaseOutcome
 from tests.fuzz.program import enter_case_folder
 

@@ -10,7 +10,7 @@ from dmplay.core.policy import Percept
 from dmplay.core.session import Session
 from dmplay.core.tabular import tabulate
 from dmplay.game.hints.hint_provider import HintProvider
-from dmplay.problems._shared.constant_state import Greedy, Optimal, ThompsonSampling
+from dmplay.problems._shared.constant_state_agents import Greedy, Optimal, ThompsonSampling
 from dmplay.problems.catch.rules import CAUGHT, DROPPED, Catch
 from dmplay.solvers.pomdp.bounded_search import BoundedSearch
 from tests.support.belief_trees import compute_exact_return

@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterator, Sequence
 from itertools import product
 
 from dmplay.formats import cassandra
-from dmplay.formats.problem_classes import FileProblem
+from dmplay.formats.file_problems import FileProblem
 
 Row = Sequence[float]
 BINARY_PAIRS = [*product(range(2), repeat=2)]

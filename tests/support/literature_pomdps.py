@@ -11,7 +11,7 @@ import numpy as np
 from dmplay.core.spaces import Labels
 from dmplay.core.sparse_matrix import SparseMatrix
 from dmplay.core.tabular import SparseTables, Tables
-from dmplay.formats.problem_classes import FileProblem, MarkovModel
+from dmplay.formats.file_problems import FileProblem, MarkovModel
 
 S = TypeVar("S", bound=Hashable)
 Distribution = dict[S, float]

@@ -4,7 +4,7 @@ from dmplay.core import belief
 from dmplay.core.best_actions import mark_best_actions
 from dmplay.core.problem import enumerate_outcomes
 from dmplay.core.tabular import tabulate
-from dmplay.problems._shared.constant_state import Optimal
+from dmplay.problems._shared.constant_state_agents import Optimal
 from dmplay.problems.bandit.rules import Bandit
 from tests.truth_cases.case import Case, map_by_kind
 

@@ -14,7 +14,7 @@ from dmplay.agents.matrix_game_agents import HierarchicalSoftmax, Nash
 from dmplay.core.arrays import Reals
 from dmplay.core.hexgrid import DIRECTIONS, Hex, hex_neighbours
 from dmplay.core.problem import enumerate_outcomes
-from dmplay.output.question_report import report_puzzle
+from dmplay.output.exercise_report import report_puzzle
 from dmplay.problems.hexworld.rules import HexWorld
 from dmplay.problems.predator_prey.rules import PredatorPrey
 from dmplay.problems.travelers_dilemma.agents import FixedClaim

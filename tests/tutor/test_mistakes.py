@@ -11,7 +11,7 @@ from dmplay.game.playback import review
 from dmplay.tutor.exercise import Exercise, ExerciseRun
 from dmplay.tutor.mistakes import choose_mistakes, list_mistakes
 from dmplay.tutor.puzzle_mining import describe_situation
-from dmplay.tutor.repetition import save_first_answer
+from dmplay.tutor.spaced_repetition import save_first_answer
 from tests.support.programs import run_dmplay
 
 TODAY = date(2026, 11, 28)

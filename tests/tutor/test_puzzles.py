@@ -22,7 +22,7 @@ from dmplay.tutor.puzzles import (
     list_puzzles,
     make_exercise,
 )
-from dmplay.tutor.repetition import load_question_progress, save_first_answer
+from dmplay.tutor.spaced_repetition import load_question_progress, save_first_answer
 from tests.oracles.exhaustive_values import ExhaustiveValues
 from tests.support.literature_pomdps import make_tiger
 from tests.support.programs import run_dmplay

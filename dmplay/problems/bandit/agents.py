@@ -11,8 +11,8 @@ from dmplay.core.arrays import Array, Bools, Reals
 from dmplay.core.best_actions import select_greedy_actions
 from dmplay.core.parameters import parameter
 from dmplay.core.policy import Memory, Percept, requires_fields
-from dmplay.problems._shared import constant_state
-from dmplay.problems._shared.constant_state import Greedy, ThompsonSampling
+from dmplay.problems._shared import constant_state_agents
+from dmplay.problems._shared.constant_state_agents import Greedy, ThompsonSampling
 from dmplay.problems._shared.hidden_chances import SUCCESS
 
 
@@ -68,7 +68,7 @@ class Ucb1(SeatPolicy):
 
 
 @dataclass(frozen=True)
-class Optimal(constant_state.Optimal):
+class Optimal(constant_state_agents.Optimal):
     """Takes the best arm for its belief and the pulls left, by exact search."""
 
     horizon: int = parameter(20, "number of turns planned", 1, MAX_HORIZON)

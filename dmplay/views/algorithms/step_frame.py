@@ -16,7 +16,7 @@ from dmplay.algorithms.step import (
 )
 from dmplay.core.problem import Problem
 from dmplay.core.text import escape_unprintable, format_count
-from dmplay.views.algorithms.beliefs import draw_alpha_vectors, draw_belief_table
+from dmplay.views.algorithms.beliefs_and_alpha_vectors import draw_alpha_vectors, draw_belief_table
 from dmplay.views.algorithms.mixes_and_curves import draw_curve, draw_strategy_mixes
 from dmplay.views.algorithms.search_tree import draw_search_tree
 from dmplay.views.algorithms.state_values import draw_state_values

@@ -6,7 +6,7 @@ import pytest
 from dmplay.core.arrays import Reals
 from dmplay.core.spaces import Labels
 from dmplay.evaluation.solutions.solve import solve_problem
-from dmplay.formats.problem_classes import NormalFormGame, PayoffTable
+from dmplay.formats.file_problems import NormalFormGame, PayoffTable
 from dmplay.solvers.games import bimatrix_game
 from dmplay.solvers.games.extreme_equilibria import find_extreme_equilibria
 from dmplay.solvers.games.lemke_howson import find_equilibrium

@@ -10,7 +10,7 @@ from dmplay.core.problem import Problem
 from dmplay.core.tabular import Tables, tabulate
 from dmplay.core.work_budget import DEFAULT_MEMORY_BYTES, Budget
 from dmplay.errors import BudgetExceeded
-from dmplay.formats.problem_classes import FileProblem
+from dmplay.formats.file_problems import FileProblem
 from dmplay.solvers.pomdp import exact_pomdp, point_based
 from dmplay.solvers.pomdp.point_based import PointBasedSolver
 from dmplay.solvers.pomdp.sparse_pomdp import build_sparse_pomdp

@@ -1,4 +1,4 @@
-"""The rewriting of a transcript by the current code: its seed and agents are used again."""
+"""The regeneration of a transcript by the current code: its seed and agents are used again."""
 
 from collections.abc import Iterator, Sequence
 

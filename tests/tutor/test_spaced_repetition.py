@@ -7,7 +7,11 @@ from pathlib import Path
 import pytest
 
 from dmplay.tutor.progress import PROGRESS_FILE, QuestionProgress
-from dmplay.tutor.repetition import load_question_progress, save_first_answer, update_schedule
+from dmplay.tutor.spaced_repetition import (
+    load_question_progress,
+    save_first_answer,
+    update_schedule,
+)
 
 TODAY = date(2026, 11, 28)
 
