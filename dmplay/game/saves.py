@@ -144,7 +144,8 @@ def remove_old_saves(max_megabytes: float) -> SaveRemoval:
     if total_bytes <= max_bytes:
         return SaveRemoval()
     kept_bytes = KEPT_SHARE * max_bytes
-    is_of_model = {path: _has_model_seat(path) for path in statuses}
+    model_seat = f'"{MODEL_PLAYER}"'.encode()
+    is_of_model = {path: model_seat in _find_line(path, b"seats: ") for path in statuses}
     bytes_by_kind = Counter[bool]()
     for path, status in statuses.items():
         bytes_by_kind[is_of_model[path]] += status.st_size
@@ -173,11 +174,6 @@ def _get_file_status(path: Path) -> os.stat_result | None:
     with contextlib.suppress(OSError):
         return path.stat()
     return None
-
-
-def _has_model_seat(path: Path) -> bool:
-    """Return whether a language model plays in a saved game."""
-    return f'"{MODEL_PLAYER}"'.encode() in _find_line(path, b"seats: ")
 
 
 def _find_line(path: Path, prefix: bytes) -> bytes:

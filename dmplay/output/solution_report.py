@@ -32,7 +32,10 @@ def load_or_solve(
     if not problems.is_built_in(loaded.problem):
         return solve_with_options(loaded.problem, solve_options)
     option_values = solve_options.episodes, solve_options.turns, solve_options.work
-    key_parts = [loaded.name, loaded.parameters, *option_values, __version__, *_list_source_times()]
+    # Changed code solves again.
+    package_files = sorted(Path(__file__).parent.parent.rglob("*.py"))
+    source_times = [file.stat().st_mtime_ns for file in package_files]
+    key_parts = [loaded.name, loaded.parameters, *option_values, __version__, *source_times]
     key = dumps(key_parts, sort_keys=True, default=str)
     root = user_folder(os.environ, "XDG_CACHE_HOME", ".cache")
     file = root / "solve" / f"{hashlib.sha256(key.encode()).hexdigest()[:16]}.json"
@@ -53,11 +56,6 @@ def load_or_solve(
 def _compute_checksum(data: bytes) -> bytes:
     """Return the checksum of a cached solution, in hexadecimal digits."""
     return hashlib.sha256(data).hexdigest().encode()
-
-
-def _list_source_times() -> list[int]:
-    """Return the modification times of this package's files, so that changed code solves again."""
-    return [file.stat().st_mtime_ns for file in sorted(Path(__file__).parent.parent.rglob("*.py"))]
 
 
 def report_solution(

@@ -30,7 +30,11 @@ class PictureStyles:
         self._order = [*dict.fromkeys([*plot.actions, *used])]
         self.labels = [label for label in self._order if label in used]
         series = [item.label for panel in plot.panels for item in getattr(panel, "series", ())]
-        marks = [getattr(panel, "mark_label", "") for panel in plot.panels if _has_marks(panel)]
+        marks = [
+            getattr(panel, "mark_label", "")
+            for panel in plot.panels
+            if getattr(panel, "marks", ()) or getattr(panel, "marked", ())
+        ]
         entries = [*dict.fromkeys(filter(None, [*series, *marks])), *self.labels]
         width = max(map(len, entries), default=0) + LEGEND_SYMBOL_CHARACTERS
         self.legend_columns = max(min(len(entries), MAX_LEGEND_CHARACTERS // width), 1)
@@ -81,11 +85,6 @@ class PictureStyles:
             for label in self.labels
         ]  # fmt: skip
         return [*handles.values(), *patches]
-
-
-def _has_marks(panel: Panel) -> bool:
-    """Return whether some points or cells of a panel are marked."""
-    return bool(getattr(panel, "marks", ()) or getattr(panel, "marked", ()))
 
 
 def _group_by_value_label(panels: Sequence[Panel]) -> dict[str, list[Panel]]:

@@ -14,11 +14,6 @@ NEGLIGIBLE = 1e-12  # rounding errors below this are printed as 0, at a scale of
 MIN_FIXED = 0.01  # smaller numbers are printed with two significant digits
 
 
-def _no_explanation(_: str) -> str:
-    """Return '': there is no explanation."""
-    return ""
-
-
 @dataclass(frozen=True)
 class Truth:
     """The value of a quantity at a position.
@@ -30,7 +25,7 @@ class Truth:
     """
 
     value: float | frozenset[str] | tuple[str, ...] | Mapping[str, float]
-    explain: Callable[[str], str] = _no_explanation
+    explain: Callable[[str], str] = lambda _: ""
     labels: tuple[str, ...] = ()  # the labels that an answer may name
     comparison: str = ""  # the numbers that make the answer right
     is_cost: bool = False  # whether the value is a number that counts losses as positive

@@ -43,12 +43,9 @@ def check_solution(returned: Any) -> Solution:
         if not isinstance(value, VALUE_TYPES):
             expected = "expected texts, numbers and None"
             raise BadParameter(f"returned rows with {value!r}, {expected}")
-    return returned._replace(rows=[{k: _to_python(v) for k, v in row.items()} for row in rows])
-
-
-def _to_python(value: object) -> object:
-    """Return a number of NumPy as one of Python, which JSON can write; others unchanged."""
-    return value.item() if isinstance(value, np.generic) else value
+    return returned._replace(
+        rows=[{k: v.item() if isinstance(v, np.generic) else v for k, v in r.items()} for r in rows]
+    )
 
 
 def format_action_names(problem: Problem, marked_actions: Bools, seat: int = 0) -> str:

@@ -267,7 +267,7 @@ class _ValueExplainer:
             again = "again " * (outcome.label == self._present_state)
             details = f" ({details})" if details else ""
             entries.append(f"{again}{outcome.label}{noun} {probability}{details}")
-        return _join_choices(entries)
+        return " or ".join(filter(None, (", ".join(entries[:-1]), entries[-1])))
 
     def _describe_belief(self, parts: ActionBreakdown, outcome: PossibleOutcome) -> str:
         """Return the probability of one hidden state after an observation; '' without a belief.
@@ -603,11 +603,6 @@ def _has_different_rewards(*breakdowns: ActionBreakdown) -> bool:
     """Return whether the rewards of the outcomes of these actions differ."""
     rewards = [outcome.reward for parts in breakdowns for outcome in parts.outcomes]
     return bool(np.ptp(rewards) > VALUE_TOLERANCE * breakdowns[0].scale)
-
-
-def _join_choices(entries: Sequence[str]) -> str:
-    """Return entries joined by commas and a final "or"."""
-    return " or ".join(filter(None, (", ".join(entries[:-1]), entries[-1])))
 
 
 def _list_numbers(parts: ActionBreakdown) -> dict[str, object]:

@@ -27,11 +27,6 @@ def _draw_start(subject: PlottedProblem) -> Plot:
     return Plot(f"{subject.title}: a random starting state (seed {FIGURE_SEED})", [panel])
 
 
-def _draw_slide(subject: PlottedProblem) -> Plot:
-    """Return figure F.4: a slide in the starting state of figure F.3."""
-    return _plot_slide(subject, sample_start(subject.problem), f"a slide {ACTION}")
-
-
 def _draw_merge(subject: PlottedProblem) -> Plot:
     """Return figure F.5: a slide that merges two tiles."""
     board = subject.problem.parse_state(MERGE_BOARD)
@@ -94,6 +89,9 @@ def _list_tiles(
 
 FIGURES = {
     "F.3": Figure("a random starting state of 2048", _draw_start),
-    "F.4": Figure("a slide in 2048, and its new tile", _draw_slide),
+    "F.4": Figure(
+        "a slide in 2048, and its new tile",
+        lambda subject: _plot_slide(subject, sample_start(subject.problem), f"a slide {ACTION}"),
+    ),
     "F.5": Figure("a slide in 2048 that merges two tiles, with its reward", _draw_merge),
 }

@@ -199,17 +199,14 @@ def describe_situation(view: View[HexWorld]) -> str:
     if position in exits:
         sentences.append(f"exit {format_signed(exits[position])} here: any action takes it.")
     sentences += hexgrid.describe_neighbours(
-        problem.hexes, position, lambda hex_: _describe_hex(hex_, exits)
+        problem.hexes,
+        position,
+        lambda hex_: f"exit {format_signed(exits[hex_])}" if hex_ in exits else "floor",
     )
     for hex_, pay in exits.items():
         distance = hexgrid.format_distance(problem.hexes, position, hex_)
         sentences.append(f"exit {format_signed(pay)} at {format_hex(hex_)}: {distance}.")
     return " ".join(sentences)
-
-
-def _describe_hex(hex_: Hex, exits: dict[Hex, float]) -> str:
-    """Return the kind of a hex as text: `floor`, or an exit with its reward."""
-    return f"exit {format_signed(exits[hex_])}" if hex_ in exits else "floor"
 
 
 def describe_end(game: FinishedGame[HexWorld]) -> str:

@@ -56,17 +56,13 @@ def format_panel(facts: tuple[tuple[str, str], ...], width: int) -> tuple[Text, 
 def _format_fact(label: str, value: str, label_width: int, width: int) -> tuple[Text, ...]:
     """Return the rows of one panel fact, whose label is padded to `label_width`."""
     if not value:
-        return tuple(Text(part, "dim") for part in _wrap_heading(label, width))
+        rows = [label] if len(label) <= width else _fold_value(label, 0, width)[1:]
+        return tuple(Text(row, "dim") for row in rows)
     aligned_label = f"{label:<{label_width}} "
     prefix = aligned_label if len(aligned_label) + len(value) <= width else f"{label} "
     first_part, *other_parts = _fold_value(value, width - len(prefix), width - 2)
     first_row = Text().append(prefix, "dim").append(first_part, "bold")
     return (first_row, *(Text("  ").append(part, "bold") for part in other_parts))
-
-
-def _wrap_heading(heading: str, width: int) -> list[str]:
-    """Return a heading of the panel in rows of up to `width` columns."""
-    return [heading] if len(heading) <= width else _fold_value(heading, 0, width)[1:]
 
 
 def _fold_value(value: str, first_width: int, later_width: int) -> list[str]:
