@@ -115,7 +115,7 @@ def play_and_review(name: str, actions: list[int], turn_limit: int = 50) -> list
     session = Session(dmplay.load_problem(name), SeededUniforms(3), turn_limit=turn_limit)
     for action in actions:
         session.advance([action])
-    return [*review_actions(session, [AdviceQuestion.about(session, 0)])]
+    return [*review_actions(session, [AdviceQuestion.of_session(session, 0)])]
 
 
 def test_a_push_is_judged_only_if_it_changes_how_soon_the_game_ends() -> None:
