@@ -7,6 +7,7 @@ each seat.
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import cast
 
 import numpy as np
@@ -42,6 +43,7 @@ COMPARISON_TASK = TaskInfo("comparing your score with other games", is_after_gam
 RETURN_TOLERANCE = 1e-9  # differences of returns that count as equal
 RANDOM_AGENT = "random"
 UNREPEATABLE_PLAYERS = (*SCRIPTED_PLAYERS, SEARCH_AGENT)  # too slow, or only for one game
+COSTLY_MARKS = (("??", 0.5), ("?!", 0.2))  # marks, and the share of the stake lost from which on
 NATURAL_END_REASONS = ("terminal", "horizon", "turn limit")
 
 
@@ -181,6 +183,20 @@ class Verdict:
         rows += [self.ghost_line] if self.ghost_line else []
         return rows + ([f"review: {self.error}"] if self.error else [])
 
+    @cached_property
+    def marks(self) -> dict[int, str]:
+        """The marks of the turns in which a choice lost much: ?? for very much, ?! for much.
+
+        A loss is relative to the stake: the greatest difference between two actions in a turn.
+        """
+        stake = max((move.discounted_spread for move in self.moves), default=0.0)
+        marks = dict[int, str]()
+        for move in sorted(self.moves, key=lambda move: move.discounted_regret):
+            for mark, share in reversed(COSTLY_MARKS):
+                if _is_costly(move, share * stake):
+                    marks[move.turn] = mark
+        return marks
+
     @property
     def has_facts(self) -> bool:
         """True if there is anything to say about the score."""
@@ -191,6 +207,7 @@ class Verdict:
         """The verdict as data."""
         return {
             "seats": {choices.seat: choices.data for choices in self.choices},
+            "marks": {str(turn): mark for turn, mark in sorted(self.marks.items())},
             "comparisons": [
                 {
                     "agent": comparison.agent,
@@ -201,6 +218,11 @@ class Verdict:
                 for comparison in self.comparisons
             ],
         }
+
+
+def _is_costly(move: ReviewedAction, limit: float) -> bool:
+    """Return whether a choice was a mistake that lost at least this much of the score."""
+    return move.is_mistake and move.discounted_regret >= limit * (1.0 - RETURN_TOLERANCE)
 
 
 def compute_verdict(

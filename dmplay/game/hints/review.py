@@ -76,6 +76,12 @@ class ReviewedAction(NamedTuple):
         return self.discount_factor * (self.regret or 0.0)
 
     @property
+    def discounted_spread(self) -> float:
+        """The best value minus the worst one, discounted as the regret is."""
+        values = [*self.values.values()] or [0.0]
+        return self.discount_factor * (max(values) - min(values))
+
+    @property
     def decimal_count(self) -> int:
         """The number of decimals of its values and its regret."""
         return _choose_decimals([self], [*self.values.values()])

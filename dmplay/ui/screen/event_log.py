@@ -1,10 +1,20 @@
 """The log of a game, in lines; one log per person if people see different things."""
 
+import re
 from collections import defaultdict
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from dmplay.core.session import Turn
 from dmplay.game.game import Game
+
+# the beginning of a row about a turn, or about the turn that a player went back to
+TURN_ROW = re.compile(r"(?P<undone>undone\. )?turn (\d+)(?:, rerolled)?\.")
+
+
+def mark_turn_row(row: str, mark: str) -> str:
+    """Return a row about a turn with a mark after the number of the turn; '' for no mark."""
+    match = TURN_ROW.match(row) if mark else None
+    return f"{row[: match.end()]} {mark}{row[match.end() :]}" if match else row
 
 
 class EventLog:
@@ -27,6 +37,17 @@ class EventLog:
         """The turn count and the last turn, a new object after a reroll; None at the start."""
         turns = self.game.session.turns
         return len(turns), turns[-1] if turns else None
+
+    def mark_rows(self, marks: Mapping[int, str]) -> list[str]:
+        """Return the rows, those of the turns that were not undone with these marks."""
+        unmarked, rows = dict(marks), list[str]()
+        for row in reversed(self.rows):
+            match = TURN_ROW.match(row)
+            if match and match["undone"]:
+                unmarked = {turn: mark for turn, mark in unmarked.items() if turn <= int(match[2])}
+            mark = unmarked.pop(int(match[2]), "") if match and not match["undone"] else ""
+            rows.append(mark_turn_row(row, mark))
+        return rows[::-1]
 
     def add_new_turns(self, turn_rows: Sequence[str]) -> bool:
         """Add the changes since the last call; return whether there are any.

@@ -11,6 +11,7 @@ from dmplay.game.hints.hint_provider import Hint, choose_hint_decimals, format_f
 from dmplay.game.key_bindings import KEY_SYMBOLS
 from dmplay.game.playback import Playback
 from dmplay.ui.screen.frame_state import EMPTY_FRAME_STATE, FrameState, Viewport, fit_text
+from dmplay.ui.screen.post_game_timeline import GameTimeline
 from dmplay.ui.shell.commands import find_command
 from dmplay.views.protocol import BEST_LABEL, EQUALLY_GOOD_LABEL
 from dmplay.views.toolkit.canvas import BAR_LEVELS
@@ -229,13 +230,15 @@ def _format_command_tails(
 def _navigation_keys(game: Game, frame_state: FrameState, *, is_game_over: bool) -> tuple[str, ...]:
     """Return the keys that step through a replay, a finished game, or a game of agents alone."""
     if frame_state.is_lookback:
-        return ("← → turns", *["Enter play from here"] * (not game.strict))
+        worst = ["X worst"] * (isinstance(game, GameTimeline) and bool(game.worst_turns))
+        return ("← → turns", *worst, *["Enter play on"] * (not game.strict))
     if game.lesson_goal and game.session.over:
         return ("Enter back to the lesson",)
     if game.human_seats and not (game.session.over and game.session.turns):
         return ()
     if game.human_seats:
-        return "Enter look back", "PgUp log", *[LEARN_KEY] * game.has_known_mistakes
+        worst = ["X worst"] * any(move.regret for move in game.verdict.moves)
+        return "Enter look back", *worst, "PgUp log", *[LEARN_KEY] * game.has_known_mistakes
     if isinstance(game, Playback):
         return "← → turns", "P play", "X worst", "Enter play from here"
     return () if is_game_over else ("Space step", "P play")

@@ -22,7 +22,14 @@ from dmplay.ui.screen.play_operations import (
     toggle_pause,
 )
 from dmplay.ui.screen.play_screen import PlayScreen
-from dmplay.ui.screen.replay_keys import REPLAY_HELP, handle_replay_key
+from dmplay.ui.screen.post_game_timeline import GameTimeline
+from dmplay.ui.screen.replay_keys import (
+    JUMP_HELP,
+    REPLAY_HELP,
+    WORST_KEY,
+    handle_replay_key,
+    type_turn,
+)
 from dmplay.ui.shell.commands import COMMANDS, conceal_choice_errors, find_command, format_help_page
 from dmplay.views.toolkit.hexgrid import KEY_FAMILY as HEX_KEY_FAMILY
 
@@ -174,25 +181,38 @@ def _handle_lookahead_key(screen: PlayScreen, key: str) -> bool:
 def _handle_lookback_key(screen: PlayScreen, key: str) -> bool:
     """Step through a finished game or branch off; return whether the key was used."""
     timeline, full_timeline = screen.timeline, screen.post_game_review.timeline
+    if full_timeline is None or (not timeline and screen.game.is_action_key(key)):
+        # A fast player may press an action key after the end; it must not open the lookback.
+        return False
+    if type_turn(
+        screen,
+        key,
+        lambda: full_timeline.turn_count,
+        lambda turn: _look_back(screen, full_timeline, turn),
+    ):
+        return True
     if timeline and key == "enter":
         screen.show_reply(find_command("branch").run(screen.controller, str(timeline.turns_played)))
         return True
     if timeline and key == "escape":
         screen.modes.handle_event(ModeEvent.CLOSED)
         return True
-    if not timeline and screen.game.is_action_key(key):
-        # A fast player may press an action key after the end; it must not open the lookback.
-        return False
     turn = screen.post_game_review.turn_for_key(key, timeline.turns_played if timeline else None)
-    if turn is None or full_timeline is None:
-        return False
+    if key == WORST_KEY:
+        turn = full_timeline.find_next_worst_turn(timeline.turns_played + 1 if timeline else 0) - 1
+    if turn is not None:
+        _look_back(screen, full_timeline, turn)
+    return turn is not None
+
+
+def _look_back(screen: PlayScreen, timeline: GameTimeline, turn: int) -> None:
+    """Show a finished game after this turn; its end is shown as it was."""
     screen.scroll_offset = 0
-    if turn == full_timeline.turn_count:
+    if turn == timeline.turn_count:
         screen.modes.handle_event(ModeEvent.CLOSED)
     else:
-        full_timeline.go_to_turn(turn)
+        timeline.go_to_turn(turn)
         screen.modes.handle_event(ModeEvent.LOOKBACK_STARTED)
-    return True
 
 
 def _handle_command_key(screen: PlayScreen, key: str) -> None:
@@ -262,7 +282,9 @@ def _show_help(screen: PlayScreen) -> None:
         if key.help and key.is_listed_for(screen)
     ]
     replay_keys = REPLAY_HELP if isinstance(screen.game, Playback) else ()
+    is_replay = isinstance(screen.game, Playback)
     lookback_keys = [LOOKBACK_HELP] if screen.game.human_seats else []
+    lookback_keys += JUMP_HELP if screen.game.human_seats or is_replay else ()
     scroll_keys = [SCROLL_HELP]
     if _has_hex_map(screen):
         scroll_keys = [HEX_SCROLL_HELP, RECORD_HELP]

@@ -209,7 +209,12 @@ class PlayScreen:
         """The rows of the event log, limited to the information of the viewing player."""
         if self.timeline:
             return self.timeline.review_rows(self._viewport.width)
-        return [*self._event_log.rows, *self._replay_rows()]
+        marks = dict[int, str]()  # in a running game they would be hints
+        if isinstance(self.game, Playback) and self.replay_timeline:
+            marks = self.replay_timeline.verdict.marks
+        elif self.game.session.over:
+            marks = self.game.verdict.marks
+        return [*self._event_log.mark_rows(marks), *self._replay_rows()]
 
     def _replay_rows(self) -> list[str]:
         """Return the timeline of a replay: the position, and the regrets once they are known."""

@@ -9,11 +9,13 @@ import numpy as np
 from dmplay.core.action_values import Accuracy, ActionValues
 from dmplay.core.session import Turn
 from dmplay.core.work_budget import ComputationStopped
+from dmplay.errors import BadParameter
 from dmplay.game.game import Game
 from dmplay.game.hints import review
 from dmplay.game.hints.hint_provider import Hint, HintProvider, format_fixed
 from dmplay.game.hints.review import ReviewedAction
 from dmplay.game.verdict import Verdict, iter_verdicts
+from dmplay.ui.screen.event_log import mark_turn_row
 from dmplay.views.toolkit.canvas import BAR_LEVELS
 
 MAX_WORST_TURNS = 3  # worst turns that are named
@@ -44,6 +46,7 @@ class GameTimeline(Game):
         session = game.session.copy_at_start()
         session.reroll_counts = game.session.reroll_counts
         super().__init__(game.problem_name, session, game.player_names, game.keyboard)
+        self.verdict = Verdict(tuple(moves))
 
     @property
     def reveal(self) -> bool:
@@ -129,7 +132,10 @@ class GameTimeline(Game):
 
     def _last_turn_rows(self) -> list[str]:
         """Return one row that describes the previous turn, or none before the first turn."""
-        return [self.narrator.describe_turn(self.snapshot())] if self.turns_played else []
+        if not self.turns_played:
+            return []
+        mark = self.verdict.marks.get(self.turns_played, "")
+        return [mark_turn_row(self.narrator.describe_turn(self.snapshot()), mark)]
 
     def describe_next_choices(self, *, shows_discounted: bool = True) -> str:
         """Return a line of text on the turn that comes next in the review.
@@ -158,6 +164,19 @@ class GameTimeline(Game):
         regrets = self._turn_regrets
         ranked = sorted(range(self.turn_count), key=lambda turn: (-regrets[turn], turn))
         return [turn + 1 for turn in ranked[:MAX_WORST_TURNS] if regrets[turn] > 0]
+
+    def find_next_worst_turn(self, current: int) -> int:
+        """Return the turn with the largest regret; after it was shown, the next largest.
+
+        Raise BadParameter if there is none.
+        """
+        turns = self.worst_turns
+        if not turns:
+            raise BadParameter("no choice of this game has a known regret")
+        is_repeated = self.shown_worst_turn == current and current in turns
+        index = turns.index(current) + 1 if is_repeated else 0
+        self.shown_worst_turn = turns[index % len(turns)]
+        return self.shown_worst_turn
 
     def regret_rows(self, width: int) -> list[str]:
         """Return the row of regret bars, one per turn, with the current turn in brackets.

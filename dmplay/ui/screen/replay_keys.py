@@ -1,4 +1,9 @@
-"""The keys of a replay: jumps to a turn, to the worst choice, and playing on as a person."""
+"""The keys of a replay, and of the look back at a finished game.
+
+They jump to a turn and to the worst choice, and play on as a person.
+"""
+
+from collections.abc import Callable
 
 from dmplay.core.text import format_count
 from dmplay.errors import BadParameter
@@ -12,11 +17,13 @@ from dmplay.ui.shell.commands import PlayerQuit, find_command
 
 MAX_TURN_DIGITS = 9
 WORST_KEY = "X"
+JUMP_HELP = (
+    ("0-9", "turn", "in a replay or after the game: type the number of a turn, then Enter"),
+    (WORST_KEY, "worst", "the same: go to the choice that lost most, then to the next"),
+)
 REPLAY_HELP = (
     ("Left", "back", "in a replay: show the previous turn; Right shows the next one"),
     ("Home", "start", "in a replay: go to the start; End goes to the end"),
-    ("0-9", "turn", "in a replay: type the number of a turn, then Enter"),
-    (WORST_KEY, "worst", "in a replay: go to the choice with the largest regret, then the next"),
     ("M", "learn", "in a replay: look for better actions in your worst turns"),
     ("Enter", "play on", "in a replay: play on from here as a person, in a new file"),
 )
@@ -27,16 +34,9 @@ def handle_replay_key(screen: PlayScreen, key: str) -> bool:
     playback = screen.game
     if not isinstance(playback, Playback):
         return False
-    typed_turn, screen.typed_turn = screen.typed_turn, ""
     turn_before = len(playback.session.turns)
-    if key.isascii() and key.isdecimal() and len(key) == 1:
-        screen.typed_turn = (typed_turn + key)[-MAX_TURN_DIGITS:]
-        screen.message = f"turn {screen.typed_turn}: Enter goes there"
-    elif key == "backspace" and typed_turn:
-        screen.typed_turn = typed_turn[:-1]
-        screen.message = f"turn {screen.typed_turn}: Enter goes there"
-    elif key == "enter" and typed_turn:
-        _go_to_typed_turn(screen, playback, int(typed_turn))
+    if type_turn(screen, key, playback.count_turns, playback.go_to_turn):
+        pass
     elif key in REPLAY_KEY_HANDLERS:
         REPLAY_KEY_HANDLERS[key](screen, playback)
     else:
@@ -46,12 +46,31 @@ def handle_replay_key(screen: PlayScreen, key: str) -> bool:
     return True
 
 
-def _go_to_typed_turn(screen: PlayScreen, playback: Playback, turn: int) -> None:
-    """Go to a typed turn; raise BadParameter if the file has fewer turns."""
-    turn_count = playback.count_turns()
-    if turn > turn_count:
-        raise BadParameter(f"turn {turn}: this game has {format_count(turn_count, 'turn')}")
-    playback.go_to_turn(turn)
+def type_turn(
+    screen: PlayScreen,
+    key: str,
+    count_turns: Callable[[], int],
+    go_to_turn: Callable[[int], object],
+) -> bool:
+    """Type the number of a turn, or go there with Enter; return whether the key was used.
+
+    Any other key forgets the number. Raise BadParameter if the game has fewer turns.
+    """
+    typed_turn, screen.typed_turn = screen.typed_turn, ""
+    if key.isascii() and key.isdecimal() and len(key) == 1:
+        screen.typed_turn = (typed_turn + key)[-MAX_TURN_DIGITS:]
+    elif key == "backspace" and typed_turn:
+        screen.typed_turn = typed_turn[:-1]
+    elif key == "enter" and typed_turn:
+        turn, turn_count = int(typed_turn), count_turns()
+        if turn > turn_count:
+            raise BadParameter(f"turn {turn}: this game has {format_count(turn_count, 'turn')}")
+        go_to_turn(turn)
+        return True
+    else:
+        return False
+    screen.message = f"turn {screen.typed_turn}: Enter goes there"
+    return True
 
 
 def _play_on(screen: PlayScreen, playback: Playback) -> None:
@@ -67,14 +86,7 @@ def _play_on(screen: PlayScreen, playback: Playback) -> None:
 def _go_to_worst_choice(screen: PlayScreen, playback: Playback) -> None:
     """Go to the position before the choice with the largest regret; repeated, the next largest."""
     timeline = prepare_timeline(screen, playback)
-    worst_turns = timeline.worst_turns
-    if not worst_turns:
-        screen.message = "no choice of this game has a known regret"
-        return
-    current = len(playback.session.turns) + 1
-    is_repeated = timeline.shown_worst_turn == current
-    index = worst_turns.index(current) + 1 if is_repeated else 0
-    turn = timeline.shown_worst_turn = worst_turns[index % len(worst_turns)]
+    turn = timeline.find_next_worst_turn(len(playback.session.turns) + 1)
     playback.go_to_turn(turn - 1)
     timeline.go_to_turn(turn - 1)
     screen.message = timeline.describe_next_choices()

@@ -76,7 +76,7 @@ EXPECTED_FRAMES: dict[tuple[str, Sequence[str], tuple[int, int], bool], str] = {
  same seed: optimal scored 8.1, you -1.539
  turn 4. chose E, slipped, bumped, stayed at (5,2). reward -1. score -1.539.
 
- Enter look back  PgUp log  Tab hint  Bksp undo  ? help  q quit  : command""",
+ Enter look back  X worst  PgUp log  Tab hint  ? help  q quit  : command""",
     ("hexworld", ("enter", "left"), LARGE_SIZE, False): """\
  dmplay hexworld    seed 7   before turn 3/4   score (discounted) 0
  reach exit +10 or +5; avoid exit -10; a bump costs 1; 30% of steps slip
@@ -101,7 +101,7 @@ moves into a wall: ne -0.624, nw -0.624, sw -0.624, se -0.624    w      -0.48
  value lost each turn █▂[▂]▁  [ ] = next turn; most in turns 1, 3, 2
  next, turn 3: chose se; e or w was better by 0.62 (0.51 of the score).
 
- ← → turns  Enter play from here  N new  R restart  Bksp undo  ? help  q quit""",
+ ← → turns  X worst  Enter play on  N new  R restart  Bksp undo  ? help  q quit""",
     ("hexworld", ("enter", "left"), SMALL_SIZE, True): """\
  hexworld  before turn 3/4  score (discounted) 0
  / \\ / \\ / \\ / \\ / \\ / \\ / \\ / \\ / \\ / \\
@@ -116,7 +116,7 @@ moves into a wall: ne -0.624, nw -0.624, sw -0.624, se -0.624    w      -0.48
  next, turn 3: chose se; e or w was better by
    0.62.
 
- < > turns  Enter play from here  ? help  q quit""",
+ < > turns  X worst  Enter play on  ? help  q quit""",
     ("crying-baby", (), SMALL_SIZE, False): """\
  crying-baby  turn 5/5  score -19.42  turn limit
  over: the baby went hungry for 1 of 5 turns; you
@@ -131,7 +131,7 @@ moves into a wall: ne -0.624, nw -0.624, sw -0.624, se -0.624    w      -0.48
    less than you in 92, optimal in 25
  same seed: optimal scored -15, you -19.423
 
- Enter look back  PgUp log  ? help  q quit""",
+ Enter look back  X worst  ? help  q quit""",
     ("crying-baby", ("left", "left"), SMALL_SIZE, False): """\
  crying-baby  before turn 4/5  score -15.45
 heard  quiet
@@ -146,7 +146,7 @@ hint: best i; s ▌··· -0.5; f ████ -3.88
  next, turn 4: chose feed; ignore was better by
    3.88.
 
- ← → turns  Enter play from here  ? help  q quit""",
+ ← → turns  X worst  Enter play on  ? help  q quit""",
     ("crying-baby", ("left", "left"), LARGE_SIZE, True): """\
  dmplay crying-baby    seed 7   before turn 4/5   score (discounted) -15.45
  keep the baby sated (not hungry); hunger costs 10; feeding costs 5
@@ -171,7 +171,7 @@ true state: sated
  value lost each turn _._[#].  [ ] = next turn; most in turns 4, 5, 2
  next, turn 4: chose feed; ignore was better by 3.88 (2.83 of the score).
 
- < > turns  Enter play from here  N new  R restart  ? help  q quit  : command""",
+ < > turns  X worst  Enter play on  N new  R restart  ? help  q quit  : command""",
     ("crying-baby", (), LARGE_SIZE, False): """\
  crying-baby  turn 5/5  score (discounted) -19.42  turn limit
  keep the baby sated (not hungry); hunger costs 10; feeding costs 5
@@ -192,11 +192,11 @@ true state: sated
  same seed: optimal scored -15, you -19.423
 
  turn 3. chose ignore, heard quiet. belief: sated 0.973, hungry 0.027.
- turn 4. chose feed, heard quiet. belief: sated 1.000, hungry 0.000.
+ turn 4. ?? chose feed, heard quiet. belief: sated 1.000, hungry 0.000.
  turn 5. chose sing, heard quiet. belief: sated 0.989, hungry 0.011. reward
    -0.5. score -19.423.
 
- Enter look back  PgUp log  Tab hint  ? help  q quit  : command""",
+ Enter look back  X worst  PgUp log  Tab hint  ? help  q quit  : command""",
 }  # fmt: skip
 
 
@@ -206,6 +206,27 @@ def test_the_end_and_the_lookback_frames_are_as_expected(
 ) -> None:
     screen_text = press_keys(play_to_end(name, ascii_=ascii_), *keys, size=size)
     assert screen_text == EXPECTED_FRAMES[name, keys, size, ascii_]
+
+
+def test_x_and_the_number_of_a_turn_go_to_a_turn_of_a_finished_game() -> None:
+    screen = play_to_end("crying-baby")
+    assert [choices.worst and choices.worst.turn for choices in screen.game.verdict.choices] == [4]
+    assert "next, turn 4: chose feed; ignore was better" in press_keys(screen, "X")
+    assert "next, turn 4" not in press_keys(screen, "X")
+    assert "next, turn 3" in press_keys(screen, "2", "enter")
+    assert press_keys(screen, "5", "enter") == press_keys(play_to_end("crying-baby"))
+    assert "turn 6: this game has 5 turns" in press_keys(screen, "6", "enter")
+
+
+def test_the_log_of_a_finished_game_marks_costly_turns_and_that_of_a_running_one_does_not() -> None:
+    screen = play_to_end("crying-baby")
+    marks = screen.game.verdict.marks
+    assert marks == {4: "??"}
+    assert [row[:10] for row in screen.log if "?" in row] == ["turn 4. ??"]
+    assert "turn 4. ??" in press_keys(screen, "5", "enter", "left", "right")
+    running = PlayScreen(GameController(make_game("crying-baby", turns=9)), screen.terminal)
+    press_keys(running, *KEYS_BY_PROBLEM["crying-baby"])
+    assert not any("?" in row for row in running.log)
 
 
 def test_keys_move_between_the_first_turn_and_the_end() -> None:
@@ -237,7 +258,7 @@ def test_the_lookback_is_not_available_before_the_end(key: str) -> None:
     screen_text = press_keys(screen, "f", key)
     assert "of 20" not in screen_text
     assert "true state" not in screen_text
-    assert "Enter play from here" not in screen_text
+    assert "Enter play on" not in screen_text
 
 
 def test_playing_on_from_an_earlier_turn_writes_a_branch_marked_as_peeked(tmp_path: Path) -> None:
@@ -267,7 +288,7 @@ def test_a_strict_game_cannot_be_played_on(
     )
     assert message in screen_text
     assert "next, turn 5" in screen_text
-    assert "← → turns  N new  R restart  ? help" in screen_text
+    assert "← → turns  X worst  N new  R restart  ? help" in screen_text
 
 
 def test_a_game_without_a_transcript_cannot_be_played_on() -> None:
