@@ -23,13 +23,7 @@ from dmplay.ui.screen.play_operations import (
 )
 from dmplay.ui.screen.play_screen import PlayScreen
 from dmplay.ui.screen.post_game_timeline import GameTimeline
-from dmplay.ui.screen.replay_keys import (
-    JUMP_HELP,
-    REPLAY_HELP,
-    WORST_KEY,
-    handle_replay_key,
-    type_turn,
-)
+from dmplay.ui.screen.replay_keys import REPLAY_HELP, WORST_KEY, handle_replay_key, type_turn
 from dmplay.ui.shell.commands import COMMANDS, conceal_choice_errors, find_command, format_help_page
 from dmplay.views.toolkit.hexgrid import KEY_FAMILY as HEX_KEY_FAMILY
 
@@ -41,7 +35,7 @@ SCROLL_ROWS_BY_KEY = {  # rows to scroll back, by key, for the log and for pages
 LOOKBACK_HELP = (
     "Enter",
     "look back",
-    "after the game: show its turns, and better actions if they are known",
+    "after the game: show its turns; X goes to the worst, digits and Enter to any",
 )
 SCROLL_HELP = ("PgUp", "scroll", "scroll the log; after the game: list its turns")
 HEX_SCROLL_HELP = ("Shift-PgUp", "scroll", "scroll the log (PgUp alone moves you NE)")
@@ -282,9 +276,7 @@ def _show_help(screen: PlayScreen) -> None:
         if key.help and key.is_listed_for(screen)
     ]
     replay_keys = REPLAY_HELP if isinstance(screen.game, Playback) else ()
-    is_replay = isinstance(screen.game, Playback)
     lookback_keys = [LOOKBACK_HELP] if screen.game.human_seats else []
-    lookback_keys += JUMP_HELP if screen.game.human_seats or is_replay else ()
     scroll_keys = [SCROLL_HELP]
     if _has_hex_map(screen):
         scroll_keys = [HEX_SCROLL_HELP, RECORD_HELP]

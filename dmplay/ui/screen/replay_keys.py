@@ -17,13 +17,11 @@ from dmplay.ui.shell.commands import PlayerQuit, find_command
 
 MAX_TURN_DIGITS = 9
 WORST_KEY = "X"
-JUMP_HELP = (
-    ("0-9", "turn", "in a replay or after the game: type the number of a turn, then Enter"),
-    (WORST_KEY, "worst", "the same: go to the choice that lost most, then to the next"),
-)
 REPLAY_HELP = (
     ("Left", "back", "in a replay: show the previous turn; Right shows the next one"),
     ("Home", "start", "in a replay: go to the start; End goes to the end"),
+    ("0-9", "turn", "in a replay: type the number of a turn, then Enter"),
+    (WORST_KEY, "worst", "in a replay: go to the choice with the largest regret, then the next"),
     ("M", "learn", "in a replay: look for better actions in your worst turns"),
     ("Enter", "play on", "in a replay: play on from here as a person, in a new file"),
 )
