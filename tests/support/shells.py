@@ -31,6 +31,8 @@ class CompletingShell:
             f'exec "{sys.executable}" -m dmplay "$@"\n'
         )
         program.chmod(0o755)
+        # without this folder, fish begins to read all manual pages of the machine
+        (home / ".local" / "share" / "fish" / "generated_completions").mkdir(parents=True)
         installed = run_fresh_interpreter(
             "--install-completion", shell, folder=home, env={"PYTHONPATH": str(package_folder)}
         )

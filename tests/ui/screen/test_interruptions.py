@@ -73,7 +73,8 @@ def load():
     loaded = Loaded()
     reference = weakref.ref(loaded, interrupt)
     del loaded
-    time.sleep(10)
+    for _ in range(1000):
+        time.sleep(0.01)  # an interrupt without a signal is raised between two sleeps
     print("not interrupted")
 program._dispatch = load
 program.main()
@@ -93,7 +94,8 @@ import dmplay.__main__ as program
 def load():
     drop = "try: os.kill(os.getpid(), signal.SIGINT)\\nexcept BaseException: pass"
     exec(compile(drop, "numpy", "exec"), {"__name__": "numpy.random", "os": os, "signal": signal})
-    time.sleep(10)
+    for _ in range(1000):
+        time.sleep(0.01)  # an interrupt without a signal is raised between two sleeps
     print("not interrupted")
 program._dispatch = load
 program.main()
