@@ -201,15 +201,16 @@ class ActionQuestion:
         return self.labels.index(label)
 
     def check_answer(self, action: int) -> AnswerCheck:
-        """Return whether an action is right, with its loss; the best action is not named."""
+        """Return whether an action is right, with the loss of a wrong one.
+
+        The best action is not named; the solution that follows a right answer says the rest.
+        """
+        if self._is_right(action):
+            return AnswerCheck(True, "")
         loss = self._format_value(float(self.values.max() - self.values[action]))
-        if not self._is_right(action):
-            reason = f"{self._describe_value(action)}, {loss} less than the best action"
-            return AnswerCheck(False, reason)
-        is_best = self.values[action] >= self.values.max() - self._tie_tolerance
-        label = self.labels[action]
-        near = f"{label} counts as right: it is only {loss} worse than the best action"
-        return AnswerCheck(True, f"{self._describe_value(action)}" if is_best else near)
+        return AnswerCheck(
+            False, f"{self._describe_value(action)}, {loss} less than the best action"
+        )
 
     def _compute_loss(self, label: str) -> float:
         """Return the best value minus that of an action; 0 if they are equal but for rounding."""
@@ -265,7 +266,7 @@ class ActionQuestion:
     def describe_solution(self, explained_actions: Collection[int] = ()) -> list[str]:
         """Return the belief, and the outcomes of the obvious action and of the best one.
 
-        If there are no beliefs to add, the outcomes of explained actions are left out.
+        If there are no beliefs to add, actions that were explained before are left out.
         """
         actions = [self.best_action]
         if self.obvious_action is not None and self.obvious_action not in actions:
@@ -275,9 +276,8 @@ class ActionQuestion:
             belief = self.position.view.belief
             lines.append(f"Your belief over the hidden states is now {self.format_belief(belief)}.")
         for action in actions:
-            is_explained = action in explained_actions and not self.problem.partially_observable
-            lines.append(f"{self._describe_value(action)}{'.' if is_explained else ':'}")
-            if not is_explained:
+            if action not in explained_actions or self.problem.partially_observable:
+                lines.append(f"{self._describe_value(action)}:")
                 lines += self.explain_action(action, with_beliefs=True)
         if self.position.turns_left != 1:
             discount = self.problem.discount

@@ -40,7 +40,7 @@ class ExerciseRun:
         if check.is_right:
             self._save_first_try(is_right=True)
             others = [question.describe_right_actions()] * (len(question.right_actions) > 1)
-            lines = (f"right. {check.reason}.", *others, *self.describe_solution())
+            lines = ("right.", *others, *self.describe_solution())
             return TutorReply(lines, finishes_step=True)
         self._save_first_try(is_right=False)
         self.wrong_actions.append(action)

@@ -32,8 +32,7 @@ not yet. defect is worth -27, 18 less than the best action:
   with probability 1 agent2 plays cooperate: reward 0, then worth -27
 Try again, or type show for the solution.
 answer> cooperate
-right. cooperate is worth -9.
-defect is worth -27.
+right.
 cooperate is worth -9:
   with probability 1 agent2 plays cooperate: reward -1, then worth -8
 Each value is the mean of reward + later worth.
