@@ -148,7 +148,8 @@ class Predictor:
             state = int(belief.argmax())
         observation = problem.observations[self._seat].format_observation(forecast.outcomes[row])
         name = problem.format_state(problem.enumerate_states()[state])
-        subject = f"P({name}) if you then observe {observation}"
+        label = self._session.format_action(self._seat, action)
+        subject = f"P({name}) if {observation} follows {label}"
         return Question(
             turn,
             action,
@@ -173,7 +174,8 @@ class Predictor:
         return Question(
             turn,
             action,
-            f"predict {thing} and its probability, such as {example} 0.5; Enter skips",
+            f"predict for your choice {self._session.format_action(seat, action)} {thing} and its "
+            f"probability, such as {example} 0.5; Enter skips",
             "",
             None,
         )

@@ -45,10 +45,10 @@ def test_a_belief_is_scored_by_the_square_of_its_error(tmp_path: Path) -> None:
     """Fed, the baby is sated for certain, so that quiet says nothing new."""
     replies = play_lines(start_game("crying-baby", "belief", tmp_path / "game.dmt"), "feed", "0.3")
     assert replies == [
-        "predict P(hungry) if you then observe quiet, from 0 to 1; Enter skips",
+        "predict P(hungry) if quiet follows feed, from 0 to 1; Enter skips",
         "turn 1. chose feed, heard quiet. belief: sated 1.000, hungry 0.000.",
         (
-            "P(hungry) if you then observe quiet is 0.000; you said 0.3: squared error 0.090 "
+            "P(hungry) if quiet follows feed is 0.000; you said 0.3: squared error 0.090 "
             "(mean of 1: 0.090)."
         ),
     ]
@@ -62,7 +62,7 @@ def test_the_observations_of_belief_questions_take_turns_and_follow_bayes_rule(
     assert game.predictor is not None
     question = game.predictor.question
     assert question is not None
-    assert question.subject == "P(hungry) if you then observe crying"
+    assert question.subject == "P(hungry) if crying follows ignore"
     before = game.view().belief
     posterior = belief.update_belief(game.problem, before, [2], [0]).belief
     labels = game.problem.observations[0]
@@ -72,7 +72,7 @@ def test_the_observations_of_belief_questions_take_turns_and_follow_bayes_rule(
 
 def test_a_named_state_is_asked_for(tmp_path: Path) -> None:
     game = start_game("crying-baby", "belief:sated", tmp_path / "game.dmt")
-    assert play_lines(game, "feed")[0].startswith("predict P(sated) if you then observe ")
+    assert play_lines(game, "feed")[0].startswith("predict P(sated) if ")
 
 
 def test_an_outcome_has_a_brier_score(tmp_path: Path) -> None:
@@ -230,7 +230,7 @@ def test_json_has_events_for_the_question_and_the_score(tmp_path: Path) -> None:
 def test_keys_type_the_prediction_on_the_screen(tmp_path: Path) -> None:
     game = start_game("crying-baby", "belief", tmp_path / "game.dmt")
     frames = play_keys(game, "f", "0", ".", "3", "tab", "enter", size=(100, 24)).frames
-    assert "predict P(hungry) if you then observe quiet" in frames[-6]
+    assert "predict P(hungry) if quiet follows feed" in frames[-6]
     assert frames[-6].split("\n")[-1].startswith(" Enter predicts  Esc skips")
     assert "prediction: 0.3 " in frames[-3]
     assert "prediction: 0.3 " in frames[-2], "Tab shows no hint before the answer"
