@@ -47,6 +47,14 @@ CLEAR_DESCRIPTION = "clear course: at this rate 301 m above the intruder."
             f"{CLEAR_DESCRIPTION}",
             f"{CLEAR_DESCRIPTION} height +301 m, rate +0.0 m/s, 18 s left. advisory descend.",
         ),
+        (
+            make_session_from_state("collision-avoidance", [300.0, 0.0, 0.0, 20.0], [0], [0.9]),
+            "changed the advisory to descend; a gust raised the rate by 2 m/s. "
+            "height +300 m, rate +1.0 m/s, 19 s left. "
+            "clear course: at this rate 319 m above the intruder.",
+            "clear course: at this rate 319 m above the intruder. "
+            "height +300 m, rate +1.0 m/s, 19 s left. advisory descend.",
+        ),
     ],
 )
 def test_collisions_and_reversed_advisories_are_described(

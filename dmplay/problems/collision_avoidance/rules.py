@@ -100,6 +100,12 @@ class CollisionAvoidance(RealStateProblem):
         is_small = abs(difference) < MAX_ACCELERATION
         return select(advised == 0, 0.0, select(is_small, small_response, large_response))
 
+    def compute_gust(self, state: Array, next_state: Array) -> float:
+        """Return the gust of a turn in m/s^2, from the states `[4]` before and after it."""
+        _, dh, _, _ = state
+        _, next_rate, advised, _ = next_state
+        return float(next_rate - dh - self._compute_acceleration(dh, advised))
+
     def terminal(self, s: Array) -> Bools:
         """Return whether the time is over, so that the aircraft have passed."""
         return np.asarray(s[:, 3] < 0)

@@ -364,10 +364,12 @@ def panel_rows(view: View[CollisionAvoidance]) -> list[tuple[str, str]]:
 
 
 def describe_turn(view: View[CollisionAvoidance]) -> str:
-    """Describe the last advisory, the state and the outcome."""
+    """Describe the last advisory, the gust if there was one, the state and the outcome."""
+    gust = view.problem.compute_gust(view.observations[-2], view.observation)
+    effect = f"a gust {'raised' if gust > 0 else 'lowered'} the rate by {abs(gust):.0f} m/s"
     has_changed = view.observation[2] != view.observations[-2][2]
     verb = "changed the advisory to" if has_changed else "kept the advisory:"
-    advisory = f"{verb} {_get_current_advisory(view)}"
+    advisory = f"{verb} {_get_current_advisory(view)}{f'; {effect}' * (abs(gust) > 1)}"
     return f"{advisory}. {_describe_state(view)}. {_describe_pass_outcome(view)}."
 
 
