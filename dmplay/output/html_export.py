@@ -66,7 +66,7 @@ class PageSteps:
             f'{{"turn": {turn}, {self._to_content_json(content)}, "said": {_to_script_json(text)}}}'
         )
         self.data_file.write(", " * (self.count > 0) + step_json)
-        if self.requested_turn in {None, turn}:  # the last of several with this turn
+        if turn == (self.requested_turn or 0):  # the last of several with this turn
             self.open_step, self.open_content, self.open_text = self.count, content, text
         self.count, self.last_turn = self.count + 1, max(self.last_turn, turn)
 
@@ -79,7 +79,7 @@ class PageSteps:
 
 
 def render_page(game: Playback, turn: int | None, options: DrawOptions) -> Iterator[str]:
-    """Yield the page, open at a turn or the last; raise BadParameter if there is no such turn."""
+    """Yield the page, open at a turn or the start; raise BadParameter if there is no such turn."""
     with open_spooled_file() as log, open_spooled_file() as data:
         yield from _render_page_parts(game, PageSteps(turn, log, data), options)
 

@@ -27,7 +27,7 @@ from dmplay.terminal.styles import ScreenLine, to_ansi, to_plain_text
 from dmplay.transcript.format import collect_end_facts
 from dmplay.transcript.header import collect_header_facts
 from dmplay.ui.screen.frame import Frame, compose_frame
-from dmplay.ui.screen.frame_state import EMPTY_FRAME_STATE, FrameState, Viewport, fit_line
+from dmplay.ui.screen.frame_state import PICTURE_FRAME_STATE, Viewport, fit_line
 from dmplay.views.protocol import DrawOptions, expand_for_picture
 
 DEFAULT_COLUMNS = 80  # columns of a screen
@@ -64,14 +64,14 @@ def _iter_screen_strings(
         return drawn
 
     for snapshot, log in _iter_snapshots(game):
-        parts = Frame(game, viewport, EMPTY_FRAME_STATE, log, snapshot).compose_parts()
+        parts = Frame(game, viewport, PICTURE_FRAME_STATE, log, snapshot).compose_parts()
         yield row_end.join([draw_or_look_up(row) for part in parts for row in part])
 
 
 def iter_screens(game: Playback, viewport: Viewport) -> Iterator[Text]:
     """Yield the screen before the first turn and after every turn or event."""
     return (
-        compose_frame(game, viewport, EMPTY_FRAME_STATE, log) for _, log in _iter_snapshots(game)
+        compose_frame(game, viewport, PICTURE_FRAME_STATE, log) for _, log in _iter_snapshots(game)
     )
 
 
@@ -103,7 +103,7 @@ def _draw_screen(game: Playback, options: ExportOptions) -> Text:
         if len(game.session.turns) == options.turn or (options.turn is None and game.is_at_end):
             if options.hint:
                 return _draw_screen_with_hint(game, options.viewport, log)
-            return compose_frame(game, options.viewport, FrameState(), log)
+            return compose_frame(game, options.viewport, PICTURE_FRAME_STATE, log)
     turns = format_count(len(game.session.turns), "turn")
     raise BadParameter(f"--at: got {options.turn}, the game has {turns}")
 
@@ -122,7 +122,8 @@ def _draw_screen_with_hint(game: Playback, viewport: Viewport, log: list[str]) -
     playable = Game(game.problem_name, game.session, game.player_names, keyboard, request=request)
     message = playable.hint_provider.create_hint()
     hint = playable.hint_provider.current_hint
-    frame_state = FrameState(message=hint.summary if hint else message, hint=hint)
+    summary = hint.summary if hint else message
+    frame_state = PICTURE_FRAME_STATE._replace(message=summary, hint=hint)
     return compose_frame(playable, viewport, frame_state, log)
 
 

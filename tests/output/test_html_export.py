@@ -28,7 +28,8 @@ def test_a_page_loads_no_external_files_and_describes_every_turn() -> None:
     assert "<figcaption>belief: " in html
 
 
-def test_a_page_opens_at_a_valid_turn_only() -> None:
+def test_a_page_opens_at_the_start_or_at_a_valid_turn() -> None:
+    assert "show(0);" in "".join(render_page(Playback(CRYING_BABY_PATH), None, LARGE_OPTIONS))
     assert "show(1);" in "".join(render_page(Playback(CRYING_BABY_PATH), 1, LARGE_OPTIONS))
     with pytest.raises(BadParameter, match="--at: got 99, the game has"):
         "".join(render_page(Playback(CRYING_BABY_PATH), 99, LARGE_OPTIONS))

@@ -40,6 +40,7 @@ def test_a_picture_is_reproducible_and_shows_the_requested_turn(transcript_path:
     assert first.startswith("<svg")
     assert first != run_export(transcript_path, "--svg")
     assert "turn&#160;1" in first
+    assert "quit" not in first  # no key works in a picture
 
 
 def test_a_picture_of_any_size_shows_a_hint_to_the_player(transcript_path: Path) -> None:
@@ -86,6 +87,11 @@ def test_a_picture_loads_no_external_files(transcript_path: Path, form: str) -> 
 
 def test_a_page_is_html(transcript_path: Path) -> None:
     assert run_export(transcript_path, "--html").startswith("<!DOCTYPE html>")
+
+
+def test_the_other_exports_show_no_keys(transcript_path: Path) -> None:
+    for form in ("--film", "--text", "--cast"):
+        assert "quit" not in run_export(transcript_path, form)
 
 
 def test_a_screen_recording_is_an_asciicast_with_a_frame_per_turn(transcript_path: Path) -> None:

@@ -36,11 +36,13 @@ class FrameState(NamedTuple):
     forecast: Forecast | None = None  # outcomes of the previewed action
     is_lookback: bool = False  # an earlier turn of a finished game is shown
     motion_progress: float = 1.0  # completed share of the last turn's animation
-    show_coordinates: bool = False  # whether hex maps show their coordinates
+    show_coordinates: bool | None = None  # whether hex maps show coordinates; None: if they fit
     best_return: str = ""  # the player's record in this game, from earlier games
+    is_picture: bool = False  # in a picture or a film, no key works
 
 
 EMPTY_FRAME_STATE = FrameState()
+PICTURE_FRAME_STATE = FrameState(is_picture=True)
 
 
 def fit_line(row: ScreenLine, viewport: Viewport) -> ScreenLine:
