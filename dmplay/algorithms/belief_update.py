@@ -82,11 +82,14 @@ def iterate_steps(request: WatchRequest) -> Iterator[Step]:
 
 
 def _describe_shown_turns(turn_count: int, iterations: int | None) -> str:
-    """Return a sentence about the turns of a game that are shown."""
-    if iterations is None or iterations >= turn_count > 1:
-        return "These are the turns of your game."
-    turns = format_count(iterations, "turn").removeprefix("1 ")
-    return f"{'This is' if iterations == 1 else 'These are'} the last {turns} of your game."
+    """Return a sentence about the turns of a game that are shown.
+
+    The game may go on, so that none of them need be its last one.
+    """
+    first_turn = max(turn_count - (iterations or turn_count), 0) + 1
+    if first_turn == turn_count:
+        return f"This is turn {turn_count} of your game."
+    return f"These are turns {first_turn} to {turn_count} of your game."
 
 
 def _update_after_turn(view: View[Problem], turn: int, belief: Reals) -> BeliefUpdate:

@@ -195,7 +195,7 @@ def test_the_baby_of_the_book_is_fed_and_cries() -> None:
         "turn 2: observe",
         "turn 2: normalize",
     ]
-    assert steps[0].sentences[1] == "These are the turns of your game."
+    assert steps[0].sentences[1] == "These are turns 1 to 2 of your game."
     assert steps[1].formula == "predicted(hungry) = 0.1 x 0.5 + 1 x 0.5 = 0.55"
     assert steps[2].formula == "P(crying) = 0.1 x 0.45 + 0.8 x 0.55 = 0.485"
     assert steps[3].formula == "b(hungry) = 0.44 / 0.485 = 0.9072"
@@ -214,10 +214,10 @@ def test_a_product_of_zero_stays_in_the_sum_of_the_evidence() -> None:
 @pytest.mark.parametrize(
     ("iterations", "sentence"),
     [
-        (None, "These are the turns of your game."),
-        (1, "This is the last turn of your game."),
-        (2, "These are the last 2 turns of your game."),
-        (9, "These are the turns of your game."),
+        (None, "These are turns 1 to 3 of your game."),
+        (1, "This is turn 3 of your game."),
+        (2, "These are turns 2 to 3 of your game."),
+        (9, "These are turns 1 to 3 of your game."),
     ],
 )
 def test_the_first_step_says_which_turns_of_a_game_it_shows(

@@ -27,6 +27,13 @@ MIN_NOTED_COLUMNS = 28  # columns of a plot that a legend beside it leaves
 MIN_NOTE_COLUMNS = 12
 
 
+def measure_belief_table(belief_table: BeliefTable) -> int:
+    """Return the minimum number of columns of a table whose labels and headings are whole."""
+    label_columns = max(map(len, [*belief_table.state_labels, "state"])) + 2
+    pitch = max([NUMBER_COLUMNS, *(len(heading) + 1 for heading, _ in belief_table.columns)])
+    return label_columns + pitch * len(belief_table.columns)
+
+
 def draw_belief_table(belief_table: BeliefTable, options: DrawOptions) -> Text:
     """Return a row for each state or the likeliest ones, with a number and a bar a column."""
     columns = np.array([numbers for _, numbers in belief_table.columns])
@@ -37,7 +44,8 @@ def draw_belief_table(belief_table: BeliefTable, options: DrawOptions) -> Text:
         likeliest = np.argsort(-sizes, kind="stable")[: max(capacity - 1, 1)]
         order = np.sort(likeliest)
     names = [belief_table.state_labels[state] for state in order.tolist()]
-    label_columns = min(max(map(len, [*names, "state"])), max(options.width // 3, 6)) + 2
+    max_columns = max(options.width - (NUMBER_COLUMNS - 1) * len(columns) - 2, 6)
+    label_columns = min(max(map(len, [*names, "state"])), max_columns) + 2
     space = (options.width - label_columns) // len(columns)
     bar_columns = min(space - NUMBER_COLUMNS - 2, MAX_BAR_COLUMNS)
     bar_columns = bar_columns if bar_columns >= MIN_BAR_COLUMNS else 0
@@ -49,7 +57,8 @@ def draw_belief_table(belief_table: BeliefTable, options: DrawOptions) -> Text:
         text = heading if fits else f"{heading[: pitch - 2]}."
         canvas.write_text(label_columns + number * pitch, 0, text, "bold")
     for y, (state, name) in enumerate(zip(order, names, strict=True), 1):
-        canvas.write_text(0, y, name[: label_columns - 2])
+        fits = len(name) <= label_columns - 2
+        canvas.write_text(0, y, name if fits else f"{name[: label_columns - 3]}…")
         for number, values in enumerate(columns):
             x, value = label_columns + number * pitch, float(values[state])
             canvas.write_text(x, y, "-" if math.isnan(value) else f"{value:.4f}")

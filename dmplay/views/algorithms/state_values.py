@@ -18,8 +18,7 @@ from dmplay.views.protocol import DrawOptions
 from dmplay.views.toolkit.canvas import Canvas, format_to_width, measure_text
 from dmplay.views.toolkit.hexgrid import ARROWS, COMPASS, HexCell, HexSize, iter_maps
 
-HEX_CAPTION = "* changed  > < formula  ◆ ✗ exit: any action ends the game"
-SHORT_HEX_CAPTION = "* changed  > < formula"
+HEX_CAPTION = "* changed  > < formula"
 
 TABLE_CAPTION = "> state of the formula, * changed"
 MAX_COMPACT_ROWS = 9  # rows up to which a hex shows only its value
@@ -60,8 +59,10 @@ def _draw_hex_map(state_values: StateValues, hex_map: HexMap, options: DrawOptio
             return HexCell(mark, text, style=style)
         return HexCell(text, dot_glyph=mark[:1] or ".", style=style)
 
-    caption = HEX_CAPTION if options.width > len(HEX_CAPTION) else SHORT_HEX_CAPTION
-    caption = caption if options.height > MAX_COMPACT_ROWS else ""
+    marks = "◆" * any(r > 0 for r in exits.values()), "✗" * any(r <= 0 for r in exits.values())
+    exit_note = f"  {' '.join(filter(None, marks))} exit: any action ends the game"
+    has_note = bool(exits) and options.width > len(HEX_CAPTION + exit_note)
+    caption = f"{HEX_CAPTION}{exit_note * has_note}" if options.height > MAX_COMPACT_ROWS else ""
     for board in iter_maps(hexes, make_cell, options._replace(allow_large=True), caption):
         columns, rows = measure_text(board)
         if columns <= options.width and rows <= options.height:

@@ -16,7 +16,11 @@ from dmplay.algorithms.step import (
 )
 from dmplay.core.problem import Problem
 from dmplay.core.text import escape_unprintable, format_count
-from dmplay.views.algorithms.beliefs_and_alpha_vectors import draw_alpha_vectors, draw_belief_table
+from dmplay.views.algorithms.beliefs_and_alpha_vectors import (
+    draw_alpha_vectors,
+    draw_belief_table,
+    measure_belief_table,
+)
 from dmplay.views.algorithms.mixes_and_curves import draw_curve, draw_strategy_mixes
 from dmplay.views.algorithms.search_tree import draw_search_tree
 from dmplay.views.algorithms.state_values import draw_state_values
@@ -75,11 +79,14 @@ def compose_pictures(step: Step, problem: Problem, options: DrawOptions) -> list
         free_columns, free_rows = options.width - columns, options.height - len(rows) - 1
         size = options
         if not columns and len(step.pictures) > 1 and options.width >= MIN_WIDE_COLUMNS:
-            size = size._replace(width=options.width - MIN_SECOND_COLUMNS - 3)
+            first_columns = options.width - _minimum_columns(step.pictures[1]) - 3
+            if first_columns >= _minimum_columns(picture):
+                size = size._replace(width=first_columns)
+        minimum = _minimum_columns(picture)
         if columns:
-            width = min(free_columns, MAX_SECOND_COLUMNS)
+            width = min(free_columns, max(MAX_SECOND_COLUMNS, minimum))
             size = size._replace(width=width, height=min(options.height, MAX_SECOND_ROWS))
-        if free_columns >= MIN_SECOND_COLUMNS or not rows:
+        if free_columns >= minimum or not rows:
             drawing = split_rows(draw_algorithm_picture(picture, problem, size))
             rows = _join_beside(rows, drawing, columns)
         elif free_rows >= MIN_SECOND_ROWS or (free_rows > 0 and isinstance(picture, Curve)):
@@ -91,6 +98,13 @@ def compose_pictures(step: Step, problem: Problem, options: DrawOptions) -> list
         note = f"{format_count(omitted, 'more picture')} in a larger window"
         rows.append(Text(note[: options.width], "dim"))
     return rows[: max(options.height, 0)]
+
+
+def _minimum_columns(picture: Picture) -> int:
+    """Return the minimum number of columns of a picture beside another one."""
+    if isinstance(picture, BeliefTable):
+        return max(measure_belief_table(picture), MIN_SECOND_COLUMNS)
+    return MIN_SECOND_COLUMNS
 
 
 def _join_beside(left: list[Text], right: list[Text], column: int) -> list[Text]:

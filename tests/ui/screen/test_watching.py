@@ -50,7 +50,7 @@ def test_g_says_which_algorithm_it_chose_and_how_to_choose_another() -> None:
     assert isinstance(screen.viewer, StepViewer)
     rows = [row.plain.strip() for row in screen.viewer.compose_rows(Viewport(80, 24))]
     assert rows[-2] == "chosen: belief-update; :watch NAME for alpha-vectors, tree-search"
-    assert "This is the last turn of your game." in " ".join(rows)
+    assert "This is turn 2 of your game." in " ".join(rows)
 
 
 @pytest.mark.parametrize("name", ["hexworld", "crying-baby", "rock-paper-scissors"])

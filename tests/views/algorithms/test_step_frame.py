@@ -70,6 +70,17 @@ def test_the_formula_is_on_the_screen(name: str, problem_name: str) -> None:
         assert " ".join(step.formula.split()) in " ".join(text.split())
 
 
+@pytest.mark.parametrize("width", range(60, 240, 10))
+def test_no_state_of_the_team_hunt_is_cut(width: int) -> None:
+    problem_name = "collaborative-predator-prey"
+    step = sample_steps("belief-update", problem_name)[-1]
+    rows = compose_step_rows(step, load_problem(problem_name), DrawOptions(width, 57))
+    text = "\n".join(row.plain for row in rows)
+    for picture in step.pictures:
+        assert isinstance(picture, BeliefTable)
+        assert all(f"{label} " in text for label in picture.state_labels)
+
+
 def test_hex_world_after_two_sweeps_in_ascii() -> None:
     problem = load_problem("hexworld:straight-line")
     steps = registry.find_algorithm("value-iteration").iterate_steps(WatchRequest(problem))
