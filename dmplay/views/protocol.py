@@ -61,7 +61,8 @@ class DrawOptions(NamedTuple):
     forecast: Forecast | None = None  # possible outcomes of an action, to draw on the board
     motion_progress: float = 1.0  # part of the last turn's motion that is over, from 0 to 1
     ghost_state: Array | None = None  # state of the ghost, to be drawn faintly
-    show_coordinates: bool = False  # whether to write its coordinates into each free hex
+    # whether to write its coordinates into each free hex; None where a hex has room for them
+    show_coordinates: bool | None = False
     panel_columns: int = MIN_PANEL_COLUMNS + 2  # columns of the width that the side panel needs
     hints_forbidden: bool = False  # whether the board must not offer hints
 

@@ -5,10 +5,12 @@ from typing import cast
 import pytest
 from rich.text import Text
 
+from dmplay.core.hexgrid import list_hexes
 from dmplay.core.matrix_game import MatrixGame
 from dmplay.core.session import View
 from dmplay.game.game import Game
 from dmplay.game.game_series import GameController
+from dmplay.registry.problems import load_problem
 from dmplay.terminal.capabilities import Terminal
 from dmplay.ui.screen.key_handlers import handle_key
 from dmplay.ui.screen.play_screen import PlayScreen
@@ -94,18 +96,32 @@ def test_replies_of_the_other_agent_are_counted_after_each_joint_action() -> Non
     ]
 
 
-def test_c_shows_the_coordinates_that_the_log_names() -> None:
-    with_coordinates = draw(make_game("hexworld"), 80, 24, "l", "C")
+def test_the_map_shows_the_coordinates_that_the_log_names_and_c_hides_them() -> None:
+    with_coordinates = draw(make_game("hexworld"), 80, 24, "l")
     assert "moved E to (8,2)" in with_coordinates
     assert "│ 6,2 │" in with_coordinates
-    assert "coordinates: shown, as the log names them" in with_coordinates
-    without = draw(make_game("hexworld"), 80, 24, "l", "C", "C")
+    without = draw(make_game("hexworld"), 80, 24, "l", "C")
     assert "6,2 │" not in without
     assert "coordinates: hidden" in without
+    again = draw(make_game("hexworld"), 80, 24, "l", "C", "C")
+    assert "│ 6,2 │" in again
+    assert "coordinates: shown, as the log names them" in again
+
+
+def test_c_shows_coordinates_on_a_small_map_too() -> None:
+    assert "6,2│" not in draw(make_game("hexworld"), 50, 14, "l")
+    assert "│6,2│" in draw(make_game("hexworld"), 50, 14, "l", "C")
+
+
+def test_every_hex_of_the_team_hunt_shows_its_coordinates() -> None:
+    text = draw(make_game("collaborative-predator-prey", "human", "random"), 80, 24, "l")
+    assert all(
+        f"{q},{r}" in text for q, r in list_hexes(load_problem("collaborative-predator-prey"))
+    )
 
 
 def test_large_hexes_keep_their_content_beside_the_coordinates() -> None:
-    rows = draw(make_game("collaborative-predator-prey", "human", "random"), 200, 60, "C")
+    rows = draw(make_game("collaborative-predator-prey", "human", "random"), 200, 60)
     assert "│       -1,2      │" in rows
     assert "│       @@@       │" in rows
 

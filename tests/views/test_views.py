@@ -62,9 +62,9 @@ def test_hexworld_in_compact_ascii_with_its_policy() -> None:
  / \ / \ / \ / \ / \ / \ / \ / \ / \ / \
 | SE| SW| SW| W | E | E | @ | E | SE| SW|
  \ / \ / \ / \ / \ / \ / \ / \ / \ / \ /
-  | + | W | NW| % | NE| %   % | E | SE|
+  | +5| W | NW| % | NE| %   % | E | SE|
  / \ / \ / \ / \   \ / \ / \ / \ / \ / \
-| NE| NW| x | NW| % | E | E | NE| % | + |
+| NE| NW|-10| NW| % | E | E | NE| % |+10|
  \ / \ / \ / \ /     \ / \ / \ /     \ /"""[1:]
     )
 

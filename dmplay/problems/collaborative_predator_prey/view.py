@@ -122,7 +122,8 @@ def _iter_shaded_maps(
 
     caption = _format_caption(view, options, own_hex)
     map_options = options._replace(height=options.height - len(caption))
-    for drawing in hexgrid.iter_maps(problem.hexes, draw_cell, map_options):
+    sizes = [hexgrid.TALL_SIZE]
+    for drawing in hexgrid.iter_maps(problem.hexes, draw_cell, map_options, extra_sizes=sizes):
         for row in caption:
             drawing.append(f"\n{row[: options.width]}", "dim")
         yield drawing

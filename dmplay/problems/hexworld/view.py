@@ -55,7 +55,8 @@ def iter_boards(view: View[HexWorld], options: DrawOptions) -> Iterator[Text]:
         glyph = "" if reward is None else "◆" if reward > 0 else "✗"
         style = "" if reward is None else POSITIVE_EXIT_STYLE if reward > 0 else NEGATIVE_EXIT_STYLE
         note = "" if reward is None else format_signed(reward)
-        dot, mark = note or ".", glyph
+        is_compact = size.text_rows == 1 and 0 < len(note) < size.width
+        dot, mark = note or ".", note if is_compact else glyph
         if options.overlay and reward is None:
             state = problem.hexes.index(hex_)
             mark, note, _, style, _ = hexgrid.make_overlay_cell(options, state, size)
@@ -114,7 +115,10 @@ def _format_caption(view: View[HexWorld], options: DrawOptions) -> str:
         return hexgrid.format_wall_regrets(view.problem.hexes, position, options)
     ghost = ", & ghost" * (options.ghost_state is not None)
     keys = ", letters are keys" * options.show_keys
-    return f"@ {view.player_label}{ghost}, ◆ good exit, ✗ bad exit{keys}"
+    rewards = exits.values()
+    good = ", ◆ good exit" * any(reward > 0 for reward in rewards)
+    bad = ", ✗ bad exit" * any(reward <= 0 for reward in rewards)
+    return f"@ {view.player_label}{ghost}{good}{bad}{keys}"
 
 
 def _describe_last_move(view: View[HexWorld]) -> tuple[str, str]:

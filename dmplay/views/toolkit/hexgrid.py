@@ -69,6 +69,7 @@ class HexSize(NamedTuple):
 
 
 LARGE_SIZES = HexSize(18, 4, 4), HexSize(14, 4, 3), HexSize(10, 3, 2), HexSize(8, 3, 2)
+TALL_SIZE = HexSize(6, 3)  # for maps that write into every hex, with a row for its coordinates
 NORMAL_SIZE = HexSize(6, 2)
 COMPACT_SIZE = HexSize(4, 1)
 DOT_SIZE = HexSize(4, 0)
@@ -81,22 +82,25 @@ def iter_maps(
     make_cell: Callable[[Hex, HexSize], HexCell],
     options: DrawOptions,
     caption: str = "",
+    extra_sizes: Sequence[HexSize] = (),
 ) -> Iterator[Text]:
-    """Yield the map in every size, the largest first.
+    """Yield the map in every size, the largest first; `extra_sizes` are between large and small.
 
     The large sizes are drawn only if `options.allow_large` is set and they fit. In each size, the
     map comes with each caption that is no wider than it, the fullest first, then without a caption.
     A smaller size that does not fit is yielded as blank text of the same extent.
     """
     column_span, row_span = _find_extent(tuple(hexes))
-    for size in (*LARGE_SIZES, *SMALL_SIZES) if options.allow_large else SMALL_SIZES:
+    large_sizes = (*LARGE_SIZES, *extra_sizes) if options.allow_large else ()
+    for size in (*large_sizes, *SMALL_SIZES):
         width, height = _measure_map(size, column_span, row_span)
         if width > options.width or height > options.height:
-            if size not in LARGE_SIZES:
+            if size not in large_sizes:
                 yield Text("\n" * (height - 1) + " " * width, no_wrap=True)
             continue
         cells = tuple([make_cell(hex_, size) for hex_ in hexes])
-        if options.show_coordinates:
+        has_room = size.text_rows > 1
+        if has_room if options.show_coordinates is None else options.show_coordinates:
             cells = tuple(map(_add_coordinates, hexes, cells, [size] * len(hexes)))
         has_short_regrets = options.regret is not None and size.text_rows < 2
         legend = f"; {SMALL_HEX_LEGEND}" if has_short_regrets else ""
@@ -237,7 +241,8 @@ def _draw_hex_content(canvas: Canvas, x: int, y: int, cell: HexCell, size: HexSi
             canvas.write_text(x, y + row, " " * columns, cell.style)
     canvas.write_text(x, y + first_row, cell.mark[:columns].center(columns), cell.style)
     if cell.top_line and first_row:
-        canvas.write_text(x, y, cell.top_line.center(columns), cell.style or "dim")
+        style = cell.style if " on " in cell.style else "dim"
+        canvas.write_text(x, y, cell.top_line.center(columns), style)
     if size.text_rows > 1:
         second_line = cell.second_line[:columns].center(columns)
         canvas.write_text(x, y + first_row + 1, second_line, cell.style)
