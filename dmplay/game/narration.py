@@ -78,9 +78,8 @@ class Narrator:
             score = format_number(self.seat_return(snapshot))
             parts.append(f"reward {format_number(reward)}. score {score}.")
         if self.ghost and self.ghost.is_shown_during_play:
-            parts.append(
-                f"ghost {format_number(self.ghost.score)}, lead {self.ghost.player_lead:+.6g}."
-            )
+            lead = format_number(self.ghost.player_lead, sign="+")
+            parts.append(f"ghost {format_number(self.ghost.score)}, lead {lead}.")
         return " ".join(parts)
 
     def describe_change(self, snapshot: SeatSnapshot, previous_turn_count: int) -> str:

@@ -17,6 +17,7 @@ from dmplay.views.protocol import BEST_LABEL, EQUALLY_GOOD_LABEL
 from dmplay.views.toolkit.canvas import BAR_LEVELS
 
 COMMAND_KEY_HELP = ": command"
+WHY_KEY_HELP = "Tab why"  # after a hint; Y does the same without one, but y is an action on maps
 LEARN_KEY = "M learn"
 GAME_OVER_KEYS = (
     ("new", "restart", "undo", "help", "quit"),
@@ -61,12 +62,17 @@ def format_footer(
 ) -> Text:
     """Return the footer row: the game's action keys, then the command keys.
 
-    The help and quit keys are always included. Before a handover it has only Enter and quit.
+    The help and quit keys are always included. Before a handover it has only Enter and quit, and
+    in a picture no command.
     """
     if frame_state.handover_agent:
         return fit_text(Text(" Enter shows the board  q quit"), viewport)
     if game.open_question:
         return fit_text(Text(" Enter predicts  Esc skips  Bksp erases, or undoes"), viewport)
+    if frame_state.is_picture:  # A hint's ranking of the actions stays.
+        is_ranked = frame_state.hint and game.choosing_seat is not None
+        forms = _iter_key_rows(game, frame_state.hint) if is_ranked else [Text("")]
+        return _fit_footer(forms, [""], viewport)
     # A replayed transcript never counts as over, because the player can step back in it.
     has_ended = game.request is not None and game.session.over
     uses_game_over_keys = bool(frame_state.is_lookback or has_ended)
@@ -208,21 +214,24 @@ def _format_command_tails(
     """Return the command keys as texts, from the fullest row to the shortest.
 
     The `navigation_keys` come first, and the last of them are left out first. `excluded_command` is
-    left out, and the first `skipped_count` rows are not used. With a hint, the key that explains it
-    takes the place of the hint's key.
+    left out, and the first `skipped_count` rows are not used. With a hint, its key explains it.
     """
     rows = (GAME_OVER_KEYS if is_game_over else COMMAND_KEYS)[skipped_count:]
     command_rows = [
-        ["why" if name == "hint" and has_hint else name for name in row if name != excluded_command]
+        [
+            WHY_KEY_HELP if name == "hint" and has_hint else _format_command_key(name)
+            for name in row
+            if name != excluded_command
+        ]
         for row in rows
     ]
     tails = []
     for index, command_row in enumerate(command_rows):
-        row = "  ".join([*navigation_keys, *map(_format_command_key, command_row)])
+        row = "  ".join([*navigation_keys, *command_row])
         tails.append(f"{row}  {COMMAND_KEY_HELP}")
         if is_game_over or index == len(command_rows) - 1:
             tails.append(row)
-    last_row = [*map(_format_command_key, command_rows[-1])]
+    last_row = command_rows[-1]
     counts = range(max(len(navigation_keys) - 1, 0), -1, -1)
     return (*tails, *("  ".join([*navigation_keys[:count], *last_row]) for count in counts))
 

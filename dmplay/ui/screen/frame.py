@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from rich.text import Span, Text
 
-from dmplay.core.text import escape_unprintable, format_score
+from dmplay.core.text import escape_unprintable, format_number
 from dmplay.game.game import Game
 from dmplay.game.hints.hint_provider import Hint
 from dmplay.game.seat_snapshot import SeatSnapshot
@@ -500,8 +500,8 @@ def _ghost_facts(game: Game) -> list[tuple[str, str]]:
     ghost = game.ghost
     if ghost is None or not ghost.is_shown_during_play:
         return []
-    lead = "+" * (ghost.player_lead >= 0) + format_score(ghost.player_lead)
-    return [("ghost", format_score(ghost.score)), ("lead", lead)]
+    lead = format_number(ghost.player_lead, sign="+")
+    return [("ghost", format_number(ghost.score)), ("lead", lead)]
 
 
 def _hint_facts(hint: Hint | None) -> list[tuple[str, str]]:

@@ -27,6 +27,7 @@ from dmplay.ui.screen.replay_keys import REPLAY_HELP, WORST_KEY, handle_replay_k
 from dmplay.ui.shell.commands import COMMANDS, conceal_choice_errors, find_command, format_help_page
 from dmplay.views.toolkit.hexgrid import KEY_FAMILY as HEX_KEY_FAMILY
 
+HINT_KEY = "tab"
 SPEED_FACTOR = 1.5  # speed factor of one key press
 PAGE = 1000.0  # stands for the visible rows
 SCROLL_ROWS_BY_KEY = {  # rows to scroll back, by key, for the log and for pages
@@ -215,6 +216,8 @@ def _handle_command_key(screen: PlayScreen, key: str) -> None:
     In real time, any other key starts the clock.
     """
     game = screen.game
+    if key == HINT_KEY and game.hint_provider.current_hint:
+        key = find_command("why").key or key  # the second Tab explains the hint
     screen_key = next(
         (candidate for candidate in SCREEN_KEYS if candidate.is_active_for(key, game)), None
     )
@@ -339,7 +342,7 @@ SCREEN_KEYS = (
         ("C",),
         "C",
         "coordinates",
-        "on hex maps: show the coordinates that the log names",
+        "on hex maps: hide or show the coordinates that the log names",
         PlayScreen.toggle_coordinates,
         is_useful=_has_hex_map,
     ),

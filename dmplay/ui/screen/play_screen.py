@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from rich.text import Text
 
 from dmplay.core.problem import ContinuousStates
-from dmplay.core.text import escape_unprintable, format_score
+from dmplay.core.text import escape_unprintable, format_number
 from dmplay.core.work_budget import ComputationStopped
 from dmplay.errors import DmplayError
 from dmplay.game import player_records
@@ -23,7 +23,7 @@ from dmplay.terminal.capabilities import Terminal
 from dmplay.terminal.painter import Painter
 from dmplay.ui.screen import frame
 from dmplay.ui.screen.event_log import EventLog
-from dmplay.ui.screen.footer import format_footer
+from dmplay.ui.screen.footer import WHY_KEY_HELP, format_footer
 from dmplay.ui.screen.frame_state import FrameState, Viewport, find_cursor
 from dmplay.ui.screen.log_rows import list_record_lines
 from dmplay.ui.screen.modes import Mode, ModeEvent, ScreenModes
@@ -44,7 +44,6 @@ OVERLAY_LABELS = {
     "policy": "best actions",
     "states": "the number of the state in which you stand on each hex (0, 1, 2, ...)",
 }
-WHY_KEY_HELP = "Y why"  # in the message of a hint if the key row has no space for it
 VALUES_MEANING = "of each hex, if you stood there"  # the meaning of the values on hex maps
 VALUES_TASK = TaskInfo("computing the value of every state")
 
@@ -76,7 +75,8 @@ class PlayScreen:
         self.lookahead_message = ""  # the previewed action in words
         self.progress_message = ""  # progress of the running task, shown in place of the message
         self.overlay_index = 0
-        self.show_coordinates = False  # whether hex maps show their coordinates
+        # whether hex maps show their coordinates; None if they have room for them
+        self.show_coordinates: bool | None = None
         # overlay, game, turn and seat of the last recorded hint
         self._recorded_overlay: tuple[object, ...] = ()
         self.page_rows: list[str] = []  # rows of a long message
@@ -108,7 +108,7 @@ class PlayScreen:
         self.scroll_offset = 0  # rows by which the log is scrolled back
         record = player_records.find_game_record(game)
         self._best_return = (
-            format_score(record.best.discounted_return) if record and record.best else ""
+            format_number(record.best.discounted_return) if record and record.best else ""
         )
         self.modes.set_play_mode(is_realtime=bool(self.realtime_rate and game.human_seats))
 
@@ -266,11 +266,13 @@ class PlayScreen:
     def toggle_coordinates(self) -> None:
         """Show or hide the coordinates on a hex map; show a message if the board has none."""
         plain_screen = self.render_upper(self._viewport).plain
-        self.show_coordinates = not self.show_coordinates
-        has_changed = self.render_upper(self._viewport).plain != plain_screen
-        self.show_coordinates = self.show_coordinates and has_changed
-        state = "shown, as the log names them" if self.show_coordinates else "hidden"
-        self.message = f"coordinates: {state}" if has_changed else "this board shows no coordinates"
+        for self.show_coordinates in (True, False):
+            if self.render_upper(self._viewport).plain != plain_screen:
+                state = "shown, as the log names them" if self.show_coordinates else "hidden"
+                self.message = f"coordinates: {state}"
+                return
+        self.show_coordinates = None
+        self.message = "this board shows no coordinates"
 
     def show_next_overlay(self) -> None:
         """Show the next overlay that changes the board, or none after the last one.

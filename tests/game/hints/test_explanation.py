@@ -474,7 +474,7 @@ def test_json_lines_contain_the_numbers_of_the_explanation(tmp_path: Path) -> No
 def test_the_key_row_offers_an_explanation_once_there_is_a_hint() -> None:
     before, after = play_keys(make_game("prisoners-dilemma"), "tab").frames[-2:]
     assert "Tab hint" in before.split("\n")[-1]
-    assert "Y why" in after.split("\n")[-1]
+    assert "Tab why" in after.split("\n")[-1]
 
 
 def test_the_key_y_shows_the_explanation_below_the_board_or_else_as_a_page() -> None:

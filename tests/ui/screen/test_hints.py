@@ -29,7 +29,7 @@ def test_a_hint_ranks_the_keys_by_regret() -> None:
     [
         (120, " n=se best  b=sw ▄-0.77  l=e ▄-0.78  h=w █-1.51  u=ne █-1.57  y=nw █-1.69  "),
         (88, " n=se best  b=sw -0.77  l=e -0.78  h=w -1.51  u=ne -1.57  y=nw -1.69  ? help"),
-        (80, " n=se best  b=sw  l=e  h=w  u=ne  y=nw  Y why  ? help  q quit"),
+        (80, " n=se best  b=sw  l=e  h=w  u=ne  y=nw  Tab why  ? help  q quit"),
         (50, " n best  b ▄  l ▄  h █  u █  y █  ? help  q quit"),
     ],
 )
@@ -60,6 +60,15 @@ def test_hint_marks_stay_until_the_next_turn() -> None:
         has_hint.append(play_screen.frame_state.hint is not None)
     # After undo the turn is the same, and so is its hint.
     assert has_hint == [False, True, True, False, True, False, False, True]
+
+
+def test_a_second_tab_explains_the_hint_as_y_does() -> None:
+    by_tab, by_y = make_screen("hexworld"), make_screen("hexworld")
+    for screen, keys in ((by_tab, ("tab", "tab")), (by_y, ("Y",))):
+        for key in keys:
+            handle_key(screen, key)
+    assert by_tab.page_rows == by_y.page_rows
+    assert by_tab.page_rows[0].startswith("why se in the state (7,2)")
 
 
 def test_the_marks_show_the_regret_of_each_action() -> None:

@@ -146,7 +146,7 @@ def test_tab_shows_a_hint_without_playing() -> None:
     current_game = make_game("hexworld")
     *_, message, row = play_keys(current_game, "tab").last.split("\n")
     assert message == " hint by optimal: se"
-    assert "Y why" in row
+    assert "Tab why" in row
     assert current_game.session.turns == []
 
 

@@ -56,13 +56,13 @@ EXPECTED_FRAMES: dict[tuple[str, Sequence[str], tuple[int, int], bool], str] = {
  dmplay hexworld    seed 7   turn 4/4   score (discounted) -1.539   turn limit
  reach exit +10 or +5; avoid exit -10; a bump costs 1; 30% of steps slip
  ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲   chose    E
-│     │     │     │     │     │     │  @  │     │     │     │  result slip bump
-│     │     │     │     │     │     │     │     │     │     │  reward   -1.00
+│ -1,2│ 0,2 │ 1,2 │ 2,2 │ 3,2 │ 4,2 │  @  │ 6,2 │ 7,2 │ 8,2 │  result slip bump
+│     │     │     │     │     │     │ 5,2 │     │     │     │  reward   -1.00
   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱    forward  0.70
-   │  ◆  │     │     │ ░░░ │     │ ░░░   ░░░ │     │     │     slip
+   │  ◆  │ 1,1 │ 2,1 │ ░░░ │ 4,1 │ ░░░   ░░░ │ 7,1 │ 8,1 │     slip
    │  +5 │     │     │ ░░░ │     │ ░░░   ░░░ │     │     │       0.15 each side
  ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲     ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲   discount
-│     │     │  ✗  │     │ ░░░ │     │     │     │ ░░░ │  ◆  │    0.90 (gamma)
+│ 0,0 │ 1,0 │  ✗  │ 3,0 │ ░░░ │ 5,0 │ 6,0 │ 7,0 │ ░░░ │  ◆  │    0.90 (gamma)
 │     │     │ -10 │     │ ░░░ │     │     │     │ ░░░ │ +10 │
   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱         ╲ ╱   ╲ ╱   ╲ ╱         ╲ ╱
 @ you, ◆ good exit, ✗ bad exit
@@ -81,13 +81,13 @@ EXPECTED_FRAMES: dict[tuple[str, Sequence[str], tuple[int, int], bool], str] = {
  dmplay hexworld    seed 7   before turn 3/4   score (discounted) 0
  reach exit +10 or +5; avoid exit -10; a bump costs 1; 30% of steps slip
  ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲   chose    W
-│     │     │     │     │     │  h  │  @  │  l  │     │     │  result   W
-│     │     │     │     │     │ best│     │ best│     │     │  reward   0.00
+│ -1,2│ 0,2 │ 1,2 │ 2,2 │ 3,2 │  h  │  @  │  l  │ 7,2 │ 8,2 │  result   W
+│     │     │     │     │     │ best│ 5,2 │ best│     │     │  reward   0.00
   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱    forward  0.70
-   │  ◆  │     │     │ ░░░ │     │ ░░░   ░░░ │     │     │     slip
+   │  ◆  │ 1,1 │ 2,1 │ ░░░ │ 4,1 │ ░░░   ░░░ │ 7,1 │ 8,1 │     slip
    │  +5 │     │     │ ░░░ │     │ ░░░   ░░░ │     │     │       0.15 each side
  ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲     ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲   discount
-│     │     │  ✗  │     │ ░░░ │     │     │     │ ░░░ │  ◆  │    0.90 (gamma)
+│ 0,0 │ 1,0 │  ✗  │ 3,0 │ ░░░ │ 5,0 │ 6,0 │ 7,0 │ ░░░ │  ◆  │    0.90 (gamma)
 │     │     │ -10 │     │ ░░░ │     │     │     │ ░░░ │ +10 │  exact values
   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱         ╲ ╱   ╲ ╱   ╲ ╱         ╲ ╱    2 turns left
 numbers and bars: how much less than the best action             e      -0.48
@@ -107,9 +107,9 @@ moves into a wall: ne -0.624, nw -0.624, sw -0.624, se -0.624    w      -0.48
  / \\ / \\ / \\ / \\ / \\ / \\ / \\ / \\ / \\ / \\
 |   |   |   |   |   | h*| @ | l*|   |   |
  \\ / \\ / \\ / \\ / \\ / \\ / \\ / \\ / \\ / \\ /
-  | + |   |   | % |   | %   % |   |   |
+  | +5|   |   | % |   | %   % |   |   |
  / \\ / \\ / \\ / \\   \\ / \\ / \\ / \\ / \\ / \\
-|   |   | x |   | % |   |   |   | % | + |
+|   |   |-10|   | % |   |   |   | % |+10|
  \\ / \\ / \\ / \\ /     \\ / \\ / \\ /     \\ /
 * best, # worst
 
@@ -118,7 +118,7 @@ moves into a wall: ne -0.624, nw -0.624, sw -0.624, se -0.624    w      -0.48
 
  < > turns  X worst  Enter play on  ? help  q quit""",
     ("crying-baby", (), SMALL_SIZE, False): """\
- crying-baby  turn 5/5  score -19.42  turn limit
+ crying-baby  turn 5/5  score -19.423  turn limit
  over: the baby went hungry for 1 of 5 turns; you
    fed it 2 times. your score -19.423
    (undiscounted -21).
@@ -173,7 +173,7 @@ true state: sated
 
  < > turns  X worst  Enter play on  N new  R restart  ? help  q quit  : command""",
     ("crying-baby", (), LARGE_SIZE, False): """\
- crying-baby  turn 5/5  score (discounted) -19.42  turn limit
+ crying-baby  turn 5/5  score (discounted) -19.423  turn limit
  keep the baby sated (not hungry); hunger costs 10; feeding costs 5
 heard  quiet                           reward   -0.5
                                        discount 0.90
