@@ -8,6 +8,7 @@ VIEW = view                                   view.py      the functions of a vi
 KEYS = {"l": "left"}                          view.py      the action of each key
 SOLUTION = solve_grid                         solution.py  how `solve` answers
 RULES_OF_THUMB = [RuleOfThumb(...)]           teach.py     its puzzles are about; else general ones
+REASONS = give_reasons                        teach.py     why an action is good, in its own words
 PUZZLE_GAMES = [GameSetup(...)]               teach.py     the games in which they are mined
 PUZZLE_DAY = 3                                teach.py     its place in the puzzles of the day
 QUANTITIES                                    teach.py     what lessons use
@@ -46,7 +47,7 @@ ROLES = (  # fields of a Roster
 PART_BY_NAME = {  # the file of a folder that defines each name
     "AGENTS": "agents", "VIEW": "view", "KEYS": "view", "SOLUTION": "solution",
     "RULES_OF_THUMB": "teach", "PUZZLE_GAMES": "teach", "PUZZLE_DAY": "teach",
-    "QUANTITIES": "teach", "FIGURES": "figures",
+    "REASONS": "teach", "QUANTITIES": "teach", "FIGURES": "figures",
 }  # fmt: skip
 INHERITED_NAMES = ("QUANTITIES", "FIGURES")
 

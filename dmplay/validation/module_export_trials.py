@@ -18,8 +18,9 @@ from dmplay.core.work_budget import (
 from dmplay.errors import BadParameter, BudgetExceeded, DmplayError
 from dmplay.evaluation.solutions.options import SolveOptions, use_solve_options
 from dmplay.evaluation.solutions.solve import solve_by_own_code
+from dmplay.game.hints.reasons import list_reasons
 from dmplay.game.plot_kinds import Figure, load_figures
-from dmplay.game.position import find_exact_agent
+from dmplay.game.position import Position, find_exact_agent
 from dmplay.game.rules_of_thumb import RuleOfThumb, list_rules
 from dmplay.plots.plotted_problem import PlottedProblem, call_figure_function
 from dmplay.registry.problem_module_exports import (
@@ -100,6 +101,15 @@ def _play_by_rule_of_thumb(problem: Problem, rule: RuleOfThumb) -> None:
                     puzzle_mining.find_rule_belief(position, rule)
 
 
+def _give_reasons(problem: Problem) -> None:
+    """Ask for the reasons for each legal action at the start of a game."""
+    setup = puzzle_mining.list_setups(problem)[0]
+    game = puzzle_mining.open_game(_reload_problem(problem), setup, 0)
+    position = Position.of_session(game.session, game.question)
+    for action in position.legal_actions:
+        list_reasons(position, action)
+
+
 def _check_puzzle_day(problem: Problem) -> None:
     """Raise BadParameter if the place among the puzzles of the day is no whole number."""
     day = find_export(problem, "PUZZLE_DAY")
@@ -165,6 +175,7 @@ CALLS: dict[str, Callable[[Problem], dict[str, Callable[[], object]]]] = {
         f"rule of thumb {rule.text!r}": partial(_play_by_rule_of_thumb, problem, rule)
         for rule in list_rules(problem)
     },
+    "REASONS": lambda problem: {"": partial(_give_reasons, problem)},
     "PUZZLE_DAY": lambda problem: {"": partial(_check_puzzle_day, problem)},
     "QUANTITIES": lambda problem: {
         name: partial(_compute_quantity, problem, name, quantity)

@@ -65,6 +65,11 @@ AGENTS = {"eager": Eager}
         "RULES_OF_THUMB =",
         "RULES_OF_THUMB: rule of thumb 'pull the last arm': got 3, expected None or 0 to 2",
     ),
+    "REASONS": (
+        "REASONS = lambda position, action: 'it pays'",
+        "REASONS =",
+        "a: got 'it pays', expected a list of texts",
+    ),
     "PUZZLE_DAY": ("PUZZLE_DAY = 'monday'", "PUZZLE_DAY", "got 'monday', expected a whole number"),
     "QUANTITIES": (
         "from dmplay.tutor.quantity import Quantity\n"

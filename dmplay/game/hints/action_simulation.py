@@ -39,6 +39,15 @@ class ActionSimulation(NamedTuple):
         return float(self.returns.mean())
 
 
+class SimulatedGames(NamedTuple):
+    """Simulated games: a row for each first action, with the same random numbers in all rows."""
+
+    first_rewards: Reals  # [N, G]
+    returns: Reals  # [N, G]
+    turn_counts: Reals  # [N, G]
+    states: Array  # [N, G, ...], in which they ended
+
+
 class Start(NamedTuple):
     """A position in which simulated games start, with the memory of the agent that plays on."""
 
@@ -51,6 +60,22 @@ class Start(NamedTuple):
 def can_simulate(problem: Problem) -> bool:
     """Return whether games can be simulated from the current state without other agents."""
     return len(problem.agents) == 1 and not problem.partially_observable
+
+
+def play_on(position: Position, game_count: int) -> SimulatedGames:
+    """Return simulated games that begin with each legal action, in which the hint agent plays on.
+
+    There is a row for each legal action. `can_simulate` must be true of the problem.
+    """
+    return position.ask(
+        lambda policy, memory: _simulate_games(
+            position.problem,
+            policy,
+            [Start(position.state, memory, position.turns_left, np.array(position.legal_actions))],
+            game_count,
+            MAX_COMPARED_TURNS,
+        )
+    )
 
 
 def can_compare(agent: HintAgent) -> bool:
@@ -75,8 +100,8 @@ def simulate_returns(
     turns = min(position.turns_left or MAX_TURNS, MAX_TURNS)
     start = Start(position.state, memory, turns, np.array([first_action]))
     problem = position.problem
-    first_rewards, returns = _simulate_games(problem, policy, [start], GAME_COUNT, MAX_TURNS)
-    return ActionSimulation(first_rewards[0], returns[0], turns)
+    games = _simulate_games(problem, policy, [start], GAME_COUNT, MAX_TURNS)
+    return ActionSimulation(games.first_rewards[0], games.returns[0], turns)
 
 
 def compare_returns(agent: HintAgent, starts: Sequence[Start]) -> list[ActionValues]:
@@ -90,11 +115,11 @@ def compare_returns(agent: HintAgent, starts: Sequence[Start]) -> list[ActionVal
     action_count = sum(len(start.actions) for start in starts)
     game_count = max(MAX_COMPARED_GAMES // action_count, MIN_GAMES_PER_ACTION)
     game_count = min(game_count, MAX_GAMES_PER_ACTION) if is_random else 1
-    _, returns = _simulate_games(problem, policy, starts, game_count, MAX_COMPARED_TURNS)
+    games = _simulate_games(problem, policy, starts, game_count, MAX_COMPARED_TURNS)
     basis = ValuesBasis(Accuracy.ESTIMATED, assumed_players=f"if {agent.base_name} plays on")
     comparisons, first = list[ActionValues](), 0
     for start in starts:
-        rows = returns[first : first + len(start.actions)]
+        rows = games.returns[first : first + len(start.actions)]
         first += len(start.actions)
         q = np.full(problem.action_counts[0], np.nan)
         q[start.actions] = rows.mean(axis=1)
@@ -110,11 +135,8 @@ def compare_returns(agent: HintAgent, starts: Sequence[Start]) -> list[ActionVal
 
 def _simulate_games(
     problem: Problem, policy: Policy, starts: Sequence[Start], game_count: int, max_turns: int
-) -> tuple[Reals, Reals]:
-    """Return the first rewards and the returns `[N, G]` of simulated games.
-
-    There is a row for each first action of each start, and the same random numbers for all rows.
-    """
+) -> SimulatedGames:
+    """Return games that begin with each first action of each start."""
     rows = [start for start in starts for _ in start.actions]
     shape, total = (len(rows), game_count), len(rows) * game_count
     s = np.stack([start.state for start in rows]).repeat(game_count, axis=0)
@@ -127,18 +149,20 @@ def _simulate_games(
         a = a.astype(np.int64)
     limits: Ints = np.array([min(start.turns_left or max_turns, max_turns) for start in rows])
     limits, last_turn = limits.repeat(game_count), int(limits.max())
-    returns, weights = np.zeros(total), np.ones(total)
+    returns, weights, turn_counts = np.zeros(total), np.ones(total), np.zeros(total)
     first_rewards = returns
     budget = Budget("the simulation of an action", "play the action instead")
     for turn in range(1, last_turn + 1):
         budget.spend_work(float(total), turn / last_turn)
         u = _draw_uniforms(NATURE_STREAM, turn, len(rows), game_count, problem.uniform_counts.step)
+        turn_counts += weights > 0.0
         outcome = problem.step(s, a[:, None], u)
         validate_outcome(problem, outcome)
         returns = returns + weights * outcome.rewards[:, 0]
         first_rewards = returns if turn == 1 else first_rewards
         memory = policy.update_memory(memory, build_percept(problem, 0, a[:, None], outcome))
-        s = outcome.state
+        is_over = (weights == 0.0).reshape(-1, *[1] * (s.ndim - 1))
+        s = np.where(is_over, s, outcome.state)
         goes_on = ~problem.terminal(s) & (turn < limits)
         weights = np.where(goes_on, weights * problem.discount, 0.0)
         if not weights.any():
@@ -146,7 +170,12 @@ def _simulate_games(
         legal = problem.legal_actions_mask(s)
         u = _draw_uniforms(NATURE_STREAM + 1, turn, len(rows), game_count, policy.uniform_count)
         a = np.asarray(policy.choose(memory, None if legal is None else legal[:, 0], u))
-    return first_rewards.reshape(shape), returns.reshape(shape)
+    return SimulatedGames(
+        first_rewards.reshape(shape),
+        returns.reshape(shape),
+        turn_counts.reshape(shape),
+        s.reshape(*shape, *s.shape[1:]),
+    )
 
 
 def _draw_uniforms(stream: int, turn: int, row_count: int, game_count: int, count: int) -> Reals:

@@ -18,6 +18,7 @@ from dmplay.game.action_breakdown import (
     compute_outcome_shares,
 )
 from dmplay.game.hints.hint_provider import Hint, HintProvider, format_fixed
+from dmplay.game.hints.reasons import list_reasons
 from dmplay.game.hints.rule_explanation import describe_rule, format_real_action
 from dmplay.game.rules_of_thumb import RuleChoice, find_losing_rule
 from dmplay.views.protocol import load_view_module
@@ -38,7 +39,7 @@ VALUE_WORDS = {
 
 
 class Explanation(NamedTuple):
-    """The explanation of an action: its label, at most four sentences, and their numbers."""
+    """The explanation of an action: its label, a few sentences, and their numbers."""
 
     label: str
     sentences: tuple[str, ...]
@@ -72,14 +73,17 @@ def explain_action(provider: HintProvider, action: float | None = None) -> Expla
         f"{format_real_action(provider, explained)}{_format_present_state(provider)} ({hint.basis})"
     )
     if hint.values is None:
-        data = {
+        data: dict[str, object] = {
             "by": hint.data["by"],
             "action": provider.session.format_action(provider.seat, explained),
             "best": hint.action_name,
             "about": hint.game,
         }
         sentences, numbers = describe_rule(provider, explained, hint.action)
-        return Explanation(label, sentences, {**data, **numbers})
+        has_labels = bool(provider.position.labels)
+        reasons = list_reasons(provider.position, int(explained)) if has_labels else ()
+        data |= {**numbers, **({"reasons": [*reasons]} if reasons else {})}
+        return Explanation(label, (*reasons, *sentences), data)
     return _ValueExplainer(provider, hint, int(explained)).explain(label)
 
 
@@ -101,6 +105,7 @@ class _ValueExplainer:
             # A search keeps its usual action unless another is clearly better.
             self._best = ranked[0]
         self._breakdowns = self._break_down_actions()
+        self._reasons = list_reasons(provider.position, action)
 
     def _break_down_actions(self) -> dict[int, ActionBreakdown]:
         """Return the parts of each legal action's value; of slow values, of few actions."""
@@ -119,13 +124,14 @@ class _ValueExplainer:
         """Return the explanation."""
         parts = self._breakdowns.get(self._action)
         other, comparison, reason = self._compare()
-        sentences = [
-            self._describe_value(parts),
-            self._describe_outcomes(parts) if parts else "",
-            comparison,
-            reason,
-        ]
-        return Explanation(label, tuple(filter(None, sentences)), self._build_data(parts, other))
+        data, reasons = self._build_data(parts, other), self._reasons
+        if reasons:  # in the problem's words, which say more than the parts of the value
+            data["reasons"] = [*reasons]
+            sentences = [*reasons, self._describe_value(None), comparison]
+        else:
+            outcomes = self._describe_outcomes(parts) if parts else ""
+            sentences = [self._describe_value(parts), outcomes, comparison, reason]
+        return Explanation(label, tuple(filter(None, sentences)), data)
 
     # Names and numbers
 
@@ -378,6 +384,8 @@ class _ValueExplainer:
             text = "No other action is legal."
             if not is_only_one:
                 text = f"All {len(self._legal_actions)} actions are equally good."
+                if self._hint.values_basis.accuracy.is_estimate:
+                    text = "These values do not tell which action is better."
             return None, text, ""
         other_value = self._values[rule.action]
         name = self._format_action(rule.action)
