@@ -100,7 +100,7 @@ def watch(
         return Printout(report_algorithms(json=terminal_options.json))
     target = watching.WatchTarget(problem, variant, set_, seat, at, trust)
     with ProgressBar(f"computing the steps of {algorithm}", quiet=terminal_options.json):
-        watched = watching.watch_target(algorithm, target, iterations, seed)
+        watched = watching.load_watched_steps(algorithm, target, iterations, seed)
     index = None if step is None else watched.find_typed_step(step)
     if chosen:
         from dmplay.output.step_export import StepExport, export_algorithm_steps

@@ -98,7 +98,7 @@ class OutcomeShare(NamedTuple):
     share: float
 
 
-def merge_by_text(outcomes: Iterable[PossibleOutcome]) -> list[PossibleOutcome]:
+def merge_outcomes_by_text(outcomes: Iterable[PossibleOutcome]) -> list[PossibleOutcome]:
     """Return outcomes of which no two have the same text, likeliest first.
 
     The probabilities of outcomes with the same text are added, and their rewards and values are

@@ -146,12 +146,12 @@ def parse_action_text(
     except UnknownName:
         by_key = find_action_by_key(problem, seat, text, keys)
         if by_key is None:
-            _reject_out_of_range_number(problem, seat, text)
+            _check_number_in_range(problem, seat, text)
             raise
         return by_key
 
 
-def _reject_out_of_range_number(problem: Problem, seat: int, text: str) -> None:
+def _check_number_in_range(problem: Problem, seat: int, text: str) -> None:
     """Raise BadParameter for a number that is not an action, if all actions are whole numbers."""
     labels = problem.actions[seat].labels
     if labels and all(label.isdigit() for label in labels) and NUMBER_START_PATTERN.match(text):

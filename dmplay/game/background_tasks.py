@@ -46,9 +46,9 @@ class BackgroundTask:
         self._game_lock = Lock()  # held by the thread that may use the game
         self._cancelled = False
         self._start_time = 0.0
-        Thread(target=self._run, daemon=True).start()
+        Thread(target=self._run_action, daemon=True).start()
 
-    def _run(self) -> None:
+    def _run_action(self) -> None:
         """Run the action with the game locked, keep its exception, and call the finish callback."""
         with self._game_lock:
             _current_task.set(self)
@@ -118,14 +118,14 @@ class BackgroundTask:
         Raises ComputationStopped if the task is cancelled.
         """
         self.info, self.progress, self._start_time = info, None, monotonic()
-        with self._release_game(), report_progress_to(self._update_progress):
+        with self._run_unlocked(), report_progress_to(self._update_progress):
             self._check_cancelled()
             result = compute()
         self._check_cancelled()
         return result
 
     @contextmanager
-    def _release_game(self) -> Iterator[None]:
+    def _run_unlocked(self) -> Iterator[None]:
         """Run the block with the game unlocked, then lock it again.
 
         If the task has been abandoned by then, this waits for ever.

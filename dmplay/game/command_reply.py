@@ -39,6 +39,6 @@ class DataReply(str):
         return reply
 
 
-def format_reply(rows: Sequence[str]) -> str:
+def make_reply(rows: Sequence[str]) -> str:
     """Return a single row as a plain string, several rows as a `Page`, and '' for no rows."""
     return Page("\n".join(rows)) if len(rows) > 1 else (*rows, "")[0]

@@ -33,7 +33,7 @@ from dmplay.game.narration import Narrator
 from dmplay.game.position import Position
 from dmplay.game.saves import SaveRemoval
 from dmplay.game.seat_snapshot import SeatSnapshot
-from dmplay.game.seats import list_scripts, name_without_actions
+from dmplay.game.seats import list_scripts, shorten_player_name
 from dmplay.game.verdict import Verdict, compute_verdict
 from dmplay.registry.agents import load_roster
 from dmplay.registry.problem_name_kinds import names_bot
@@ -248,7 +248,7 @@ class Game:
     def advice_question(self, seat: int) -> AdviceQuestion:
         """Return the question that all advice for a seat answers: its turns and other players."""
         players = tuple(
-            self.assumed_players.get(other, name_without_actions(name))
+            self.assumed_players.get(other, shorten_player_name(name))
             for other, name in enumerate(self.player_names)
         )
         return AdviceQuestion(
@@ -257,10 +257,10 @@ class Game:
             players,
             assumes_players=any(other != seat for other in self.assumed_players),
             earlier_turns=self.earlier_turns,
-            scripts=self._list_scripts(),
+            scripts=self._list_script_policies(),
         )
 
-    def _list_scripts(self) -> tuple[Script, ...]:
+    def _list_script_policies(self) -> tuple[Script, ...]:
         """Return the policies of the players that repeat listed actions."""
         return list_scripts(self.session, self.player_names)
 
@@ -327,7 +327,7 @@ class Game:
         )
         names = {**self.keyboard.get_keys_by_action(self.viewing_seat), **options.keys_by_action}
         options = options._replace(
-            revealed_state=self._revealed_state, ghost_state=ghost, keys_by_action=names
+            revealed_state=self._state_if_revealed, ghost_state=ghost, keys_by_action=names
         )
         return fit_board(self.view_module, snapshot.view, options)
 
@@ -339,14 +339,14 @@ class Game:
         return f", {describe(self.view(), action)}" if describe else ""
 
     @property
-    def _revealed_state(self) -> Array | None:
+    def _state_if_revealed(self) -> Array | None:
         """The state if hidden information is revealed; else None."""
         is_revealed = self.reveal or (self.session.over and self.problem.partially_observable)
         return self.session.state if is_revealed else None
 
     def picture_rows(self) -> list[str]:
         """Return the rows of the picture that the view module draws; [] if it draws none."""
-        picture = draw_picture(self.view_module, self.view(), self._revealed_state)
+        picture = draw_picture(self.view_module, self.view(), self._state_if_revealed)
         return picture.plain.split("\n") if picture else []
 
     def choose(self, action: float, seat: int | None = None) -> bool:
@@ -385,7 +385,7 @@ class Game:
         question = self.predictor.question if self.predictor else None
         return question.text if question else ""
 
-    def take_scored_prediction(self) -> "ScoredPrediction | None":
+    def pop_scored_prediction(self) -> "ScoredPrediction | None":
         """Return the prediction that was scored since the last call, if any."""
         scored, self._last_prediction = self._last_prediction, None
         return scored
@@ -405,7 +405,7 @@ class Game:
         ("forfeit"). Pending choices are discarded in every case.
         """
         try:
-            actions = self._fill_in_actions(
+            actions = self._collect_joint_action(
                 [choices.get(seat) for seat in range(len(self.player_names))]
             )
         except EndOfScript:
@@ -432,7 +432,7 @@ class Game:
             self.on_intermediate_turn()
             self.advance()
 
-    def _fill_in_actions(self, actions: Sequence[float | None]) -> Sequence[float | None]:
+    def _collect_joint_action(self, actions: Sequence[float | None]) -> Sequence[float | None]:
         """Return the joint action: people's choices, and the agents', in a cancellable task."""
         if len(self.human_seats) == len(self.player_names):
             return actions

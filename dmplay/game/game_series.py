@@ -93,7 +93,7 @@ class GameController:
         self.complete_handover()
 
     @property
-    def _known_games(self) -> set[GameKey]:
+    def _list_known_games(self) -> set[GameKey]:
         """The games whose hidden information is known when another game starts.
 
         The current game is one of them: it then ends and is shown, unless it is paused.
@@ -140,7 +140,7 @@ class GameController:
         if reason == "quit" and self._game.pauses_when_left:
             self._game.pause()
         self._game.finish(reason)
-        self._disclosed_games = self._known_games
+        self._disclosed_games = self._list_known_games
         recorder = self._game.recorder
         if recorder is None or recorder in self.finished_games:
             return
@@ -209,7 +209,7 @@ class GameController:
                 "this game is to be handed in, so its random numbers are used only once; "
                 "new starts a game with another seed"
             )
-        new_game = start_new_game(new_request, self._known_games)
+        new_game = start_new_game(new_request, self._list_known_games)
         if uses_same_seed:  # An agent takes the seat and reveals these uniforms.
             self.game.finish()
         self.set_game(new_game)
@@ -238,7 +238,7 @@ class GameController:
             return next_numbered_path(path)
         return saves.create_save(self.game.problem_name) or next_numbered_path(path)
 
-    def run_cli_words(self, words: Sequence[str]) -> str:
+    def run_command_words(self, words: Sequence[str]) -> str:
         """Run words of the command line: play the game and return '', or return the report."""
         if self._cli_interpreter is None:
             raise BadParameter(f"{words[0]}: not available here; run it from the command line")
@@ -246,7 +246,7 @@ class GameController:
         result = run_cancellable(TaskInfo(f"running {words[0]}"), lambda: interpreter(words))
         if isinstance(result, str):
             return Page(result)
-        self.set_game(start_game(result.interactive_request, self._known_games))
+        self.set_game(start_game(result.interactive_request, self._list_known_games))
         return ""
 
 

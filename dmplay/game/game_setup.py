@@ -32,7 +32,7 @@ from dmplay.game.launch_requests import (
 from dmplay.game.narration import render_transcript_frame
 from dmplay.game.playback import Playback
 from dmplay.game.predictions import VALUE, Predictor
-from dmplay.game.saves import STDOUT_PATH, load_transcript, resolve_dash
+from dmplay.game.saves import STDOUT_PATH, load_transcript, resolve_dash_to_stream
 from dmplay.game.seats import (
     HUMAN,
     list_human_seats,
@@ -41,7 +41,7 @@ from dmplay.game.seats import (
     make_header,
     make_seat_policy,
     name_in_transcript,
-    name_without_actions,
+    shorten_player_name,
 )
 from dmplay.game.start_seeds import draw_seed
 from dmplay.game.transcript_verification import describe_problem_change, load_transcript_problem
@@ -103,7 +103,7 @@ def start_new_game(request: GameRequest, disclosed_games: Collection[GameKey] = 
         make_seat_policy(problem, seat, player, request.turns) for seat, player in enumerate(seats)
     ]
     request = replace(request, peeked=False, branched=None, earlier=())
-    request, uniforms = _with_seed(request, problem, seats)
+    request, uniforms = _seed_request(request, problem, seats)
     session = Session(
         problem, uniforms, policies, turn_limit=resolve_turn_limit(problem, seats, request.turns)
     )
@@ -145,7 +145,7 @@ def _make_predictor(
         raise BadParameter("--predict: real time leaves no time to predict; leave out --rate")
     if request.prediction == VALUE and request.strict == "hints":
         raise BadParameter("--predict value: this game forbids hints (--strict=hints)")
-    players = [*map(name_without_actions, player_names)]
+    players = [*map(shorten_player_name, player_names)]
     scripts = list_scripts(session, player_names)
     question = AdviceQuestion.of_session(session, seats[0], players, scripts)
     provider = HintProvider(session, question)
@@ -176,7 +176,7 @@ def _choose_transcript_path(
         path = saves.create_game_file(request.record_path, request.numbered_file_name)
         return path, saves.SaveRemoval()
     if request.record_path:
-        return resolve_dash(request.record_path, STDOUT_PATH), saves.SaveRemoval()
+        return resolve_dash_to_stream(request.record_path, STDOUT_PATH), saves.SaveRemoval()
     if not request.keep_save and HUMAN not in player_names:
         return None, saves.SaveRemoval()
     save_removal = saves.remove_old_saves(request.kept_megabytes)
@@ -188,7 +188,7 @@ def _make_ghost(session: Session, player_names: Sequence[str], agent_name: str) 
     return create_ghost(session, list_human_seats(player_names), agent_name) if agent_name else None
 
 
-def _with_seed(
+def _seed_request(
     request: GameRequest, problem: Problem, player_names: Sequence[str]
 ) -> tuple[GameRequest, SeededUniforms]:
     """Return the request with a seed, newly drawn if it has none, and the seed's uniforms.
@@ -309,7 +309,7 @@ def resume_game(request: ResumeRequest, disclosed_games: Collection[GameKey] = (
     ghost = _make_ghost(session, players, request.ghost_agent or recorded_ghost)
     if transcript.has_changed_line_ends:  # The recorder continues at an offset in the file.
         write_file(path.resolve(), [transcript.content], continues=True)
-    recorder = Recorder.resume(path, transcript.content, session, _frame_renderer(transcript))
+    recorder = Recorder.resume(path, transcript.content, session, _find_frame_renderer(transcript))
     if not transcript.blocks:
         recorder.write_turn()
     game = _make_continued_game(loaded_problem, transcript.header, players, request, recorder)
@@ -400,7 +400,7 @@ def branch_game(request: BranchRequest, disclosed_games: Collection[GameKey] = (
         request.record_path,
         new_header,
         session,
-        frame=_frame_renderer(transcript),
+        frame=_find_frame_renderer(transcript),
         force=request.force,
     )
     warning = describe_problem_change(transcript, loaded_problem)
@@ -511,6 +511,6 @@ def write_game_copy(game: Game, path: Path) -> None:
         write_file(path, [draft.read_text(encoding="utf-8")], private=is_private)
 
 
-def _frame_renderer(transcript: Transcript) -> FrameRenderer | None:
+def _find_frame_renderer(transcript: Transcript) -> FrameRenderer | None:
     """Return the frame renderer if the first block of a transcript has a frame; else None."""
     return render_transcript_frame if any(block.frame for block in transcript.blocks[:1]) else None

@@ -132,7 +132,7 @@ def format_variant_name(problem: str, variant: str) -> str:
     return f"{problem}:{variant}" if variant else problem
 
 
-def split_words(line: str) -> list[str]:
+def split_shell_words(line: str) -> list[str]:
     """Split a line into words with the quoting rules of a shell.
 
     Raise BadParameter if a quotation is not closed.

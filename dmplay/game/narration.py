@@ -8,7 +8,7 @@ from dmplay.core.text import describe_end_reason, escape_unprintable, format_cou
 from dmplay.game import turn_facts
 from dmplay.game.hints.ghost_agent import Ghost
 from dmplay.game.seat_snapshot import SeatSnapshot
-from dmplay.game.seats import name_without_actions
+from dmplay.game.seats import shorten_player_name
 from dmplay.transcript.concealment import RESUMABLE_END_REASONS
 from dmplay.transcript.format import (
     NATURAL_END_REASONS,
@@ -160,7 +160,7 @@ class Narrator:
         if len(self.human_seats) == 1 and not names_seat:
             player = "you"
         elif not self.human_seats and self.player_names:
-            name = escape_unprintable(name_without_actions(self.player_names[seat]))
+            name = escape_unprintable(shorten_player_name(self.player_names[seat]))
             name = PLAYER_NOUNS.get(name, name.partition(":")[0] if "=" in name else name)
             player = f"{player} ({name})" if len(session.problem.agents) > 1 else name
         game = FinishedGame[Problem].of_session(session, seat, player)

@@ -62,7 +62,7 @@ class Playback(NotebookDisplay, Game):
             self._batch_replayer.apply_block(index)
         return session
 
-    def _list_scripts(self) -> tuple[Script, ...]:
+    def _list_script_policies(self) -> tuple[Script, ...]:
         return self._scripts
 
     @property
@@ -95,9 +95,9 @@ class Playback(NotebookDisplay, Game):
     @property
     def step_count(self) -> int:
         """The number of turns and events to step through; a reroll and its turn count as one."""
-        return self._count_steps(len(self._blocks))
+        return self._count_steps_before(len(self._blocks))
 
-    def _count_steps(self, block_index: int) -> int:
+    def _count_steps_before(self, block_index: int) -> int:
         """Return the number of steps before the block with this index."""
         blocks = self._blocks[self._first_index : block_index]
         return len(blocks) - sum(block.kind == "reroll" for block in blocks[:-1])
@@ -125,7 +125,7 @@ class Playback(NotebookDisplay, Game):
 
     def go_to_turn(self, turn: int) -> None:
         """Step to the position after this number of turns, or as near as the file allows."""
-        while len(self.session.turns) > turn and self._count_steps(self._next_index):
+        while len(self.session.turns) > turn and self._count_steps_before(self._next_index):
             self.undo()
         while len(self.session.turns) < turn and not self.is_at_end:
             self.play_agent_turn()
@@ -160,7 +160,7 @@ class Playback(NotebookDisplay, Game):
 
         Raise BadParameter if there are fewer steps before the current one.
         """
-        steps_back = self._count_steps(self._next_index)
+        steps_back = self._count_steps_before(self._next_index)
         if steps_back < turns:
             message = f"undo {turns}: the start is only {format_count(steps_back, 'step')} back"
             raise BadParameter(message if steps_back else "this is the start of the replay")

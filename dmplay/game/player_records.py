@@ -58,7 +58,7 @@ class ProblemRecord:
     @property
     def key(self) -> str:
         """The text that identifies the problem, parameters, turn limit and seat."""
-        return _record_key(self.problem, self.parameters, self.turns, self.seat)
+        return _make_record_key(self.problem, self.parameters, self.turns, self.seat)
 
     def merge_later(self, later: "ProblemRecord") -> "ProblemRecord":
         """Return the later record, with the better of both best results."""
@@ -82,7 +82,7 @@ def record_finished_game(recorder: Recorder) -> None:
         return
     with contextlib.suppress(DmplayError, OSError):  # The file may have changed in the meantime.
         transcript = read_transcript(recorder.path)
-        record = _record_from_transcript(transcript, recorder.session.problem)
+        record = _read_transcript_record(transcript, recorder.session.problem)
         if (
             record
             and record.best
@@ -125,11 +125,11 @@ def find_record(
     seat: str,
 ) -> ProblemRecord | None:
     """Return the record with this problem, parameters, turn limit and seat, or None."""
-    key = _record_key(problem, parameters, turns, seat)
+    key = _make_record_key(problem, parameters, turns, seat)
     return next((record for record in records if record.key == key), None)
 
 
-def _record_key(
+def _make_record_key(
     problem: str, parameters: Mapping[str, object], turns: int | None, seat: str
 ) -> str:
     """Return a JSON text that identifies a problem, parameters, turn limit and seat."""
@@ -150,7 +150,7 @@ def _find_person_seat(problem: Problem, seats: Sequence[str]) -> str | None:
     return people[0] if has_default_partners else None
 
 
-def _record_from_transcript(transcript: Transcript, problem: Problem) -> ProblemRecord | None:
+def _read_transcript_record(transcript: Transcript, problem: Problem) -> ProblemRecord | None:
     """Return the record of one transcript, or None if no person reached the natural end.
 
     The result is also a candidate for the best game if nothing disqualifies it.

@@ -253,10 +253,10 @@ class Position:
         """The memory of the agent after what the seat perceived; there must be an agent."""
         if self._memory is None:
             assert self.agent is not None
-            self._memory = self._remember(self.agent.policy)
+            self._memory = self._compute_policy_memory(self.agent.policy)
         return self._memory
 
-    def _remember(self, policy: SeatPolicy) -> Memory:
+    def _compute_policy_memory(self, policy: SeatPolicy) -> Memory:
         """Return the memory of a policy after what the seat perceived."""
         view, prefix = self.view, f"turn {self.turns_done + 1}"
         if self._belief is not None:
@@ -311,7 +311,7 @@ class Position:
             return None
         if q is not None:
             return self.agent.attach_basis(q, self.view.legal_actions_mask)
-        choice = self._choose()
+        choice = self._ask_for_choice()
         return choice if isinstance(choice, ActionValues) else None
 
     def choose(self) -> tuple[float | None, ActionValues | None]:
@@ -319,12 +319,12 @@ class Position:
 
         If the estimates are too close to call, there is no action. There must be an agent.
         """
-        choice = self._choose()
+        choice = self._ask_for_choice()
         if not isinstance(choice, ActionValues):
             return choice, None
         return None if choice.is_too_close else float(choice.best_actions[0]), choice
 
-    def _choose(self) -> float | ActionValues:
+    def _ask_for_choice(self) -> float | ActionValues:
         """Return the estimates of the agent, or its choice if it makes none."""
         if self._choice is None:
             self._choice = self.ask(self._choose_or_estimate)
@@ -442,7 +442,7 @@ class Position:
             tuple(array.repeat(count, axis=0) for array in memory), events.percept
         )
         values_after, blind_value = np.zeros(count), 0.0
-        replies, next_replies = self._count_replies(events), None
+        replies, next_replies = self._predict_replies(events), None
         is_last_turn = self.is_last_planned_turn
         if not is_last_turn:
             legal = problem.legal_actions_mask(events.states)
@@ -459,7 +459,7 @@ class Position:
             action,
             value,
             discount,
-            events.merge(problem, self.seat, values_after),
+            events.merge_outcomes(problem, self.seat, values_after),
             replies,
             next_replies,
             discount * max(seen_value - blind_value, 0.0) if events.beliefs is not None else 0.0,
@@ -482,7 +482,7 @@ class Position:
             raise BadParameter("expected outcomes that can be listed, not real numbers")
         events = self._list_events(int(self.validate_action(action)))
         values_after = np.full(len(events.probabilities), np.nan)
-        return events.merge(self.problem, self.seat, values_after)
+        return events.merge_outcomes(self.problem, self.seat, values_after)
 
     def expected_rewards(self) -> Reals:
         """Return the expected reward `[A]` of this turn for each action, -inf if it is illegal."""
@@ -533,7 +533,7 @@ class Position:
             probabilities[order],
             outcomes[order],
             None if beliefs is None else beliefs[order],
-            reply_probabilities=self._count_replies(events) if events.is_modelled else None,
+            reply_probabilities=self._predict_replies(events) if events.is_modelled else None,
         )
         if not events.is_modelled:
             return result
@@ -567,7 +567,7 @@ class Position:
         predicted = self.ask(lambda policy, memory: policy.predict_actions(memory, seat))
         return None if predicted is None else predicted[0]
 
-    def _count_replies(self, events: TurnEvents) -> Reals | None:
+    def _predict_replies(self, events: TurnEvents) -> Reals | None:
         """Return the probability `[A']` of each action of the only other agent; None if many."""
         if len(self.problem.agents) != 2 or events.joint_actions is None or not self.active_others:
             return None

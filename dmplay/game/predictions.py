@@ -78,7 +78,7 @@ class Predictor:
         self._answer: Answer | None = None
         self._answered_question: Question | None = None
         self._last_turn = 0  # last turn about which a question was asked
-        self._state = _check_kind(self.kind, state_text, session, seat, provider)
+        self._state = _check_belief_kind(self.kind, state_text, session, seat, provider)
 
     def ask(self, action: float, provider: HintProvider) -> Question | None:
         """Return the question about an action, which then waits for an answer.
@@ -320,7 +320,7 @@ def _parse_outcome(session: Session, seat: int, name: str) -> str:
         raise BadParameter(f"got {name!r}, expected a state such as {example}") from None
 
 
-def _check_kind(
+def _check_belief_kind(
     kind: str, state_text: str, session: Session, seat: int, provider: HintProvider
 ) -> int | None:
     """Return the state that questions on a belief are about, None if none is named.

@@ -14,7 +14,7 @@ from dmplay.core.best_actions import VALUE_TOLERANCE
 from dmplay.core.problem import Problem
 from dmplay.core.text import format_score
 from dmplay.errors import BadParameter
-from dmplay.game.action_breakdown import ActionBreakdown, merge_by_text
+from dmplay.game.action_breakdown import ActionBreakdown, merge_outcomes_by_text
 from dmplay.game.position import Position
 from dmplay.registry.problem_module_exports import load_exported_list
 from dmplay.solvers.games.bimatrix_game import build_payoffs
@@ -133,25 +133,25 @@ def get_last_actions(position: Position) -> tuple[int, int] | None:
     return int(joint_actions[-1][position.seat]), int(joint_actions[-1][1 - position.seat])
 
 
-def _take_best_reward(position: Position) -> int | None:
+def _choose_best_reward(position: Position) -> int | None:
     """Choose the action with the greatest expected reward of this turn; None if several have."""
     return _find_best_value(position, position.expected_rewards())
 
 
-def _expect_likeliest(position: Position) -> int | None:
+def _assume_likeliest_outcome(position: Position) -> int | None:
     """Choose the action whose likeliest outcome is worth most, if not all outcomes are sure."""
     if position.problem.partially_observable or position.problem.state_count == 1:
         return None
     values = np.full(len(position.labels), -np.inf)
     for action in position.legal_actions:
-        likeliest, *others = merge_by_text(position.outcomes(action))
+        likeliest, *others = merge_outcomes_by_text(position.outcomes(action))
         if others and likeliest.probability - others[0].probability < MIN_PROBABILITY_DIFFERENCE:
             return None
         values[action] = likeliest.reward + position.problem.discount * likeliest.value_after
     return _find_best_value(position, values)
 
 
-def _trust_likeliest(position: Position) -> int | None:
+def _assume_likeliest_state(position: Position) -> int | None:
     """Choose the action that is best if the likeliest state is the true one."""
     belief = position.current_belief
     if belief is None:
@@ -194,7 +194,7 @@ def _find_best_for_belief(position: Position, belief: Reals) -> int | None:
     return _find_best_value(position, np.where(np.isnan(values), -np.inf, values))
 
 
-def _trust_observation(position: Position) -> int | None:
+def _assume_observed_state(position: Position) -> int | None:
     """Choose the best action if the state that explains the last observation best were certain.
 
     There is none if the belief says that this state is unlikely.
@@ -229,7 +229,7 @@ def _find_best_explanation(position: Position) -> int | None:
 
 
 def _describe_certainty(position: Position) -> str:
-    """Return the assumption of `_trust_observation` as a clause."""
+    """Return the assumption of `_assume_observed_state` as a clause."""
     problem, state = position.problem, _find_best_explanation(position)
     state_name = load_view_module(problem).lesson(position.view).state_name
     name = state_name.format(problem.format_state(problem.enumerate_states()[state]))
@@ -244,7 +244,7 @@ def _repeat_success(position: Position) -> int | None:
     return int(position.view.actions[-1])
 
 
-def _reply_to_last(position: Position) -> int | None:
+def _reply_to_last_action(position: Position) -> int | None:
     """Choose the best response to the other agent's last action; None if no single one is."""
     last = get_last_actions(position)
     if last is None:
@@ -253,7 +253,7 @@ def _reply_to_last(position: Position) -> int | None:
     return _find_best_value(position, payoffs[:, last[1]])
 
 
-def _reply_to_counts(position: Position) -> int | None:
+def _reply_to_frequencies(position: Position) -> int | None:
     """Choose the best response to the other agent's frequencies of actions, from two rounds on."""
     replies = [int(actions[1 - position.seat]) for actions in position.view.joint_actions or ()]
     if len(replies) < 2:
@@ -275,15 +275,17 @@ def find_single_best(values: Reals, tolerance: float = VALUE_TOLERANCE) -> int |
 
 TAKE_BEST_REWARD = RuleOfThumb(
     "take the greatest expected reward of this turn, and leave later turns aside",
-    _take_best_reward,
+    _choose_best_reward,
     describe=lambda _: "which pays the most now",
 )
 TRUST_OBSERVATION = RuleOfThumb(
     "act as if the state that explains the last observation best were certain",
-    _trust_observation,
+    _assume_observed_state,
     describe=_describe_certainty,
 )
-TRUST_LIKELIEST = RuleOfThumb("act as if the likeliest hidden state were certain", _trust_likeliest)
+TRUST_LIKELIEST = RuleOfThumb(
+    "act as if the likeliest hidden state were certain", _assume_likeliest_state
+)
 TRUST_LAST_OBSERVATION = RuleOfThumb(
     "act on the last turn alone, as if all states had been equally likely before it",
     _trust_last_observation,
@@ -292,7 +294,7 @@ TRUST_LAST_OBSERVATION = RuleOfThumb(
 EXPECT_LIKELIEST = RuleOfThumb(
     "look only at the likeliest outcome of each action, and take the action whose likeliest "
     "outcome is worth most",
-    _expect_likeliest,
+    _assume_likeliest_outcome,
     describe=lambda _: "the best if every action surely had its likeliest outcome",
 )
 REPEAT_SUCCESS = RuleOfThumb(
@@ -300,9 +302,9 @@ REPEAT_SUCCESS = RuleOfThumb(
     _repeat_success,
     describe=lambda position: f"which just paid {format_score((position.view.rewards or [0])[-1])}",
 )
-REPLY_TO_LAST = RuleOfThumb("reply best to the other's last action", _reply_to_last)
+REPLY_TO_LAST = RuleOfThumb("reply best to the other's last action", _reply_to_last_action)
 REPLY_TO_COUNTS = RuleOfThumb(
-    "reply best to how often the other chose each action", _reply_to_counts
+    "reply best to how often the other chose each action", _reply_to_frequencies
 )
 # the general ones of explanations, which fit any problem
 EXPLANATION_RULES = (TRUST_OBSERVATION, EXPECT_LIKELIEST, TAKE_BEST_REWARD, REPEAT_SUCCESS)

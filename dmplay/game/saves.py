@@ -63,7 +63,7 @@ class SaveRemoval(NamedTuple):
         return "; ".join(parts)
 
 
-def resolve_dash(path: Path, stream: Path) -> Path:
+def resolve_dash_to_stream(path: Path, stream: Path) -> Path:
     """Return the path, or the given standard stream if the path is `-`."""
     return stream if str(path) == "-" else path
 
@@ -76,7 +76,7 @@ def load_transcript(
     Raise BadParameter if the file cannot be read.
     """
     try:
-        return reader(resolve_dash(path, STDIN_PATH))
+        return reader(resolve_dash_to_stream(path, STDIN_PATH))
     except OSError as error:
         raise BadParameter(f"{path}: {error.strerror}") from None
 
@@ -107,7 +107,7 @@ def create_game_file(game_folder: Path, problem: str) -> Path:
     The name is made of a number, the next one in this folder, and the problem.
     """
     safe_name = problem.strip("./").replace(":", "-").replace("/", "-")
-    last_number = max((_save_number(path) for path in game_folder.glob("*.dmt")), default=0)
+    last_number = max((_parse_save_number(path) for path in game_folder.glob("*.dmt")), default=0)
     for number in count(last_number + 1):
         path = game_folder / f"{number:06}-{safe_name}.dmt"
         with contextlib.suppress(FileExistsError):
@@ -116,7 +116,7 @@ def create_game_file(game_folder: Path, problem: str) -> Path:
     return path
 
 
-def _save_number(path: Path) -> int:
+def _parse_save_number(path: Path) -> int:
     """Return the number in the name of a save; 0 if it has none."""
     match = NUMBER_PATTERN.match(path.name)
     return int(match[1]) if match else 0
@@ -126,7 +126,7 @@ def list_saves() -> list[Path]:
     """Return the files in the folder of saved games, newest first."""
     # A FIFO would never end, and only a regular file can be a save.
     paths = filter(Path.is_file, saves_folder(os.environ).glob("*.dmt"))
-    return sorted(paths, key=lambda path: (_save_number(path), path.name), reverse=True)
+    return sorted(paths, key=lambda path: (_parse_save_number(path), path.name), reverse=True)
 
 
 def remove_old_saves(max_megabytes: float) -> SaveRemoval:
@@ -145,7 +145,9 @@ def remove_old_saves(max_megabytes: float) -> SaveRemoval:
         return SaveRemoval()
     kept_bytes = KEPT_SHARE * max_bytes
     model_seat = f'"{MODEL_PLAYER}"'.encode()
-    is_of_model = {path: model_seat in _find_line(path, b"seats: ") for path in statuses}
+    is_of_model = {
+        path: model_seat in _find_line_with_prefix(path, b"seats: ") for path in statuses
+    }
     bytes_by_kind = Counter[bool]()
     for path, status in statuses.items():
         bytes_by_kind[is_of_model[path]] += status.st_size
@@ -176,7 +178,7 @@ def _get_file_status(path: Path) -> os.stat_result | None:
     return None
 
 
-def _find_line(path: Path, prefix: bytes) -> bytes:
+def _find_line_with_prefix(path: Path, prefix: bytes) -> bytes:
     """Return the first line of a file that starts with the prefix; b"" if there is none."""
     try:
         with path.open("rb") as file:
@@ -265,7 +267,7 @@ def remove_unplayed_save(recorder: Recorder) -> bool:
     """
     if not is_save(recorder.path) or recorder.write_error:
         return False
-    if _find_line(recorder.path, b"turn: 1\n"):  # even if the turn was undone later
+    if _find_line_with_prefix(recorder.path, b"turn: 1\n"):  # even if the turn was undone later
         return False
     recorder.path.unlink(missing_ok=True)
     return True

@@ -55,7 +55,7 @@ def list_scripts(session: Session, player_names: Sequence[str]) -> tuple[Script,
     return tuple(scripts)
 
 
-def name_without_actions(player: str) -> str:
+def shorten_player_name(player: str) -> str:
     """Return a player's name; that of a `script:` or `replay:` without its actions or its file."""
     kind = player.partition(":")[0]
     return kind if kind in SCRIPTED_PLAYERS else player
@@ -139,7 +139,7 @@ def load_verifiable_policies(
         for name in player_names.values()
     ]
     return [
-        _verifiable_policy(problem, seat, name, may_import)
+        _find_verifiable_policy(problem, seat, name, may_import)
         for seat, (name, may_import) in enumerate(resolved)
     ]
 
@@ -168,7 +168,9 @@ def load_resumed_players(
     return names, [make_seat_policy(problem, seat, name, turns) for seat, name in enumerate(names)]
 
 
-def _verifiable_policy(problem: Problem, seat: int, player: str, trusted: bool) -> Policy | None:
+def _find_verifiable_policy(
+    problem: Problem, seat: int, player: str, trusted: bool
+) -> Policy | None:
     """Return the policy of a player if it chooses the same actions again; else None.
 
     None for people, scripts, replays, bots, agents with a time limit and untrusted code.
@@ -202,7 +204,7 @@ def make_header(
     """
     players = [
         name_in_transcript(
-            request.person_label if player == HUMAN else name_without_actions(player), path
+            request.person_label if player == HUMAN else shorten_player_name(player), path
         )
         for player in player_names
     ]

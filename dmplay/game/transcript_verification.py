@@ -11,7 +11,7 @@ from dmplay.core.safe_files import OPEN_FILES_FOLDER, write_file
 from dmplay.core.text import escape_newlines, format_json_report
 from dmplay.errors import BadParameter, BadTranscript, DmplayError
 from dmplay.game.narration import render_transcript_frame
-from dmplay.game.saves import STDIN_PATH, resolve_dash
+from dmplay.game.saves import STDIN_PATH, resolve_dash_to_stream
 from dmplay.game.seats import load_verifiable_policies
 from dmplay.registry import problems
 from dmplay.registry.problem_name_kinds import resolve_recorded_name, transcript_folder
@@ -39,7 +39,7 @@ def iter_transcript_files(paths: Sequence[Path]) -> Iterator[Path]:
     `-` is the standard input. Raise BadParameter if a path does not exist, or if a folder contains
     no `.dmt` file.
     """
-    for path in (resolve_dash(path, STDIN_PATH) for path in paths):
+    for path in (resolve_dash_to_stream(path, STDIN_PATH) for path in paths):
         if path.is_dir():
             folder_files = _search_folder(path)
             if not folder_files:

@@ -57,7 +57,7 @@ class TurnEvents(NamedTuple):
             for joint_action in self.joint_actions
         ]
 
-    def merge(
+    def merge_outcomes(
         self, problem: Problem, seat: int, values_after: Reals
     ) -> tuple[PossibleOutcome, ...]:
         """Return the different outcomes, likeliest first, with means of equal ones.

@@ -30,11 +30,11 @@ def visible_turn_facts(session: Session, snapshot: SeatSnapshot) -> dict[str, ob
     }
     agent = problem.agents[snapshot.seat]
     if problem.partially_observable:
-        return {key: _select_agent_facts(value, agent) for key, value in visible.items()}
+        return {key: _select_agent_entry(value, agent) for key, value in visible.items()}
     return visible
 
 
-def _select_agent_facts(value: object, agent: str) -> object:
+def _select_agent_entry(value: object, agent: str) -> object:
     """Return a fact reduced to one agent's entry if it is a dictionary by agent."""
     if not isinstance(value, dict):
         return value

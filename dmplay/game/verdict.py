@@ -25,7 +25,7 @@ from dmplay.game.hints.hint_provider import choose_decimals, format_fixed
 from dmplay.game.hints.review import (
     NOT_JUDGED,
     ReviewedAction,
-    append_scope,
+    append_game,
     run_review,
     total_regret,
 )
@@ -66,7 +66,7 @@ class SeatChoices:
     scale: float = 1.0  # of the problem's rewards
     unjudged_count: int = 0  # choices of which estimates do not tell whether they are the best
 
-    def lines(self, prefix: str = "") -> list[str]:
+    def format_choice_lines(self, prefix: str = "") -> list[str]:
         """Return a line on the choices; with exact values also one each on luck and worst turn.
 
         Each line begins with the prefix.
@@ -75,7 +75,7 @@ class SeatChoices:
         if self.regret is None:
             # ratings are not called points here
             name, _, _ = self.basis.accuracy.words.partition(",")
-            text = append_scope(name, self.basis.scope)
+            text = append_game(name, self.basis.scope)
             if self.basis.scope and not self.basis._replace(ignores_turn_limit=False).scope:
                 text = f"{name}, which ignore the turn limit"
             unjudged = f"{format_count(self.unjudged_count, 'choice')} {NOT_JUDGED}"
@@ -171,7 +171,7 @@ class Verdict:
         rows = [
             row
             for choices in self.choices
-            for row in choices.lines(f"{choices.seat} " if has_several_seats else "")
+            for row in choices.format_choice_lines(f"{choices.seat} " if has_several_seats else "")
         ]
         if self.comparisons:
             parts = [
@@ -255,7 +255,7 @@ def iter_verdicts(
     if not questions or not session.turns:
         return
     verdict = Verdict()
-    with _stop_after(max_seconds):
+    with _stop_quietly_after(max_seconds):
         try:
             moves = run_review(session, questions)
             choices = assess_choices(session, questions, moves)
@@ -267,13 +267,15 @@ def iter_verdicts(
     verdict = replace(verdict, comparisons=comparisons)
     yield verdict
     ghost_line = ""
-    with _stop_after(max_seconds):  # Last, because it may take long, and players may skip it.
+    with _stop_quietly_after(
+        max_seconds
+    ):  # Last, because it may take long, and players may skip it.
         ghost_line = describe_ghost_result(session, questions, ghost)
     yield replace(verdict, ghost_line=ghost_line)
 
 
 @contextmanager
-def _stop_after(seconds: float | None) -> Iterator[None]:
+def _stop_quietly_after(seconds: float | None) -> Iterator[None]:
     """Run the block and stop it quietly after that many seconds; without a limit if None."""
     if seconds is None:
         yield

@@ -92,7 +92,7 @@ class WatchTarget:
         return self.name.endswith(TRANSCRIPT_EXTENSION)
 
 
-def watch_target(
+def load_watched_steps(
     algorithm_name: str, target: WatchTarget, iterations: int | None = None, seed: int = 0
 ) -> WatchedSteps:
     """Return the steps of an algorithm on a problem, or on a position of a recorded game.
@@ -147,7 +147,7 @@ def choose_algorithm(game: Game) -> Algorithm:
     return registry.find_algorithm([*suitable, *fitting][0])
 
 
-def watch_game(game: Game, name: str = "") -> WatchedSteps:
+def make_game_steps(game: Game, name: str = "") -> WatchedSteps:
     """Return the steps of an algorithm on the present position of a game.
 
     The first step is computed. An algorithm that shows good actions counts as a hint. Raise

@@ -9,7 +9,7 @@ import sys
 from rich.cells import cell_len
 from rich.text import Text
 
-from dmplay.game.launch_requests import split_words
+from dmplay.game.launch_requests import split_shell_words
 from dmplay.terminal.capabilities import Terminal
 
 DEFAULT_PAGER = "less -RS"
@@ -27,7 +27,7 @@ def print_paged(text: str, terminal: Terminal, *, wrap_words: bool = False) -> N
 
         rows = wrap_lines(text.split("\n"), Viewport(shutil.get_terminal_size().columns + 2, 0))
         text = "\n".join(row[1:].rstrip() for row in rows)
-    command = split_words(os.environ.get("PAGER", DEFAULT_PAGER))
+    command = split_shell_words(os.environ.get("PAGER", DEFAULT_PAGER))
     if fits_screen(text) or not terminal.full_screen or not command or not shutil.which(command[0]):
         print(text)
         return

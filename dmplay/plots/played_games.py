@@ -5,7 +5,7 @@ import numpy as np
 from dmplay.core.problem import Problem
 from dmplay.core.text import format_count, format_score
 from dmplay.errors import BadParameter
-from dmplay.game.hints.review import ReviewedAction, append_scope, total_regret
+from dmplay.game.hints.review import ReviewedAction, append_game, total_regret
 from dmplay.game.launch_requests import ReplayRequest
 from dmplay.game.playback import Playback
 from dmplay.game.seats import list_human_seats
@@ -99,6 +99,6 @@ def _build_regret_panel(
 def _format_title(game: Playback) -> str:
     """Return the problem of a game with its settings, and the file."""
     path = game.transcript_path
-    return append_scope(game.problem_name, ", ".join(game.settings)) + (
+    return append_game(game.problem_name, ", ".join(game.settings)) + (
         f", {path.name}" if path else ""
     )

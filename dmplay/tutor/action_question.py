@@ -17,7 +17,7 @@ from dmplay.core.session import Turn
 from dmplay.core.spaces import normalize_label
 from dmplay.core.text import format_count
 from dmplay.errors import UnknownName
-from dmplay.game.action_breakdown import PossibleOutcome, merge_by_text
+from dmplay.game.action_breakdown import PossibleOutcome, merge_outcomes_by_text
 from dmplay.game.hints.review import RIGHT_LOSS_PERCENT
 from dmplay.game.rules_of_thumb import build_seat_payoffs, is_repeated_game
 from dmplay.game.seats import HUMAN
@@ -233,7 +233,7 @@ class ActionQuestion:
         """Return the outcomes of an action: probability, reward and later value, one a line."""
         outcomes = [
             outcome._replace(text=self._describe_perceived_event(outcome))
-            for outcome in merge_by_text(self.position.outcomes(action))
+            for outcome in merge_outcomes_by_text(self.position.outcomes(action))
         ]
         if len(outcomes) > MAX_LISTED_OUTCOMES:
             outcomes = [*outcomes[: MAX_LISTED_OUTCOMES - 1], _merge_unlikely_outcomes(outcomes)]

@@ -15,7 +15,7 @@ from dmplay.errors import BadParameter
 from dmplay.game.hints.ghost_agent import Ghost, create_ghost
 from dmplay.game.launch_requests import GameRequest, format_settings
 from dmplay.game.position import Position
-from dmplay.game.seats import HUMAN, list_scripts, make_seat_policy, name_without_actions
+from dmplay.game.seats import HUMAN, list_scripts, make_seat_policy, shorten_player_name
 from dmplay.registry import agents
 from dmplay.registry.problem_name_kinds import names_bot
 from dmplay.registry.problems import LoadedProblem, resolve_problem
@@ -111,7 +111,7 @@ def open_loaded_position(
         actions: list[float | None] = [None] * len(players)
         actions[seat] = problem.parse_action(seat, action_text)
         session.advance(actions)
-    names = [*map(name_without_actions, players)]
+    names = [*map(shorten_player_name, players)]
     question = AdviceQuestion.of_session(session, seat, names, list_scripts(session, players))
     return PositionInGame(loaded.name, session, question, len(session.turns), trusted)
 

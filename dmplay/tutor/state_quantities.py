@@ -12,7 +12,7 @@ from dmplay.core.problem import Problem, enumerate_possible_outcomes
 from dmplay.core.text import format_count
 from dmplay.core.typed_text import parse_distribution, parse_number, parse_state
 from dmplay.errors import BadParameter
-from dmplay.game.action_breakdown import merge_by_text
+from dmplay.game.action_breakdown import merge_outcomes_by_text
 from dmplay.game.position import Position
 from dmplay.registry.problem_module_exports import get_problem_name
 from dmplay.tutor.positions import PositionInGame
@@ -41,7 +41,7 @@ def compute_backup(position: Position, later: str) -> Truth:
     breakdown = position.break_down(best)
     if breakdown is None or len(breakdown.outcomes) > MAX_TERMS:
         return Truth(values[best])
-    discount, states = format_number(breakdown.discount), merge_by_text(breakdown.outcomes)
+    discount, states = format_number(breakdown.discount), merge_outcomes_by_text(breakdown.outcomes)
     calculation = " + ".join(
         f"{format_number(outcome.probability)} x ({format_number(outcome.reward)} + "
         f"{discount} x {format_number(outcome.value_after)})"
@@ -171,7 +171,7 @@ def missed_outcome_probability(
 def worst_outcome(position: Position, action: str) -> Truth:
     """Return the possible next states with the smallest value after an action."""
     list_action_values(position)  # which checks that they are those of this game
-    states = {state.text: state for state in merge_by_text(position.outcomes(action))}
+    states = {state.text: state for state in merge_outcomes_by_text(position.outcomes(action))}
     costs = {name: -state.value_after for name, state in states.items()}
 
     def explain(answer: str) -> str:
@@ -246,7 +246,7 @@ def describe_worst_outcome(position: Position, action: str) -> str:
     breakdown = position.break_down(action) if has_states else None
     if breakdown is None:
         return ""
-    worst = min(merge_by_text(breakdown.outcomes), key=lambda outcome: outcome.value_after)
+    worst = min(merge_outcomes_by_text(breakdown.outcomes), key=lambda outcome: outcome.value_after)
     value, probability = format_number(worst.value_after), format_number(worst.probability)
     return f"its worst next state is worth {value} and has probability {probability}"
 

@@ -137,7 +137,7 @@ def _run_gallery_choice(shell: Shell, gallery: Gallery, words: Sequence[str]) ->
     elif words[0] == LESSON_COMMAND:
         return _run_gallery_lesson(shell, gallery, words[1])
     else:
-        controller.run_cli_words(words)
+        controller.run_command_words(words)
         screen = PlayScreen(controller, shell.terminal, shell.speed)
         code = show_game(screen)
     controller.end_game("interrupted" if code else "quit")

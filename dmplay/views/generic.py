@@ -170,7 +170,7 @@ def _draw_actions(view: View[Problem], canvas: Canvas, y: int, options: DrawOpti
     if not labels:
         canvas.write_text(0, y, view.problem.actions[view.seat].describe_actions())
     ranked_actions = rank_actions(options, len(labels))
-    listed_actions = [action for action in ranked_actions if _is_listed(view, action)]
+    listed_actions = [action for action in ranked_actions if _has_action_row(view, action)]
     label_columns = max((len(labels[action]) for action in listed_actions), default=0)
     has_too_many = view.state_action_labels is not None and len(labels) > MAX_DIGIT_KEYS
     # labels that count from 0 would contradict the digit keys
@@ -188,7 +188,7 @@ def _is_legal(view: View[Problem], action: int) -> bool:
     return view.legal_actions_mask is None or bool(view.legal_actions_mask[action])
 
 
-def _is_listed(view: View[Problem], action: int) -> bool:
+def _has_action_row(view: View[Problem], action: int) -> bool:
     """Return whether an action has a row: every legal action and some illegal ones.
 
     An illegal action has one if labels do not depend on the state, there are at most

@@ -478,11 +478,11 @@ def test_real_time_without_the_screen_is_refused_unless_only_a_file_sets_it(
     message = "error: --rate: real time needs the full screen, which is off here (--plain)\n"
     assert run(project_folder, "cart-pole", "--rate", "--plain").stderr == message
     with pytest.raises(BadParameter, match="--rate: the shell cannot play in real time"):
-        GameController(cli_interpreter=interpret_command).run_cli_words(
+        GameController(cli_interpreter=interpret_command).run_command_words(
             ["play", "cart-pole", "--rate"]
         )
     write_user_file(project_folder, "[play]\nrate = 20.0\n")
-    GameController(cli_interpreter=interpret_command).run_cli_words(["play", "cart-pole"])
+    GameController(cli_interpreter=interpret_command).run_command_words(["play", "cart-pole"])
     assert (
         run(project_folder, "cart-pole", "--plain", "--no-motion", stdin="left\n").returncode == 0
     )

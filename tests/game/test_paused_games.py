@@ -59,7 +59,7 @@ def start_assigned_game(**options: object) -> GameController:
 
 def resume(controller: GameController, path: str = "max.dmt") -> Game:
     """Resume a game in the same sitting; return it."""
-    controller.set_game(start_game(ResumeRequest(Path(path)), controller._known_games))
+    controller.set_game(start_game(ResumeRequest(Path(path)), controller._list_known_games))
     return controller.game
 
 

@@ -150,7 +150,7 @@ def test_the_parts_of_a_score_add_up_as_printed(
         "agent", 4, 3, ValuesBasis(Accuracy.EXACT), score, regret, start_value=start, luck=luck
     )
     total, best, lost, luck_text = numbers
-    assert choices.lines()[1] == (
+    assert choices.format_choice_lines()[1] == (
         f"score {total} = {best} (average of best play) - {lost} (regret) {luck_text}"
     )
 
@@ -170,7 +170,7 @@ def test_a_flawless_game_has_no_worst_action() -> None:
     (choices,) = judge(play("prisoners-dilemma", ["cooperate", "defect"], "tit-for-tat")).choices
     assert (choices.best_count, choices.count, choices.regret) == (2, 2, 0.0)
     assert choices.worst is None
-    assert choices.lines() == ["choices: best action 2 of 2 times"]
+    assert choices.format_choice_lines() == ["choices: best action 2 of 2 times"]
 
 
 @pytest.mark.parametrize(
@@ -190,7 +190,7 @@ def test_no_regret_is_stated_where_the_values_are_about_another_game(
     (choices,) = judge(game).choices
     assert (choices.regret, choices.luck, choices.worst) == (None, None, None)
     assert "regret" not in choices.data
-    (line,) = choices.lines()
+    (line,) = choices.format_choice_lines()
     assert " by the " in line
 
 

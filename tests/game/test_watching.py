@@ -9,7 +9,7 @@ from dmplay.errors import BadParameter, EpisodeOver, UnknownName
 from dmplay.game.game_series import GameController
 from dmplay.game.game_setup import start_game
 from dmplay.game.launch_requests import GameRequest
-from dmplay.game.watching import WatchedSteps, WatchTarget, watch_game, watch_target
+from dmplay.game.watching import WatchedSteps, WatchTarget, load_watched_steps, make_game_steps
 from dmplay.ui.shell.commands import run_line
 from tests.support.screens import make_game
 
@@ -26,7 +26,7 @@ def play(name: str, *actions: str, strict: bool | str = False) -> GameController
 
 
 def test_each_step_is_computed_once_and_only_when_it_is_needed() -> None:
-    watched = watch_target("value-iteration", WatchTarget("hexworld"))
+    watched = load_watched_steps("value-iteration", WatchTarget("hexworld"))
     assert watched.compute_until(2) == 2
     assert len(watched.steps) == 3
     third = watched.steps[2]
@@ -37,14 +37,14 @@ def test_each_step_is_computed_once_and_only_when_it_is_needed() -> None:
 
 def test_parameters_and_variants_are_those_of_the_command_line() -> None:
     target = WatchTarget("hexworld", "straight-line", ["slip=0"])
-    watched = watch_target("policy-iteration", target)
+    watched = load_watched_steps("policy-iteration", target)
     assert watched.title == "policy-iteration on hexworld:straight-line"
     assert vars(watched.problem)["slip"] == 0
 
 
 def test_a_problem_in_place_of_the_algorithm_gets_the_algorithms_that_fit() -> None:
     with pytest.raises(BadParameter) as caught:
-        watch_target("hexworld", WatchTarget(""))
+        load_watched_steps("hexworld", WatchTarget(""))
     assert str(caught.value).startswith(
         "watch: got the problem hexworld, expected an algorithm before it; "
         "algorithms that fit it: policy-iteration"
@@ -53,28 +53,28 @@ def test_a_problem_in_place_of_the_algorithm_gets_the_algorithms_that_fit() -> N
 
 def test_other_wrong_words_get_one_line() -> None:
     with pytest.raises(UnknownName, match="did you mean belief-update"):
-        watch_target("belief-updat", WatchTarget("crying-baby"))
+        load_watched_steps("belief-updat", WatchTarget("crying-baby"))
     with pytest.raises(BadParameter, match="expected a problem"):
-        watch_target("belief-update", WatchTarget(""))
+        load_watched_steps("belief-update", WatchTarget(""))
     with pytest.raises(BadParameter, match="--at: only with a transcript"):
-        watch_target("belief-update", WatchTarget("crying-baby", turn=3))
+        load_watched_steps("belief-update", WatchTarget("crying-baby", turn=3))
     with pytest.raises(UnknownName, match="unknown seat"):
-        watch_target("belief-update", WatchTarget("crying-baby", seat="nurse"))
+        load_watched_steps("belief-update", WatchTarget("crying-baby", seat="nurse"))
 
 
 def test_a_transcript_gives_its_turns_up_to_the_typed_one() -> None:
     file = sorted((TRANSCRIPTS / "crying_baby").glob("*.dmt"))[0]
-    watched = watch_target("belief-update", WatchTarget(str(file), turn=2))
+    watched = load_watched_steps("belief-update", WatchTarget(str(file), turn=2))
     titles = [step.title for step in watched.iter_steps()]
     assert titles[-1] == "turn 2: normalize"
     assert titles[1] == "turn 1: predict"
     with pytest.raises(BadParameter, match="--at: got 999, the game has"):
-        watch_target("belief-update", WatchTarget(str(file), turn=999))
+        load_watched_steps("belief-update", WatchTarget(str(file), turn=999))
 
 
 def test_a_game_shows_the_belief_update_of_its_last_turn_which_is_no_hint() -> None:
     game = play("crying-baby", "feed", "ignore").game
-    watched = watch_game(game)
+    watched = make_game_steps(game)
     assert [step.title for step in watched.iter_steps()][1:] == [
         "turn 2: predict",
         "turn 2: observe",
@@ -86,7 +86,7 @@ def test_a_game_shows_the_belief_update_of_its_last_turn_which_is_no_hint() -> N
 
 def test_an_algorithm_that_shows_good_actions_counts_as_a_hint() -> None:
     game = play("hexworld").game
-    watched = watch_game(game, "value-iteration")
+    watched = make_game_steps(game, "value-iteration")
     assert game.session.hint_counts["agent"] == 1
     assert watched.request == WatchRequest(game.problem, 0, game.session)
     state = game.problem.format_state(game.session.state)
@@ -96,16 +96,16 @@ def test_an_algorithm_that_shows_good_actions_counts_as_a_hint() -> None:
 
 def test_a_game_that_forbids_hints_shows_only_what_is_no_hint() -> None:
     game = play("crying-baby", "feed", strict="hints").game
-    assert watch_game(game, "belief-update").compute_until(3) == 3
+    assert make_game_steps(game, "belief-update").compute_until(3) == 3
     strict = play("hexworld", strict="hints").game
     with pytest.raises(BadParameter, match=r"watch: this game forbids hints \(--strict=hints\)"):
-        watch_game(strict, "value-iteration")
+        make_game_steps(strict, "value-iteration")
 
 
 def test_a_misfit_is_no_hint() -> None:
     game = play("crying-baby").game
     with pytest.raises(BadParameter, match="but the state is hidden"):
-        watch_game(game, "value-iteration")
+        make_game_steps(game, "value-iteration")
     assert game.session.hint_counts["agent"] == 0
 
 
@@ -119,7 +119,7 @@ def test_the_shell_command_prints_the_last_steps_without_a_screen() -> None:
 def test_a_partner_seat_has_its_own_belief() -> None:
     game = make_game("multicaregiver-crying-baby", "human", "random")
     game.choose(0)
-    watched = watch_game(game, "belief-update")
+    watched = make_game_steps(game, "belief-update")
     assert isinstance(watched, WatchedSteps)
     assert watched.request.seat == 0
 
@@ -127,9 +127,9 @@ def test_a_partner_seat_has_its_own_belief() -> None:
 def test_a_search_after_the_end_of_a_game_gets_one_line() -> None:
     game = play("hexworld").game
     game.session.end("quit")
-    assert watch_game(game).algorithm.name == "policy-iteration"
+    assert make_game_steps(game).algorithm.name == "policy-iteration"
     with pytest.raises(EpisodeOver, match="game is over"):
-        watch_game(game, "tree-search")
+        make_game_steps(game, "tree-search")
     assert game.session.hint_counts["agent"] == 0
 
 
@@ -146,4 +146,4 @@ def test_a_search_after_the_end_of_a_game_gets_one_line() -> None:
 def test_without_a_name_the_algorithm_suits_the_position(
     name: str, actions: tuple[str, ...], algorithm: str
 ) -> None:
-    assert watch_game(play(name, *actions).game).algorithm.name == algorithm
+    assert make_game_steps(play(name, *actions).game).algorithm.name == algorithm

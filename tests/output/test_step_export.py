@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from dmplay.errors import BadParameter
-from dmplay.game.watching import WatchedSteps, WatchTarget, watch_target
+from dmplay.game.watching import WatchedSteps, WatchTarget, load_watched_steps
 from dmplay.output.step_export import MAX_FILM_STEPS, StepExport, export_algorithm_steps
 from dmplay.views.protocol import DrawOptions
 
@@ -16,7 +16,7 @@ SIZE = DrawOptions(80, 24)
 
 def watch(iterations: int | None = 3) -> WatchedSteps:
     """Return the steps of value iteration on hex world."""
-    return watch_target("value-iteration", WatchTarget("hexworld"), iterations)
+    return load_watched_steps("value-iteration", WatchTarget("hexworld"), iterations)
 
 
 def export(format_name: str, step: int | None = None, iterations: int | None = 3) -> str:

@@ -436,7 +436,7 @@ def test_a_hint_depends_on_the_number_of_remaining_turns() -> None:
     for _ in range(9):
         tiger.session.advance([0])
     assert tiger.hint_provider.create_hint().startswith("hint by optimal (1 turn left): ")
-    values = tiger.hint_provider.list_values().full_values_text
+    values = tiger.hint_provider.format_values().full_values_text
     assert float(values.split("listen ")[1].split(",")[0]) == -1.0
     agent = dmplay.load_agent(Tiger(), 0, "optimal")
     returns = dmplay.rollout(Tiger(), [agent], episodes=1000, seed=1).returns[:, 0]

@@ -65,7 +65,7 @@ def write_killed_game(path: Path, **options: object) -> Path:
 
 def run_command_line(controller: GameController, *words: object) -> str:
     """Run these command-line words in a controller; return the output."""
-    return controller.run_cli_words([*map(str, words)])
+    return controller.run_command_words([*map(str, words)])
 
 
 def is_peeked(path: Path) -> bool:

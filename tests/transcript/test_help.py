@@ -238,7 +238,7 @@ def test_strict_has_an_optional_value(
     options: tuple[str, ...], strict: object, tmp_path: Path
 ) -> None:
     controller = GameController(cli_interpreter=interpret_command)
-    controller.run_cli_words(
+    controller.run_command_words(
         ["play", "hexworld", "--seed", "7", "-o", str(tmp_path / "s.dmt"), *options]
     )
     assert read_transcript(tmp_path / "s.dmt").header.strict == strict
@@ -246,7 +246,7 @@ def test_strict_has_an_optional_value(
 
 def test_an_unknown_value_of_strict_is_rejected(tmp_path: Path) -> None:
     with pytest.raises(BadParameter, match="--strict"):
-        GameController(cli_interpreter=interpret_command).run_cli_words(
+        GameController(cli_interpreter=interpret_command).run_command_words(
             ["play", "hexworld", "--strict=hint"]
         )
 

@@ -19,7 +19,7 @@ from dmplay.game.action_breakdown import (
 )
 from dmplay.game.hints.hint_provider import Hint, HintProvider, format_fixed
 from dmplay.game.hints.reasons import list_reasons
-from dmplay.game.hints.rule_explanation import describe_rule, format_real_action
+from dmplay.game.hints.rule_explanation import explain_by_simulation, format_real_action
 from dmplay.game.rules_of_thumb import RuleChoice, find_losing_rule
 from dmplay.views.protocol import load_view_module
 
@@ -79,7 +79,7 @@ def explain_action(provider: HintProvider, action: float | None = None) -> Expla
             "best": hint.action_name,
             "about": hint.game,
         }
-        sentences, numbers = describe_rule(provider, explained, hint.action)
+        sentences, numbers = explain_by_simulation(provider, explained, hint.action)
         has_labels = bool(provider.position.labels)
         reasons = list_reasons(provider.position, int(explained)) if has_labels else ()
         data |= {**numbers, **({"reasons": [*reasons]} if reasons else {})}
@@ -123,7 +123,7 @@ class _ValueExplainer:
     def explain(self, label: str) -> Explanation:
         """Return the explanation."""
         parts = self._breakdowns.get(self._action)
-        other, comparison, reason = self._compare()
+        other, comparison, reason = self._compare_with_alternative()
         data, reasons = self._build_data(parts, other), self._reasons
         if reasons:  # in the problem's words, which say more than the parts of the value
             data["reasons"] = [*reasons]
@@ -139,20 +139,20 @@ class _ValueExplainer:
         """Return the name of an action."""
         return self._session.format_action(self._provider.seat, action)
 
-    def _number(self, value: float) -> str:
+    def _format(self, value: float) -> str:
         """Return a value with the decimals of the hint."""
         return format_fixed(value, self._decimals)
 
-    def _round(self, value: float) -> float:
+    def _round_as_printed(self, value: float) -> float:
         """Return a value as printed, so that printed sums are right."""
-        return float(self._number(value))
+        return float(self._format(value))
 
     @property
-    def _worth(self) -> str:
+    def _value_verb(self) -> str:
         """The verb phrase of a value, which says how accurate it is."""
         return VALUE_WORDS.get(self._hint.values_basis.accuracy, "worth about")
 
-    def _adds_up(self, parts: ActionBreakdown) -> bool:
+    def _adds_up_as_printed(self, parts: ActionBreakdown) -> bool:
         """Return whether the parts of a value sum to it, to the digits printed."""
         difference = parts.value - parts.reward - parts.later_value
         return parts.adds_up or abs(difference) < 0.5 * 10.0**-self._decimals
@@ -171,21 +171,21 @@ class _ValueExplainer:
             if best_count > 1:
                 subject = f"The suggested action {name}, one of {best_count} best,"
         value, errors = self._values[self._action], self._errors
-        beginning = f"{subject} is {self._worth} {self._number(value)}"
+        beginning = f"{subject} is {self._value_verb} {self._format(value)}"
         if errors is not None and np.isfinite(errors[self._action]):
             beginning += f" (standard error {errors[self._action]:.2g})"
         if parts is None:
             return f"{beginning}."
-        reward = self._number(parts.reward)
+        reward = self._format(parts.reward)
         if parts.is_last_turn:
             return f"{beginning}, the expected reward of this turn; no later turn counts."
         if self._hint.values_basis.accuracy is Accuracy.RATING:
             beginning += "; ratings compare actions, and are not points"
-        if not self._adds_up(parts):
+        if not self._adds_up_as_printed(parts):
             return f"{beginning}. Its expected reward in this turn is {reward}."
-        later = self._number(self._round(value) - self._round(parts.reward))
+        later = self._format(self._round_as_printed(value) - self._round_as_printed(parts.reward))
         text = f"{beginning}: reward {reward} now and {later} later"
-        product = f" (discount {parts.discount:g} x mean value {self._number(parts.value_after)})"
+        product = f" (discount {parts.discount:g} x mean value {self._format(parts.value_after)})"
         product = product if parts.discount < 1.0 else ""
         return f"{text}{product}."
 
@@ -256,7 +256,7 @@ class _ValueExplainer:
             yield f"{verb} {self._format_outcomes(parts, ' with probability', has_belief=True)}"
             yield f"{verb} {self._format_outcomes(parts, ' with probability')}"
             yield f"probabilities: {self._format_outcomes(parts, '')}"
-        yield from self._iter_summaries(parts)
+        yield from self._iter_outcome_ranges(parts)
 
     def _format_outcomes(
         self, parts: ActionBreakdown, noun: str, *, has_belief: bool = False
@@ -267,7 +267,11 @@ class _ValueExplainer:
         for outcome in parts.outcomes:
             belief_text = self._describe_belief(parts, outcome) if has_belief else ""
             # Bounds after the outcomes may be closer than that of the action, and not sum to it.
-            worth = self._describe_worth(outcome, parts) if self._adds_up(parts) else ""
+            worth = (
+                self._describe_value_after(outcome, parts)
+                if self._adds_up_as_printed(parts)
+                else ""
+            )
             details = ", ".join(filter(None, (belief_text, worth)))
             probability = f"{outcome.probability:.{decimals}f}"
             again = "again " * (outcome.label == self._present_state)
@@ -284,10 +288,10 @@ class _ValueExplainer:
             return ""
         beliefs = np.array([other.belief for other in parts.outcomes])
         state = int((np.ptp(beliefs, axis=0) if len(beliefs) > 1 else beliefs[0]).argmax())
-        name = self._format_event(state)
+        name = self._name_state_probability(state)
         return f"{name} = {outcome.belief[state]:.2f}" * bool(name)
 
-    def _format_event(self, state: int) -> str:
+    def _name_state_probability(self, state: int) -> str:
         """Return the name of the probability of a hidden state, `P(hungry)`; '' if it is long."""
         problem, view = self._session.problem, self._session.view(self._provider.seat)
         state_name = load_view_module(problem).lesson(view).state_name
@@ -296,13 +300,13 @@ class _ValueExplainer:
             return ""
         return f"P({name})" if any(map(str.isalpha, name)) else f"P(state {name})"
 
-    def _describe_worth(self, outcome: PossibleOutcome, *breakdowns: ActionBreakdown) -> str:
+    def _describe_value_after(self, outcome: PossibleOutcome, *breakdowns: ActionBreakdown) -> str:
         """Return the value after an outcome, and its reward if those of the actions differ."""
         problem = self._session.problem
         differ = _has_different_rewards(*breakdowns)
         shows_reward = differ and problem.rewards_observable
         reward = f"reward {format_score(outcome.reward)}" * shows_reward
-        after = f"then {self._worth} {self._number(outcome.value_after)}" * (
+        after = f"then {self._value_verb} {self._format(outcome.value_after)}" * (
             not breakdowns[0].is_last_turn
         )
         return ", ".join(filter(None, (reward, after)))
@@ -312,17 +316,17 @@ class _ValueExplainer:
         """The present state as text; '' if the agent does not see it, or it is not short."""
         return _format_present_state(self._provider).removeprefix(STATE_PREFIX)
 
-    def _iter_summaries(self, parts: ActionBreakdown) -> Iterator[str]:
+    def _iter_outcome_ranges(self, parts: ActionBreakdown) -> Iterator[str]:
         """Yield clauses on many outcomes: the likeliest one and their range, then the range.
 
         There is no range if the values after the outcomes do not sum to that of the action.
         """
         problem = self._session.problem
         if problem.state_count == 1:
-            yield from self._iter_reply_summaries(parts)
+            yield from self._iter_reply_ranges(parts)
             return
         text = f"{len(parts.outcomes)} outcomes are possible"
-        if not self._adds_up(parts):
+        if not self._adds_up_as_printed(parts):
             yield text
             return
         # As the values after the outcomes in other sentences, these are without this turn's reward.
@@ -332,8 +336,8 @@ class _ValueExplainer:
             for outcome in parts.outcomes
         ]
         subject = "what follows is" if uses_values_after else "they are"
-        worst, best = self._number(min(totals)), self._number(max(totals))
-        text = f"{text}; {subject} {self._worth} {worst} to {best}"
+        worst, best = self._format(min(totals)), self._format(max(totals))
+        text = f"{text}; {subject} {self._value_verb} {worst} to {best}"
         likeliest, second = parts.outcomes[:2]
         if likeliest.probability > second.probability + MIN_LEAD:
             has_name = _is_short(likeliest.label) and not isinstance(
@@ -341,42 +345,42 @@ class _ValueExplainer:
             )
             yield (
                 f"{text}; the likeliest{f', {likeliest.label},' * has_name} has probability "
-                f"{likeliest.probability:.2f} and is {self._worth} {self._number(totals[0])}"
+                f"{likeliest.probability:.2f} and is {self._value_verb} {self._format(totals[0])}"
             )
         yield text
 
-    def _iter_reply_summaries(self, parts: ActionBreakdown) -> Iterator[str]:
+    def _iter_reply_ranges(self, parts: ActionBreakdown) -> Iterator[str]:
         """Yield clauses on many actions of the others: the likeliest and the range, the range."""
         others = self._format_other_names()
-        if not self._adds_up(parts):
+        if not self._adds_up_as_printed(parts):
             yield f"{others} can choose {len(parts.outcomes)} actions"
             return
         totals = [parts.outcome_total(outcome) for outcome in parts.outcomes]
         name, worst, best = self._format_action(parts.action), min(totals), max(totals)
         text = (
-            f"depending on the choice of {others}, {name} is {self._worth} {self._number(worst)} "
-            f"to {self._number(best)}"
+            f"depending on the choice of {others}, {name} is {self._value_verb} {self._format(worst)} "
+            f"to {self._format(best)}"
         )
         likeliest, second = parts.outcomes[:2]
         if likeliest.probability > second.probability + MIN_LEAD and _is_short(likeliest.label):
             yield (
                 f"{text}; if it chooses {'also ' * (likeliest.label == name)}{likeliest.label} "
-                f"(probability {likeliest.probability:.2f}), {self._number(totals[0])}"
+                f"(probability {likeliest.probability:.2f}), {self._format(totals[0])}"
             )
         yield text
 
-    def _compare(self) -> tuple[RuleChoice | None, str, str]:
+    def _compare_with_alternative(self) -> tuple[RuleChoice | None, str, str]:
         """Return the action to compare with, and sentences on the difference and its reason."""
         best, value = self._best, self._values[self._best]
         if self._action != best:
             gap = value - self._values[self._action]
-            if not self._round(gap):
+            if not self._round_as_printed(gap):
                 text = f"The suggested action {self._format_action(best)} is as good."
                 return RuleChoice(best, ""), text, ""
             subject = f"The best action {self._format_action(best)}"
             if self._action == self._suggested:
                 subject = f"By these values, {self._format_action(best)}"
-            text = f"{subject} is worth {self._number(gap)} more."
+            text = f"{subject} is worth {self._format(gap)} more."
             return RuleChoice(best, ""), text, self._describe_reason(self._action)
         rule = self._choose_alternative()
         if rule is None:
@@ -390,8 +394,8 @@ class _ValueExplainer:
         other_value = self._values[rule.action]
         name = self._format_action(rule.action)
         text = (
-            f"The action {name}, {rule.text}, is {self._worth} "
-            f"{self._number(other_value)}, {self._number(value - other_value)} less than "
+            f"The action {name}, {rule.text}, is {self._value_verb} "
+            f"{self._format(other_value)}, {self._format(value - other_value)} less than "
             f"{self._format_action(best)}."
         )
         return rule, text, self._describe_reason(rule.action)
@@ -416,22 +420,22 @@ class _ValueExplainer:
             return None
         rule = None
         if set(self._breakdowns) == set(self._legal_actions) and all(
-            self._adds_up(parts) for parts in self._breakdowns.values()
+            self._adds_up_as_printed(parts) for parts in self._breakdowns.values()
         ):
             rule = find_losing_rule(self._provider.position, self._breakdowns, self._best)
         return rule or RUNNER_UP._replace(action=worse[0])
 
     def _iter_reasons(self, best: ActionBreakdown, other: ActionBreakdown) -> Iterator[str]:
         """Yield reasons why an action is worth less than the best one, the most telling first."""
-        if not (self._adds_up(best) and self._adds_up(other)):
+        if not (self._adds_up_as_printed(best) and self._adds_up_as_printed(other)):
             return
         if best.information_value - other.information_value >= MAJOR_SHARE * (
             best.value - other.value
         ):
             name = self._format_action(other.action) if self._action == other.action else "it"
             yield (
-                f"the next observation is worth {self._number(other.information_value)} after "
-                f"{name}, and {self._number(best.information_value)} after "
+                f"the next observation is worth {self._format(other.information_value)} after "
+                f"{name}, and {self._format(best.information_value)} after "
                 f"{self._format_action(best.action)}"
             )
         difference, later = self._compare_now_and_later(best, other)
@@ -439,7 +443,7 @@ class _ValueExplainer:
         if has_causes:
             reply = self._describe_changed_reply(best, other)
             belief = self._describe_changed_belief(best, other)
-            for cause in filter(None, (reply, *self._iter_causes(best, other), belief)):
+            for cause in filter(None, (reply, *self._iter_decisive_states(best, other), belief)):
                 yield f"it brings {difference}{cause}"
         yield f"it brings {difference}"
 
@@ -461,7 +465,7 @@ class _ValueExplainer:
             return text
         return f"{text} with probability {described[action]:.2f}, not {reference[action]:.2f}"
 
-    def _iter_causes(self, best: ActionBreakdown, other: ActionBreakdown) -> Iterator[str]:
+    def _iter_decisive_states(self, best: ActionBreakdown, other: ActionBreakdown) -> Iterator[str]:
         """Yield clauses on the next states that explain most of the difference of two values.
 
         One that explains half of it is the main cause. Else the three or two largest are named
@@ -481,7 +485,7 @@ class _ValueExplainer:
             chances = [main.better_probability, main.worse_probability]
             decimals = count_probability_decimals([*chances, *(1.0 - p for p in chances)])
             described, reference = chances[:: 1 if self._action == other.action else -1]
-            worth = self._describe_worth(main.outcome, best, other)
+            worth = self._describe_value_after(main.outcome, best, other)
             details = f" ({worth})" * bool(worth)
             yield (
                 f", mainly because it leads to {main.outcome.label}{details} with probability "
@@ -507,7 +511,7 @@ class _ValueExplainer:
             return ""
         change = other.mean_belief - best.mean_belief
         state = int(np.abs(change).argmax())
-        name = self._format_event(state)
+        name = self._name_state_probability(state)
         if abs(change[state]) < MIN_BELIEF_CHANGE or not name:
             return ""
         described, reference = (best, other) if self._action == other.action else (other, best)
@@ -527,14 +531,14 @@ class _ValueExplainer:
         action if the sentence explains the worse one.
         """
         sign = -1.0 if self._action == other.action else 1.0
-        gap = sign * self._round(other.value - best.value)
-        reward_change = sign * self._round(other.reward - best.reward)
-        if not self._round(other.later_value - best.later_value):
+        gap = sign * self._round_as_printed(other.value - best.value)
+        reward_change = sign * self._round_as_printed(other.reward - best.reward)
+        if not self._round_as_printed(other.later_value - best.later_value):
             reward_change = gap
-        later = self._round(gap - reward_change)
+        later = self._round_as_printed(gap - reward_change)
         if best.is_last_turn or not later:
             return f"{self._describe_difference(reward_change)} now and the same later", 0.0
-        if not self._round(reward_change):
+        if not self._round_as_printed(reward_change):
             return f"the same now and {self._describe_difference(later)} later", later
         conjunction = "but" if reward_change * later < 0 else "and"
         return (
@@ -544,7 +548,7 @@ class _ValueExplainer:
 
     def _describe_difference(self, difference: float) -> str:
         """Return a difference in words, such as `0.30 more`."""
-        return f"{self._number(abs(difference))} {'more' if difference > 0 else 'less'}"
+        return f"{self._format(abs(difference))} {'more' if difference > 0 else 'less'}"
 
     # The numbers as data
 
@@ -563,14 +567,14 @@ class _ValueExplainer:
         if self._errors is not None and np.isfinite(self._errors[self._action]):
             data["standard_error"] = float(self._errors[self._action])
         if parts:
-            data |= _list_numbers(parts)
+            data |= _breakdown_data(parts)
         if other:
             other_parts = self._breakdowns.get(other.action)
             data["compared_with"] = {
                 "action": self._format_action(other.action),
                 **({"rule": other.text} if other.text else {}),
                 "value": float(self._values[other.action]),
-                **(_list_numbers(other_parts) if other_parts else {}),
+                **(_breakdown_data(other_parts) if other_parts else {}),
             }
             worse, best = self._action if self._action != self._best else other.action, self._best
             if {worse, best} <= {*self._breakdowns} and self._values[worse] < self._values[best]:
@@ -613,7 +617,7 @@ def _has_different_rewards(*breakdowns: ActionBreakdown) -> bool:
     return bool(np.ptp(rewards) > VALUE_TOLERANCE * breakdowns[0].scale)
 
 
-def _list_numbers(parts: ActionBreakdown) -> dict[str, object]:
+def _breakdown_data(parts: ActionBreakdown) -> dict[str, object]:
     """Return the parts of a value as data."""
     return {
         "reward": parts.reward,

@@ -133,7 +133,7 @@ def create_ghost(session: Session, human_seats: Sequence[int], name: str) -> Gho
         session.problem, 0, name
     ):
         raise BadParameter(f"--ghost: got {name!r}, expected one of {', '.join(agent_names)}")
-    policies = {seat: _load_for_game(session, seat, name) for seat in human_seats}
+    policies = {seat: _load_agent_for_game(session, seat, name) for seat in human_seats}
     question = AdviceQuestion(min(policies), session.turn_limit)
     return Ghost(
         name,
@@ -143,7 +143,7 @@ def create_ghost(session: Session, human_seats: Sequence[int], name: str) -> Gho
     )
 
 
-def _load_for_game(session: Session, seat: int, name: str) -> Policy:
+def _load_agent_for_game(session: Session, seat: int, name: str) -> Policy:
     """Return the named agent for a seat; one that plans whole games plans for the turn limit."""
     problem, turns = session.problem, session.turn_limit
     if turns is not None and not agents.names_user_code(problem, seat, name):

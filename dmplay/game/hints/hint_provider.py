@@ -40,7 +40,7 @@ def choose_decimals(values: Sequence[float], scale: float = 1.0) -> int:
     most 6 decimals, unless these would show nothing of the largest value. `scale` is that of the
     problem's rewards.
     """
-    spread = _value_spread(values, scale)
+    spread = _measure_value_range(values, scale)
     decimals = max(1 - floor(log10(spread)), MIN_DECIMALS) if spread else MIN_DECIMALS
     largest = max((abs(value) for value in values if isfinite(value)), default=0.0)
     return decimals if largest < MIN_FIXED else min(decimals, MAX_DECIMALS)
@@ -56,12 +56,12 @@ def choose_hint_decimals(values: Sequence[float], scale: float = 1.0) -> int:
     )
     return (
         0
-        if are_integers or _value_spread(values, scale) >= WHOLE_NUMBER_SPREAD
+        if are_integers or _measure_value_range(values, scale) >= WHOLE_NUMBER_SPREAD
         else choose_decimals(values, scale)
     )
 
 
-def _value_spread(values: Sequence[float], scale: float) -> float:
+def _measure_value_range(values: Sequence[float], scale: float) -> float:
     """Return the range of the finite values, or the absolute value if they are all equal.
 
     A number that is only a rounding error counts as 0.
@@ -392,7 +392,7 @@ class HintProvider:
             ]
         return ", ".join(filter(None, parts))
 
-    def list_values(self) -> Hint:
+    def format_values(self) -> Hint:
         """Return the value of each legal action, without a recommendation."""
         position = self.position
         return Hint("", "", position.labels, position.values(), game=self.describe_game())
@@ -406,7 +406,7 @@ class HintProvider:
         """Return the value of each legal action by label; {} if there are only estimates with
         errors, or none.
         """
-        hint = self.list_values()
+        hint = self.format_values()
         return {} if hint.values and hint.values.errors is not None else hint.values_data["values"]
 
     def build_overlay(self, kind: str, turns_done: int | None = None) -> Overlay | None:

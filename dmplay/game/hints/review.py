@@ -111,7 +111,7 @@ class ReviewedAction(NamedTuple):
         name = SAMPLED_VALUES if errors else self.basis.accuracy.words
         if errors and not min(errors.values()):  # of games with the same random numbers
             name = f"{SAMPLED_VALUES.removesuffix(')')} of the difference from the best)"
-        values_text = f"{append_scope(name, self.about)}: {value_list}"
+        values_text = f"{append_game(name, self.about)}: {value_list}"
         if self.is_too_close:
             return f"{beginning}, {NOT_JUDGED}. {values_text}"
         if self.chosen in self.best:
@@ -122,7 +122,7 @@ class ReviewedAction(NamedTuple):
         return f"{beginning}, best action: {' or '.join(self.best)}{regret}. {values_text}"
 
 
-def append_scope(text: str, scope: str) -> str:
+def append_game(text: str, scope: str) -> str:
     """Return a text followed by the game that it is about in brackets, if that is not this one."""
     return f"{text} ({scope})" if scope else text
 
@@ -226,7 +226,7 @@ def format_summary(reviewed_actions: list[ReviewedAction]) -> str:
     judged = [move for move in reviewed_actions if not move.is_too_close]
     best_count = sum(move.chosen in move.best for move in judged)
     scopes = {move.basis.scope for move in reviewed_actions}
-    best = append_scope("best action", *scopes) if len(scopes) == 1 else "best action"
+    best = append_game("best action", *scopes) if len(scopes) == 1 else "best action"
     count = len(reviewed_actions) - len(judged)
     unjudged = f", {format_count(count, 'choice')} {NOT_JUDGED}" if count else ""
     text = f"review: {best} {best_count} of {format_count(len(judged), 'time')}{unjudged}"
@@ -286,7 +286,7 @@ def format_table(reviewed_actions: list[ReviewedAction]) -> list[str]:
     regret_headings = ["regret", *["discounted"] * is_discounted] if regrets else []
     scopes = {move.basis.scope for move in reviewed_actions}
     has_one_scope = len(scopes) == 1
-    best_heading = append_scope("best", *scopes) if has_one_scope else "best"
+    best_heading = append_game("best", *scopes) if has_one_scope else "best"
     has_several_seats = len({move.seat for move in reviewed_actions}) > 1
     rows = [["turn", *["seat"] * has_several_seats, "chosen", best_heading, *regret_headings]]
     for move in sorted(reviewed_actions, key=lambda move: -move.discounted_regret):
@@ -300,7 +300,7 @@ def format_table(reviewed_actions: list[ReviewedAction]) -> list[str]:
         seat = [move.seat] * has_several_seats
         best = "any" if len(move.best) == len(move.values) else " or ".join(move.best)
         best = NOT_JUDGED if move.is_too_close else best
-        best = best if has_one_scope else append_scope(best, move.basis.scope)
+        best = best if has_one_scope else append_game(best, move.basis.scope)
         rows.append([str(move.turn), *seat, move.chosen, best, *regret_cells])
     return [
         *(align_columns(rows) if reviewed_actions else []),

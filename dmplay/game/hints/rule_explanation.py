@@ -16,7 +16,7 @@ class _Alternative(NamedTuple):
     text: str
 
 
-def describe_rule(
+def explain_by_simulation(
     provider: HintProvider, action: float, recommended: float
 ) -> tuple[tuple[str, ...], dict[str, object]]:
     """Return sentences on an action of an agent without values, and their numbers.

@@ -10,7 +10,7 @@ from dmplay.core.hexgrid import Hex, hex_distance, hex_neighbours, path_lengths
 from dmplay.core.tabular import tabulate
 from dmplay.core.typed_text import parse_state
 from dmplay.errors import BadParameter
-from dmplay.game.action_breakdown import merge_by_text
+from dmplay.game.action_breakdown import merge_outcomes_by_text
 from dmplay.game.position import Position
 from dmplay.game.rules_of_thumb import RuleOfThumb, find_single_best
 from dmplay.problems._shared.hex_steps import EXPECT_LIKELIEST_WITHOUT_BUMPS, find_only_best_step
@@ -99,7 +99,7 @@ def straight_way_loss(position: Position, exit_state: str = "") -> Truth:
         """Return the outcomes of the straight step."""
         listed = ", ".join(
             f"to {outcome.text} with probability {format_number(outcome.probability)}"
-            for outcome in merge_by_text(position.outcomes(label))
+            for outcome in merge_outcomes_by_text(position.outcomes(label))
         )
         return f"straight on is {label}; it leads {listed}"
 

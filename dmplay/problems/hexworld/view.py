@@ -189,7 +189,7 @@ def describe_turn(view: View[HexWorld]) -> str:
     position = _find_position(view)
     move_text = _describe_last_move(view)[1]
     if position:
-        move_text = hexgrid.append_hex(move_text, position)
+        move_text = hexgrid.append_position(move_text, position)
     return f"chose {view.last_action_label.upper()}, {move_text}."
 
 

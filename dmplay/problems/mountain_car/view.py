@@ -16,8 +16,8 @@ from rich.text import Text
 from dmplay.core.session import View
 from dmplay.views.protocol import DrawOptions, FinishedGame, Lesson
 from dmplay.views.toolkit.action_hints_and_outcomes import (
+    format_as_loss,
     format_condition,
-    format_less,
     format_regret,
 )
 from dmplay.views.toolkit.canvas import Canvas, draw_text_rows
@@ -121,7 +121,7 @@ def _draw_action_regrets(
     canvas: Canvas, options: DrawOptions, scale: NumberLine, view: View[MountainCar]
 ) -> None:
     """Draw the regret of each action above the car, left of the flag."""
-    texts = [format_less(format_regret(options, action)) for action in range(3)]
+    texts = [format_as_loss(format_regret(options, action)) for action in range(3)]
     pairs = zip(("←", "coast", "→"), texts, strict=True)
     text = "  ".join(f"{arrow} {regret}" for arrow, regret in pairs if regret)
     if text:

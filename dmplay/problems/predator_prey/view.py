@@ -187,7 +187,7 @@ def _describe_last_move(view: View[PredatorPrey], seat: int) -> tuple[str, str]:
 def _describe_action_and_move(view: View[PredatorPrey], seat: int) -> str:
     """Return an agent's last action and its result, such as `chose NE, moved NE to (1,2)`."""
     move_text = _describe_last_move(view, seat)[1]
-    move_text = hexgrid.append_hex(move_text, _list_positions(view)[seat])
+    move_text = hexgrid.append_position(move_text, _list_positions(view)[seat])
     return f"chose {DIRECTIONS[_get_last_action(view, seat)].upper()}, {move_text}"
 
 

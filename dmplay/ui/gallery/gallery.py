@@ -119,18 +119,18 @@ class Gallery:
         if self._help_page_index is not None:
             pages = _help_pages(viewport)
             return _pad_rows(pages[min(self._help_page_index, len(pages) - 1)], body_height)
-        list_rows = _pad_rows(self._list_rows(body_height), body_height)
+        list_rows = _pad_rows(self._format_problem_list(body_height), body_height)
         if not _has_preview_space(viewport):
             return list_rows
         preview_rows = _pad_rows(
-            self._preview_rows(viewport.width - LIST_COLUMNS - 1, body_height), body_height
+            self._format_preview(viewport.width - LIST_COLUMNS - 1, body_height), body_height
         )
         for row, preview_row in zip(list_rows, preview_rows, strict=True):
             row.truncate(LIST_COLUMNS - 1, overflow="ellipsis", pad=True)
             row.append(" ").append_text(preview_row)
         return list_rows
 
-    def _list_rows(self, body_height: int) -> list[Text]:
+    def _format_problem_list(self, body_height: int) -> list[Text]:
         """Return the rows of the list around the selected problem, with a heading for each kind."""
         rows, heading, cursor_index = [], "", 0
         for entry in self.visible_entries:
@@ -150,7 +150,7 @@ class Gallery:
         first_row = min(max(cursor_index - body_height // 2, 0), max(len(rows) - body_height, 0))
         return rows[first_row : first_row + body_height]
 
-    def _preview_rows(self, width: int, body_height: int) -> list[Text]:
+    def _format_preview(self, width: int, body_height: int) -> list[Text]:
         """Return the preview of the selected problem, or the reason why there is none."""
         problem_preview = self._previews.get(self.selected_problem)
         if problem_preview is None:
@@ -163,12 +163,12 @@ class Gallery:
         return [
             title,
             *problem_preview.render_rows(
-                width, body_height - 1, self._your_game_rows, ascii_=self.terminal.ascii
+                width, body_height - 1, self._format_your_games, ascii_=self.terminal.ascii
             ),
         ]
 
     @property
-    def _your_game_rows(self) -> list[Text]:
+    def _format_your_games(self) -> list[Text]:
         """The rows about the player's record, last result and unfinished game of the problem."""
         name, problem_preview = self.selected_problem, self._previews.get(self.selected_problem)
         if not isinstance(problem_preview, ProblemPreview):

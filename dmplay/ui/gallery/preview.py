@@ -107,18 +107,18 @@ def your_game_rows(
     """Return the rows about the player's record, last result, unfinished game and ghost."""
     rows = []
     if record and record.best:
-        rows.append(_label_row("record", _format_result(record.best)))
+        rows.append(_format_labelled_row("record", _format_result(record.best)))
     if record and record.last != record.best:
-        rows.append(_label_row("last", _format_result(record.last)))
+        rows.append(_format_labelled_row("last", _format_result(record.last)))
     if unfinished_game:
         turns_text = format_count(unfinished_game.turns, "turn")
-        rows.append(_label_row("unfinished", f"after {turns_text}; c resumes it"))
+        rows.append(_format_labelled_row("unfinished", f"after {turns_text}; c resumes it"))
     if ghost:
-        rows.append(_label_row("ghost", ghost))
+        rows.append(_format_labelled_row("ghost", ghost))
     return rows
 
 
-def _label_row(label: str, value: str) -> Text:
+def _format_labelled_row(label: str, value: str) -> Text:
     """Return a row of a label and a bold value."""
     return Text(f"{label} ").append(value, style="bold")
 

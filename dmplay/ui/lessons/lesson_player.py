@@ -107,7 +107,7 @@ class LessonPlayer(LineDialog):
         run, lesson = self._run, self._run.lesson
         steps = format_count(len(lesson.steps), "step")
         if run.is_passed:
-            self._print(f"lesson {lesson.number} is finished: all {steps} done.")
+            self._print_lines(f"lesson {lesson.number} is finished: all {steps} done.")
             self._offer_next_lesson()
             return 0
         path = escape_newlines(quote(str(lesson.path)))
@@ -118,7 +118,7 @@ class LessonPlayer(LineDialog):
             text = f"{done}. It was finished before: dmplay learn {word} starts at step 1."
         else:
             text = f"{done}. dmplay learn {word} continues."
-        self._print(f"lesson {lesson.number} is not finished: {text}")
+        self._print_lines(f"lesson {lesson.number} is not finished: {text}")
         is_script = not self._terminal.is_interactive and self._stdin.line_count > 0
         return NOT_FINISHED_EXIT_CODE if is_script else 0
 
@@ -126,7 +126,7 @@ class LessonPlayer(LineDialog):
         """Print the current step and run it until it is finished or skipped."""
         run, step, finished_count = self._run, self._run.step, len(self._run.finished_steps)
         number = f"step {run.index + 1} of {len(run.lesson.steps)}"
-        self._print("")
+        self._print_lines("")
         if isinstance(step.task, Prediction) and step.task.shows_board:
             self._print_board(self._run.position)
         self._print_heading(f"{number}.")
@@ -135,7 +135,7 @@ class LessonPlayer(LineDialog):
             self._play_games(step.task)
         else:
             position, index = run.position, run.index
-            self._ask(step.task)
+            self._read_answers(step.task)
             is_offered = step.task.watch and not step.task.watch_first
             if is_offered and index in run.finished_steps:
                 self._offer_algorithm(step.task.watch, position)
@@ -152,19 +152,19 @@ class LessonPlayer(LineDialog):
     def _offer_algorithm(self, name: str, position: PositionInGame) -> None:
         """Let the player watch an algorithm on the position, or print the command for it."""
         if not self._terminal.full_screen:
-            self._print(format_watch_command(name, position))
+            self._print_lines(format_watch_command(name, position))
         elif self._read_choice(f"w watches {name}, Enter goes on> ", "w"):
-            self._watch(name, position)
+            self._show_algorithm(name, position)
 
     def _read_choice(self, prompt: str, choice: str = "") -> bool:
         """Return whether the player types the choice instead of Enter alone."""
         expected = " or ".join(filter(None, (choice, "Enter")))
-        while line := self._read(prompt):
+        while line := self._read_line(prompt):
             if line in LEAVE_WORDS:
                 raise DialogLeft
             if line == choice:
                 return True
-            self._print(f"error: got {line!r}, expected {expected}; the step is done")
+            self._print_lines(f"error: got {line!r}, expected {expected}; the step is done")
         return False
 
     def _offer_next_lesson(self) -> None:
@@ -176,13 +176,13 @@ class LessonPlayer(LineDialog):
         if following is None:
             return
         words = " ".join(filter(None, ("dmplay learn", self._source, str(following.number))))
-        self._print(f"next: {escape_newlines(words)} ({following.title})")
+        self._print_lines(f"next: {escape_newlines(words)} ({following.title})")
         if self._terminal.full_screen:
             with suppress(DialogLeft), exit_on_signals():
                 self._read_choice(f"Enter opens lesson {following.number}, q leaves> ")
                 self.next_lesson = following
 
-    def _watch(self, name: str, position: PositionInGame) -> None:
+    def _show_algorithm(self, name: str, position: PositionInGame) -> None:
         """Show an algorithm on a position, step by step on the full screen."""
         from dmplay.algorithms.registry import find_algorithm  # imported only if it is watched
         from dmplay.algorithms.step import WatchRequest
@@ -195,16 +195,16 @@ class LessonPlayer(LineDialog):
         if code:
             raise SystemExit(code)
 
-    def _ask(self, task: Prediction) -> None:
+    def _read_answers(self, task: Prediction) -> None:
         """Read answers until the step is finished or skipped."""
-        self._print(f"type {self._run.expected_answer}.")
+        self._print_lines(f"type {self._run.expected_answer}.")
         if task.watch_first and self._terminal.full_screen:
-            self._print(f"watch draws {task.watch} step by step; q comes back here.")
+            self._print_lines(f"watch draws {task.watch} step by step; q comes back here.")
         elif task.watch_first:
-            self._print(format_watch_command(task.watch, self._run.position))
+            self._print_lines(format_watch_command(task.watch, self._run.position))
         finishes_step = False
         while not finishes_step:
-            line = self._read("answer> ")
+            line = self._read_line("answer> ")
             try:
                 finishes_step = self._print_reply(self._reply_to_line(line))
             except DmplayError as error:
@@ -228,7 +228,7 @@ class LessonPlayer(LineDialog):
             raise BadParameter("watch: this question has no picture to watch before the answer")
         if not self._terminal.full_screen:
             return TutorReply((format_watch_command(task.watch, self._run.position),))
-        self._watch(task.watch, self._run.position)
+        self._show_algorithm(task.watch, self._run.position)
         self._print_paragraph(self._run.step.text)
         return TutorReply(())
 
@@ -241,7 +241,7 @@ class LessonPlayer(LineDialog):
         if isinstance(step.task, Prediction) and step.task.shows_board:
             self._print_board(self._run.position)
             return TutorReply(())
-        self._print("this question has no board.")
+        self._print_lines("this question has no board.")
         self._print_paragraph(step.text)
         return TutorReply(())
 
@@ -272,7 +272,7 @@ class LessonPlayer(LineDialog):
         """
         prompt, help_text = f"Enter to {purpose}> ", f"press Enter to {purpose}, {GAME_HELP}"
         while True:
-            line = self._read(prompt)
+            line = self._read_line(prompt)
             try:
                 reply = self._reply_to_command(line)
                 if reply is None and line in {"", "again"}:
@@ -297,10 +297,10 @@ class LessonPlayer(LineDialog):
         session = self._controller.game.session
         self._controller.end_game()
         if session.end_reason not in NATURAL_END_REASONS:
-            self._print("the game was left before its end.")
+            self._print_lines("the game was left before its end.")
             return False
         if not run.is_game_of_step(session):
-            self._print("this was another game than the one of this step.")
+            self._print_lines("this was another game than the one of this step.")
             return False
         return self._print_reply(run.check_game(session))
 
@@ -310,9 +310,11 @@ class LessonPlayer(LineDialog):
             code = run_full_screen(PlayScreen(self._controller, self._terminal))
             if code:
                 raise SystemExit(code)
-            self._print(self._controller.game.narrator.describe_result())
+            self._print_lines(self._controller.game.narrator.describe_result())
             return
-        self._print(f"goal: {self._run.expected_answer}. type help, look, legal, or an action.")
+        self._print_lines(
+            f"goal: {self._run.expected_answer}. type help, look, legal, or an action."
+        )
         earlier = self._stdin.line_count
         play_by_lines(
             self._controller,

@@ -67,7 +67,7 @@ class LineDialog:
         if board is None or isinstance(board, TooSmallNotice):
             if situation is None:
                 situation = [game.narrator.describe_situation(game.snapshot())]
-            self._print(*game.picture_rows(), *situation)
+            self._print_lines(*game.picture_rows(), *situation)
             return False
         print(to_ansi(board, self._terminal.theme) if self._terminal.color else board.plain)
         return True
@@ -83,7 +83,7 @@ class LineDialog:
             show_coordinates=True,
         )
 
-    def _read(self, prompt: str) -> str:
+    def _read_line(self, prompt: str) -> str:
         """Return the next line without spaces and comments; raise DialogLeft at the end."""
         while True:
             line = read_line(prompt, self._stdin)  # type: ignore[arg-type]
@@ -101,29 +101,29 @@ class LineDialog:
         """Print an error; raise it with the number of its line if a script is read."""
         if not self._terminal.is_interactive:
             raise BadParameter(f"line {self._stdin.line_count}: {error}") from None
-        self._print(f"error: {error}")
+        self._print_lines(f"error: {error}")
 
     def _print_reply(self, reply: TutorReply) -> bool:
         """Print a reply; return whether the step is finished."""
-        self._print(*reply.lines)
+        self._print_lines(*reply.lines)
         return reply.finishes_step
 
     def _print_heading(self, text: str) -> None:
         """Print a heading, in bold if the terminal has colours."""
-        line = "\n".join(self._wrap(escape_unprintable(text)))
+        line = "\n".join(self._wrap_line(escape_unprintable(text)))
         print(to_ansi(((line, "bold"),), self._terminal.theme) if self._terminal.color else line)
 
     def _print_paragraph(self, lines: Sequence[str]) -> None:
         """Print the lines of a text; join them if a person's terminal is narrower."""
-        is_joined = any(len(self._wrap(line)) > 1 for line in lines)
-        self._print(*([" ".join(lines)] if is_joined else lines))
+        is_joined = any(len(self._wrap_line(line)) > 1 for line in lines)
+        self._print_lines(*([" ".join(lines)] if is_joined else lines))
 
-    def _print(self, *lines: str) -> None:
+    def _print_lines(self, *lines: str) -> None:
         """Print lines with unprintable characters escaped, wrapped if a person reads them."""
         for line in map(escape_unprintable, lines):
-            print("\n".join(self._wrap(line)), flush=True)
+            print("\n".join(self._wrap_line(line)), flush=True)
 
-    def _wrap(self, line: str) -> list[str]:
+    def _wrap_line(self, line: str) -> list[str]:
         """Return the rows of a line: several if it is wide and a person reads it."""
         width = min(self._terminal.columns, MAX_TEXT_COLUMNS)
         if not self._terminal.is_interactive or len(line) <= width:

@@ -65,16 +65,16 @@ class QuestionDialog(LineDialog):
             with exit_on_signals():
                 for number, exercise in enumerate(exercises, 1):
                     if number > 1:
-                        self._print("")
+                        self._print_lines("")
                     run = ExerciseRun(exercise)
                     count_text = f"{number} of {len(exercises)}. " if len(exercises) > 1 else ""
                     self._print_heading(f"{count_text}{exercise.title}.")
-                    finished_count += self._ask(run)
+                    finished_count += self._ask_question(run)
                     right_count += not run.wrong_count
         except DialogLeft:
             pass
         if len(exercises) > 1:
-            self._print(
+            self._print_lines(
                 f"{finished_count} of {format_count(len(exercises), 'question')} answered, "
                 f"{right_count} at the first try. Those that you missed return tomorrow."
             )
@@ -82,19 +82,19 @@ class QuestionDialog(LineDialog):
         is_finished = finished_count == len(exercises)
         return NOT_FINISHED_EXIT_CODE if is_unfinished_script and not is_finished else 0
 
-    def _ask(self, run: ExerciseRun) -> bool:
+    def _ask_question(self, run: ExerciseRun) -> bool:
         """Ask one question until it is answered or skipped; return whether it is answered."""
         exercise = run.exercise
         question = exercise.question
         rules = question.describe_game()
         if rules != self._printed_rules:
-            self._print(*rules)
+            self._print_lines(*rules)
             self._printed_rules = rules
-        self._print(*exercise.introduction)
+        self._print_lines(*exercise.introduction)
         self._print_exercise_board(exercise)
-        self._print(question.prompt(), f"type {question.expected_answer}.")
+        self._print_lines(question.prompt(), f"type {question.expected_answer}.")
         while True:
-            line = self._read("answer> ")
+            line = self._read_line("answer> ")
             if line == "skip":
                 return False
             try:
@@ -109,7 +109,9 @@ class QuestionDialog(LineDialog):
             case "" | "help" | "?":
                 return TutorReply((QUESTION_HELP,))
             case "look":
-                self._print(*run.exercise.question.describe_game(), *run.exercise.introduction)
+                self._print_lines(
+                    *run.exercise.question.describe_game(), *run.exercise.introduction
+                )
                 self._print_exercise_board(run.exercise)
                 return TutorReply(())
             case "show":
@@ -125,8 +127,8 @@ class QuestionDialog(LineDialog):
             return
         is_drawn = self._print_board(question.game, question.describe_situation())
         if is_drawn and question.has_map:
-            self._print(f"On the map you are {SMALL_MAP_MARK}.")
+            self._print_lines(f"On the map you are {SMALL_MAP_MARK}.")
 
     def print_lines(self, *lines: str) -> None:
         """Print lines as the dialog prints its own."""
-        self._print(*lines)
+        self._print_lines(*lines)

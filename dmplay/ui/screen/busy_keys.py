@@ -23,7 +23,7 @@ class BusyKeyAction(Enum):
     CANCEL_THEN_RUN = auto()  # cancel the task, then handle the key
 
 
-def is_shell_key(key: str) -> bool:
+def is_command_key(key: str) -> bool:
     """Return whether a key is a command in every game: capitals and punctuation are."""
     return len(key) == 1 and not (key.islower() or key.isdigit())
 
@@ -41,7 +41,7 @@ def classify_busy_key(key: str, task_info: TaskInfo, trigger_key: str) -> BusyKe
     if task_info.is_after_game and key in AFTER_GAME_KEYS:
         can_skip = task_info.can_be_skipped
         return BusyKeyAction.CANCEL_THEN_RUN if can_skip else BusyKeyAction.RUN_LATER
-    if task_info.is_agent_move or (task_info.is_after_game and not is_shell_key(key)):
+    if task_info.is_agent_move or (task_info.is_after_game and not is_command_key(key)):
         is_ignored = key not in QUIT_KEYS
     else:
         is_ignored = key == trigger_key

@@ -35,9 +35,9 @@ from dmplay.ui.screen.key_handlers import handle_key
 from dmplay.ui.screen.key_reader import attach_key_reader
 from dmplay.ui.screen.modes import Mode
 from dmplay.ui.screen.play_operations import (
-    autoplay_rate,
     autoplay_turn,
-    clock_rate,
+    get_autoplay_rate,
+    get_clock_rate,
     run_typed_line,
     tick_clock,
 )
@@ -251,8 +251,8 @@ class ScreenEventLoop(ABC):
         while early_signals:
             stop_with_code(exit_codes[signal.Signals(early_signals.pop())])
         loop.add_signal_handler(signal.SIGWINCH, self._enqueue_event, self._redraw)
-        loop.add_signal_handler(signal.SIGTSTP, self._suspend)
-        loop.add_signal_handler(signal.SIGCONT, self._resume)
+        loop.add_signal_handler(signal.SIGTSTP, self._suspend_program)
+        loop.add_signal_handler(signal.SIGCONT, self._resume_screen)
         try:
             yield
         finally:
@@ -374,9 +374,9 @@ class ScreenEventLoop(ABC):
 
     async def _handle_suspend_key(self) -> None:
         """Suspend the program, as the handler of Ctrl-Z."""
-        self._suspend()
+        self._suspend_program()
 
-    def _suspend(self) -> None:
+    def _suspend_program(self) -> None:
         """Suspend the program, as on Ctrl-Z, with the terminal restored until it resumes."""
         loop = asyncio.get_running_loop()
         self.painter.leave_screen()
@@ -384,10 +384,10 @@ class ScreenEventLoop(ABC):
         loop.remove_signal_handler(signal.SIGTSTP)
         with self.input.cooked_mode():
             os.kill(0, signal.SIGTSTP)
-        loop.add_signal_handler(signal.SIGTSTP, self._suspend)
-        self._resume()
+        loop.add_signal_handler(signal.SIGTSTP, self._suspend_program)
+        self._resume_screen()
 
-    def _resume(self) -> None:
+    def _resume_screen(self) -> None:
         """Take over the terminal again after the program was suspended by any means."""
         # The first raw_mode context restores the terminal at the end.
         self.input.raw_mode().__enter__()
@@ -457,7 +457,7 @@ class PlayEventLoop(ScreenEventLoop):
             partial(autoplay_turn, screen),
             lambda: screen.modes.play_mode is Mode.AUTOPLAY,
         )
-        yield self._run_clock(partial(autoplay_rate, screen), on_beat, is_running)
+        yield self._run_clock(partial(get_autoplay_rate, screen), on_beat, is_running)
         yield self._run_clock(
             lambda: screen.viewer.speed if screen.viewer else 1.0,
             partial(screen.handle_viewer_key, ""),
@@ -465,7 +465,7 @@ class PlayEventLoop(ScreenEventLoop):
         )
         if screen.realtime_rate:
             on_beat, is_running = partial(tick_clock, screen), lambda: screen.clock.is_started
-            yield self._run_clock(partial(clock_rate, screen), on_beat, is_running)
+            yield self._run_clock(partial(get_clock_rate, screen), on_beat, is_running)
 
     def _schedule_animation_step(self) -> asyncio.TimerHandle | None:
         """Schedule the next step of a running turn animation; return None if none is running."""
@@ -495,7 +495,7 @@ class PlayEventLoop(ScreenEventLoop):
         self._cancel_escape_timer()
         store_typeahead(self.input, typeahead)
         self._prompt_application = command_prompt.create_application(
-            self._play_screen, self.painter, self.input, self._history, self._suspend
+            self._play_screen, self.painter, self.input, self._history, self._suspend_program
         )
         self._prompt_application.timeoutlen = ESCAPE_SECONDS
         self._prompt_application.ttimeoutlen = self._key_reader.sequences.escape_seconds

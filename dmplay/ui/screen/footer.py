@@ -92,7 +92,7 @@ def format_footer(
         others = tuple(key for key in navigation_keys if key != LEARN_KEY)
         command_rows = (*command_rows[:-1], *format_tails(others))
     if is_choosing:
-        return _fit_footer(_iter_key_rows(game, frame_state.hint), command_rows, viewport)
+        return _join_fitting_keys(_iter_key_rows(game, frame_state.hint), command_rows, viewport)
     return _format_commands_only(command_rows, viewport)
 
 
@@ -106,10 +106,12 @@ def format_page_footer(page_index: int, page_count: int, viewport: Viewport) -> 
 @lru_cache(64)
 def _format_commands_only(command_rows: tuple[str, ...], viewport: Viewport) -> Text:
     """Return the footer with only the command keys."""
-    return _fit_footer([Text("")], command_rows, viewport)
+    return _join_fitting_keys([Text("")], command_rows, viewport)
 
 
-def _fit_footer(forms: Iterable[Text], command_rows: Sequence[str], viewport: Viewport) -> Text:
+def _join_fitting_keys(
+    forms: Iterable[Text], command_rows: Sequence[str], viewport: Viewport
+) -> Text:
     """Join the first form of the action keys that fits with the fullest command keys that fit.
 
     If no form fits, the last one is cut with an ellipsis.

@@ -468,7 +468,10 @@ def _join_board_and_panel(
         facts = (*facts[: len(rows) - 1], Text(f"({omitted_count} more)", "dim"))
     joined_rows = [
         _join_row(
-            f"{row.plain:<{panel_column}}", tuple(row.spans), fact.plain, _list_all_spans(fact)
+            f"{row.plain:<{panel_column}}",
+            tuple(row.spans),
+            fact.plain,
+            _list_spans_with_base(fact),
         )
         for row, fact in zip(rows, facts, strict=False)
     ]
@@ -489,7 +492,7 @@ def _join_row(
     return Text(row + fact, spans=[*row_spans, *(span.move(len(row)) for span in fact_spans)])
 
 
-def _list_all_spans(text: Text) -> tuple[Span, ...]:
+def _list_spans_with_base(text: Text) -> tuple[Span, ...]:
     """Return the spans of a text, with that of its own style."""
     own_span = [Span(0, len(text), text.style)] if text.style else []
     return *own_span, *text.spans

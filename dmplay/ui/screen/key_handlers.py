@@ -11,7 +11,6 @@ from dmplay.ui.screen.frame_state import NEXT_PAGE_KEYS
 from dmplay.ui.screen.modes import Mode, ModeEvent
 from dmplay.ui.screen.play_operations import (
     GAME_OVER_MESSAGE,
-    answer_question,
     change_speed,
     leave_to_learn,
     play_action,
@@ -19,6 +18,7 @@ from dmplay.ui.screen.play_operations import (
     start_clock,
     start_lookahead,
     step_agents,
+    submit_prediction,
     toggle_pause,
 )
 from dmplay.ui.screen.play_screen import PlayScreen
@@ -63,7 +63,7 @@ def handle_key(screen: PlayScreen, key: str) -> None:
         _turn_page(screen, key)
     else:
         position = screen.game, len(screen.game.session.turns)
-        with screen.errors_as_messages():
+        with screen.show_errors_as_messages():
             _dispatch_key(screen, key)
         if position != (screen.game, len(screen.game.session.turns)):
             screen.number_input.text = ""  # It was typed for another turn.
@@ -98,7 +98,7 @@ def _handle_prediction_key(screen: PlayScreen, key: str) -> None:
     if key == "escape":
         screen.prediction_text = ""
     if key in ("enter", "escape"):
-        answer_question(screen)
+        submit_prediction(screen)
         return
     if key == "backspace":
         screen.prediction_text = screen.prediction_text[:-1]
@@ -121,7 +121,7 @@ def _handle_number_key(screen: PlayScreen, key: str) -> bool:
     game, number_input = screen.game, screen.number_input
     if key == "enter" and number_input.text:
         with conceal_choice_errors(screen.controller):
-            number_input.play_text(
+            number_input.submit_text(
                 lambda text: play_action(screen, game.keyboard.parse_action(game.view(), text))
             )
         return True
@@ -225,7 +225,7 @@ def _handle_command_key(screen: PlayScreen, key: str) -> None:
     if screen_key:
         screen_key.handler(screen)
     elif _scroll_rows(key):
-        _scroll(screen, _scroll_rows(key))
+        _scroll_log_or_record(screen, _scroll_rows(key))
     elif command:
         screen.show_reply(command.run(screen.controller, ""))
     elif screen.realtime_rate and game.choosing_seat is not None and not screen.clock.is_started:
@@ -254,7 +254,7 @@ def _scroll_rows(key: str) -> float:
     return SCROLL_ROWS_BY_KEY.get(key.removeprefix("s-").removeprefix("c-"), 0)
 
 
-def _scroll(screen: PlayScreen, rows: float) -> None:
+def _scroll_log_or_record(screen: PlayScreen, rows: float) -> None:
     """Scroll the log; after the game, open its complete record instead."""
     if screen.game.session.over and not screen.timeline:
         screen.open_record()

@@ -36,18 +36,18 @@ class KeyReader(Vt100Parser):
 
     def feed(self, data: str) -> None:
         """Parse these characters, and report the keys that are complete."""
-        self._report(self.sequences.feed(data, self._clock()))
+        self._report_keys(self.sequences.feed(data, self._clock()))
 
     def flush(self) -> None:
         """Report a lone Esc as a key, unless it may still begin a sequence."""
-        self._report(self.sequences.end_overdue_input(self._clock()))
+        self._report_keys(self.sequences.end_overdue_input(self._clock()))
 
     def seconds_to_flush(self) -> float | None:
         """Return the seconds until `flush` may report a key, or None if it will report none."""
         deadline = self.sequences.deadline
         return None if deadline is None else max(deadline - self._clock(), 0.0)
 
-    def _report(self, tokens: list[InputToken]) -> None:
+    def _report_keys(self, tokens: list[InputToken]) -> None:
         """Report the keys in complete input, and take the terminal's replies."""
         for kind, data in tokens:
             if kind is InputKind.PASTE:

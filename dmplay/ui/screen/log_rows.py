@@ -55,11 +55,11 @@ def layout_log(
                 viewport,
                 scroll_offset,
             )
-    column_rows = _column_rows(log, viewport) if is_side_column and not long_messages else []
-    return column_rows or _last_rows(lines, viewport)
+    column_rows = _list_column_rows(log, viewport) if is_side_column and not long_messages else []
+    return column_rows or _list_last_rows(lines, viewport)
 
 
-def _last_rows(lines: Sequence[str], viewport: Viewport) -> Sequence[ScreenLine]:
+def _list_last_rows(lines: Sequence[str], viewport: Viewport) -> Sequence[ScreenLine]:
     """Return the last lines that fit, none of them cut unless even the last one does not fit."""
     rows_by_line = [
         *map(
@@ -74,7 +74,7 @@ def _last_rows(lines: Sequence[str], viewport: Viewport) -> Sequence[ScreenLine]
     return _truncate_rows(rows_by_line[0], viewport.height, viewport)
 
 
-def _column_rows(log: Sequence[str], viewport: Viewport) -> Sequence[ScreenLine]:
+def _list_column_rows(log: Sequence[str], viewport: Viewport) -> Sequence[ScreenLine]:
     """Return the last events in a side column, which scrolls by several rows at a time.
 
     Most turns then only append a row, so little is repainted. Return [] if no start row fits.

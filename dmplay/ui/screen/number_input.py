@@ -27,7 +27,7 @@ class NumberInput:
         """
         keyboard = game.keyboard
         if key in keyboard.number_steps:
-            self.text = self._nudge(game, keyboard.number_steps[key])
+            self.text = self._change_by_step(game, keyboard.number_steps[key])
             self._is_replaceable = True
         elif keyboard.is_number_entry(game.viewing_seat) and key in NUMBER_KEYS:
             self._append(key)
@@ -49,7 +49,7 @@ class NumberInput:
             self._append(character)
         return is_typed
 
-    def play_text(self, play: Callable[[str], None]) -> None:
+    def submit_text(self, play: Callable[[str], None]) -> None:
         """Call a function with the text and clear it; if an error is raised, the text stays."""
         text, self.text = self.text, ""
         try:
@@ -91,7 +91,7 @@ class NumberInput:
         self.text = ("" if self._is_replaceable else self.text) + character
         self._is_replaceable = False
 
-    def _nudge(self, game: Game, step: float) -> str:
+    def _change_by_step(self, game: Game, step: float) -> str:
         """Return the number, or else the last action, changed by `step` within the bounds, as text.
 
         Before the first turn, an untyped whole number starts in the middle of the range.

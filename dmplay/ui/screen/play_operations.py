@@ -41,7 +41,7 @@ def play_action(screen: PlayScreen, action: float, seat: int | None = None) -> N
     _play_turn(screen, action, seat)
 
 
-def answer_question(screen: PlayScreen) -> None:
+def submit_prediction(screen: PlayScreen) -> None:
     """Take the typed prediction and play the turn that it is about.
 
     The text stays if it is invalid, so that the player can correct it.
@@ -92,10 +92,10 @@ def start_lookahead(screen: PlayScreen) -> None:
 
 def start_clock(screen: PlayScreen) -> None:
     """Start the countdown of the real-time clock, if it has not started yet."""
-    screen.message = screen.clock.start(len(screen.game.session.turns)) or screen.message
+    screen.message = screen.clock.start_countdown(len(screen.game.session.turns)) or screen.message
 
 
-def clock_rate(screen: PlayScreen) -> float:
+def get_clock_rate(screen: PlayScreen) -> float:
     """Return the current rate of the real-time clock in beats per second."""
     return screen.clock.beats_per_second(len(screen.game.session.turns))
 
@@ -108,7 +108,7 @@ def tick_clock(screen: PlayScreen) -> None:
     if countdown_message is not None:
         screen.message = countdown_message
     elif screen.clock.repeated_action is not None:
-        with screen.errors_as_messages():
+        with screen.show_errors_as_messages():
             screen.game.choose(screen.clock.repeated_action)
             screen.log_new_turns()
 
@@ -156,22 +156,22 @@ def _start_animation(screen: PlayScreen) -> None:
 def autoplay_turn(screen: PlayScreen) -> None:
     """Play the turns of one beat in autoplay, usually one; an error stops autoplay."""
     screen.modes.handle_event(ModeEvent.STOPPED)
-    with screen.errors_as_messages():
-        for _ in range(turns_per_beat(screen)):
+    with screen.show_errors_as_messages():
+        for _ in range(count_turns_per_beat(screen)):
             step_agents(screen)
             if screen.game.session.over:
                 break
         screen.modes.handle_event(ModeEvent.STARTED)
 
 
-def turns_per_beat(screen: PlayScreen) -> int:
+def count_turns_per_beat(screen: PlayScreen) -> int:
     """Return the number of turns that autoplay plays before the next frame."""
     return min(max(round(screen.speed / MAX_BEATS_PER_SECOND), 1), MAX_TURNS_PER_BEAT)
 
 
-def autoplay_rate(screen: PlayScreen) -> float:
+def get_autoplay_rate(screen: PlayScreen) -> float:
     """Return the number of beats of autoplay per second."""
-    return screen.speed / turns_per_beat(screen)
+    return screen.speed / count_turns_per_beat(screen)
 
 
 def change_speed(screen: PlayScreen, factor: float) -> None:
@@ -186,7 +186,7 @@ def run_typed_line(screen: PlayScreen, line: str) -> None:
     Stop before the rest of the line once the keyboard goes to another player.
     """
     screen.modes.handle_event(ModeEvent.CLOSED)
-    with screen.errors_as_messages():
+    with screen.show_errors_as_messages():
         for part in iter_commands_until_handover(screen.controller, line):
             screen.show_reply(run_line(screen.controller, part))
 

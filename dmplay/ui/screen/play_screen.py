@@ -165,7 +165,7 @@ class PlayScreen:
         is_unstarted = self.modes.play_mode is Mode.REALTIME and not self.clock.is_started
         start_hint = CLOCK_START_HINT if is_unstarted and game.choosing_seat is not None else ""
         state = FrameState(
-            self.progress_message or self._displayed_message or start_hint,
+            self.progress_message or self._shorten_message or start_hint,
             OVERLAYS[self.overlay_index] if can_overlay else "",
             self.page_rows if self.modes.display_mode is Mode.PAGE else (),
             self.page_index,
@@ -185,7 +185,7 @@ class PlayScreen:
         )
 
     @property
-    def _displayed_message(self) -> str:
+    def _shorten_message(self) -> str:
         """The message, shortened to the next keys if it is a preview that the board shows as well.
 
         A preview also has its short form if its message is too long for the row.
@@ -214,9 +214,9 @@ class PlayScreen:
             marks = self.replay_timeline.verdict.marks
         elif self.game.session.over:
             marks = self.game.verdict.marks
-        return [*self._event_log.mark_rows(marks), *self._replay_rows()]
+        return [*self._event_log.mark_rows(marks), *self._timeline_rows()]
 
-    def _replay_rows(self) -> list[str]:
+    def _timeline_rows(self) -> list[str]:
         """Return the timeline of a replay: the position, and the regrets once they are known."""
         game = self.game
         if not isinstance(game, Playback):
@@ -300,7 +300,7 @@ class PlayScreen:
         self.message = "overlay: none" if previous_overlay else "this board has no overlays"
 
     @contextlib.contextmanager
-    def errors_as_messages(self) -> Iterator[None]:
+    def show_errors_as_messages(self) -> Iterator[None]:
         """Run the block with its errors shown as messages.
 
         Turns played before an error are logged. Without an error, the visible overlay is prepared;
@@ -419,7 +419,7 @@ class PlayScreen:
         elif self._event_log.add_new_turns(turn_rows):
             self.scroll_offset = 0
             self.message = "" if self.message == self.log[-1] else self.message
-        scored = self.game.take_scored_prediction()
+        scored = self.game.pop_scored_prediction()
         if scored:
             self._event_log.add_notice(scored.text)
 

@@ -215,7 +215,7 @@ def _describe_choice(move: ReviewedAction, *, shows_discounted: bool) -> str:
         return f"chose {move.chosen}, {review.NOT_JUDGED}"
     if move.chosen in move.best:
         rank = "the best action" if len(move.best) == 1 else f"one of {len(move.best)} best actions"
-        return f"chose {move.chosen}, {review.append_scope(rank, move.basis.scope)}"
+        return f"chose {move.chosen}, {review.append_game(rank, move.basis.scope)}"
     best = " or ".join(move.best)
     if move.basis.accuracy is Accuracy.RATING:
         return f"chose {move.chosen}; {best} was rated higher"
@@ -226,7 +226,7 @@ def _describe_choice(move: ReviewedAction, *, shows_discounted: bool) -> str:
             lost = format_fixed(move.discounted_regret, move.decimal_count)
             gain += f" ({lost} of the score)"
     return (
-        f"chose {move.chosen}; {best} {review.append_scope(f'was better{gain}', move.basis.scope)}"
+        f"chose {move.chosen}; {best} {review.append_game(f'was better{gain}', move.basis.scope)}"
     )
 
 

@@ -22,7 +22,7 @@ class RealtimeClock:
         """True once the countdown has started."""
         return self._countdown_left is not None
 
-    def start(self, turn_count: int) -> str:
+    def start_countdown(self, turn_count: int) -> str:
         """Start the countdown and return its message; return '' if the clock has started before."""
         if self.is_started:
             return ""

@@ -71,7 +71,7 @@ def type_turn(
     return True
 
 
-def _play_on(screen: PlayScreen, playback: Playback) -> None:
+def _play_from_turn(screen: PlayScreen, playback: Playback) -> None:
     """Start a game from this turn; a person plays the first seat if agents alone played."""
     if list_human_seats(playback.player_names):
         reply = find_command("branch").run(screen.controller, str(len(playback.session.turns)))
@@ -141,7 +141,7 @@ def _go_to_end(screen: PlayScreen, playback: Playback) -> None:
 
 
 REPLAY_KEY_HANDLERS = {
-    "enter": _play_on,
+    "enter": _play_from_turn,
     "left": _undo_step,
     "home": _go_to_start,
     "end": _go_to_end,

@@ -77,7 +77,7 @@ class Shell:
             self._print_reply(self.controller.take_write_notice())
             is_changed = self.game is not game or self._turn_count() != turn_count
             if is_changed and not self.awaiting_handover:
-                self._print_board(is_new_game=self.game is not game)
+                self._print_board_or_situation(is_new_game=self.game is not game)
             sys.stdout.flush()
 
     @property
@@ -95,7 +95,7 @@ class Shell:
         self._print_reply(wait_for_handover(self.controller))
         self._print_reply(self.controller.take_write_notice())
         if self.terminal.full_screen:
-            self._print_board(is_new_game=False)
+            self._print_board_or_situation(is_new_game=False)
 
     def _print_reply(self, reply: str) -> None:
         """Print a reply; on a terminal, wrap it between words."""
@@ -122,7 +122,7 @@ class Shell:
         """Return the number of turns played; 0 without a game."""
         return len(self.game.session.turns) if self.game else 0
 
-    def _print_board(self, *, is_new_game: bool) -> None:
+    def _print_board_or_situation(self, *, is_new_game: bool) -> None:
         """Print the board on a terminal, else the situation of a new game; the result once."""
         game = self.controller.game
         if self.terminal.full_screen:

@@ -7,11 +7,11 @@ from difflib import get_close_matches
 from typing import NamedTuple
 
 from dmplay.errors import BadParameter, IllegalAction, UnknownName
-from dmplay.game.command_reply import DataReply, format_reply
+from dmplay.game.command_reply import DataReply, make_reply
 from dmplay.game.game import Game
 from dmplay.game.game_series import GameController
 from dmplay.game.key_bindings import KEY_SYMBOLS
-from dmplay.game.launch_requests import split_words
+from dmplay.game.launch_requests import split_shell_words
 from dmplay.registry.builtin_names import problem_names
 from dmplay.registry.problems import is_problem_name
 from dmplay.ui.shell import game_commands as of_game
@@ -58,7 +58,9 @@ def _bind_to_game(run: Callable[[Game, str], str]) -> CommandFunction:
 
 def _bind_to_cli(name: str) -> CommandFunction:
     """Return a command function that runs a command of the command line."""
-    return lambda controller, argument: controller.run_cli_words([name, *split_words(argument)])
+    return lambda controller, argument: controller.run_command_words(
+        [name, *split_shell_words(argument)]
+    )
 
 
 def _bind_problem_to_cli(name: str, *, pass_parameters: bool = False) -> CommandFunction:
@@ -70,19 +72,19 @@ def _bind_problem_to_cli(name: str, *, pass_parameters: bool = False) -> Command
 
     def run(controller: GameController, argument: str) -> str:
         """Run the command with the typed words, or with the current problem before them."""
-        words = split_words(argument)
+        words = split_shell_words(argument)
         is_problem_typed = words and (
             not words[0].startswith("-") or any(map(is_problem_name, words))
         )
         if is_problem_typed or not controller.has_game:
-            return controller.run_cli_words([name, *words])
+            return controller.run_command_words([name, *words])
         typed_names = {word.removeprefix("--set=").partition("=")[0] for word in words}
         settings = controller.game.settings if pass_parameters else []
         unchanged = [
             setting for setting in settings if setting.partition("=")[0] not in typed_names
         ]
         options = [word for setting in unchanged for word in ("--set", setting)]
-        return controller.run_cli_words([name, controller.game.problem_name, *options, *words])
+        return controller.run_command_words([name, controller.game.problem_name, *options, *words])
 
     return run
 
@@ -175,7 +177,7 @@ def _quit(controller: GameController, argument: str) -> str:
 def _show_help(controller: GameController, argument: str) -> str:
     """Return help on a topic, action, problem or command; by default a lesson and all topics."""
     if argument.lower() in COMMANDS_BY_TOPIC:
-        return format_reply([*map(_format_command_help, COMMANDS_BY_TOPIC[argument.lower()])])
+        return make_reply([*map(_format_command_help, COMMANDS_BY_TOPIC[argument.lower()])])
     if _is_action_name(controller, argument):
         return f"{argument}: an action; type its name to play it"
     if argument.partition(":")[0] in problem_names():
@@ -188,7 +190,7 @@ def _show_help(controller: GameController, argument: str) -> str:
         f"{topic}: {', '.join(command.name for command in commands)}"
         for topic, commands in COMMANDS_BY_TOPIC.items()
     ]
-    return format_reply(rows)
+    return make_reply(rows)
 
 
 BOOK_NOTE = "The sections are those of the book Algorithms for Decision Making."
@@ -208,8 +210,8 @@ def format_help_page(game: Game, screen_keys: Sequence[tuple[str, str, str]]) ->
     if game.keyboard.is_number_entry(game.viewing_seat):
         actions_text = _describe_number_entry(game)
     with_key = [command for command in COMMANDS if command.key]
-    first = [_list_key(command) for command in with_key if command.name in FIRST_LISTED]
-    others = [_list_key(command) for command in with_key if command.name not in FIRST_LISTED]
+    first = [_describe_key(command) for command in with_key if command.name in FIRST_LISTED]
+    others = [_describe_key(command) for command in with_key if command.name not in FIRST_LISTED]
     agents = list_advising_agents(game)
     return [
         *lesson_lines(game, shows_map=True),
@@ -228,7 +230,7 @@ def format_help_page(game: Game, screen_keys: Sequence[tuple[str, str, str]]) ->
     ]
 
 
-def _list_key(command: Command) -> tuple[str, str, str]:
+def _describe_key(command: Command) -> tuple[str, str, str]:
     """Return the key of a command, its name, and its help."""
     return command.key_label, command.name, command.key_help or command.help
 
@@ -400,7 +402,7 @@ def _format_question(game: Game) -> str:
 
 def take_prediction_report(game: Game) -> str:
     """Return the score of the last prediction, also as data; '' if it was reported before."""
-    scored = game.take_scored_prediction()
+    scored = game.pop_scored_prediction()
     return DataReply(scored.text, "prediction", scored.data) if scored else ""
 
 
@@ -427,7 +429,7 @@ def run_line(controller: GameController, line: str) -> str:
         _run_unaliased_line(controller, part)
         for part in split_commands(f"{controller.aliases[word]} {arguments}")
     ]
-    return format_reply([*filter(None, replies)])
+    return make_reply([*filter(None, replies)])
 
 
 def _run_line_before_answer(controller: GameController, line: str) -> str:

@@ -11,7 +11,7 @@ from dmplay.core.text import describe_end_reason, format_count
 from dmplay.errors import BadParameter
 from dmplay.game.action_input import describe_number_range
 from dmplay.game.background_tasks import TaskInfo, run_cancellable
-from dmplay.game.command_reply import DataReply, TurnReports, format_reply
+from dmplay.game.command_reply import DataReply, TurnReports, make_reply
 from dmplay.game.game import Game
 from dmplay.game.hints.hint_provider import HintProvider
 from dmplay.game.seats import make_seat_policy
@@ -91,7 +91,7 @@ def _play_agent_turns(game: Game, command: str, turn_count: int) -> str:
 
 def show_situation(game: Game, argument: str) -> str:
     """Return the situation in sentences, after the problem's picture if there is one."""
-    return format_reply([*game.picture_rows(), game.narrator.describe_situation(game.snapshot())])
+    return make_reply([*game.picture_rows(), game.narrator.describe_situation(game.snapshot())])
 
 
 def show_legal_actions(game: Game, argument: str) -> str:
@@ -155,7 +155,7 @@ def show_state(game: Game, argument: str) -> str:
     return f"state: {game.problem.format_state(game.session.state)}"
 
 
-def _ask_hint_provider(game: Game, command: str, question: Callable[[HintProvider], str]) -> str:
+def _count_hint_and_reply(game: Game, command: str, question: Callable[[HintProvider], str]) -> str:
     """Return the hint provider's reply, counted as a hint; else the reason why there is none.
 
     Raise BadParameter if the game forbids hints.
@@ -171,7 +171,7 @@ def _ask_hint_provider(game: Game, command: str, question: Callable[[HintProvide
 
 def show_hint(game: Game, argument: str) -> str:
     """Return the recommended action and the value of each action."""
-    return _ask_hint_provider(game, "hint", HintProvider.create_hint)
+    return _count_hint_and_reply(game, "hint", HintProvider.create_hint)
 
 
 def show_values(game: Game, argument: str) -> str:
@@ -179,7 +179,7 @@ def show_values(game: Game, argument: str) -> str:
 
     def describe(provider: HintProvider) -> str:
         """Return the values as text with their numbers."""
-        hint = provider.list_values()
+        hint = provider.format_values()
         facts = {
             "seat": game.problem.agents[game.viewing_seat],
             "about": hint.game,
@@ -189,12 +189,12 @@ def show_values(game: Game, argument: str) -> str:
         text = hint.full_values_text
         return text and DataReply(text, "values", facts, [])
 
-    return _ask_hint_provider(game, "values", describe)
+    return _count_hint_and_reply(game, "values", describe)
 
 
 def show_best_action(game: Game, argument: str) -> str:
     """Return the recommended action."""
-    return _ask_hint_provider(
+    return _count_hint_and_reply(
         game, "policy", lambda provider: f"policy {provider.describe_choice()}"
     )
 
@@ -212,7 +212,7 @@ def explain_action(game: Game, argument: str) -> str:
         data = {"seat": seat, **reasons.data}
         return DataReply(str(reasons), "why", data, [reasons.heading, *reasons.sentences])
 
-    return _ask_hint_provider(game, "why", explain)
+    return _count_hint_and_reply(game, "why", explain)
 
 
 def assume_player(game: Game, argument: str) -> str:
@@ -273,7 +273,7 @@ def show_review(game: Game, argument: str) -> str:
         raise BadParameter("review: available after the game, and only if a person played")
     reviewed_actions = reviewing.run_review(game.session, game.advice_questions, can_sample=True)
     game.end_notes = "".join(reviewing.format_notes(reviewed_actions))
-    return format_reply(reviewing.format_table(reviewed_actions))
+    return make_reply(reviewing.format_table(reviewed_actions))
 
 
 def show_transcript(game: Game, argument: str) -> str:
@@ -283,6 +283,4 @@ def show_transcript(game: Game, argument: str) -> str:
     relation = "in" if game.recorder else "replayed from"
     count = format_count(len(game.session.turns), "turn")
     path = f"transcript: {count} {relation} {game.transcript_path}"
-    return format_reply(
-        [path, "", *format_lines(game.narrator.visible_turn_facts(game.snapshot()))]
-    )
+    return make_reply([path, "", *format_lines(game.narrator.visible_turn_facts(game.snapshot()))])

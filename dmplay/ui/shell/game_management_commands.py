@@ -8,11 +8,11 @@ from dmplay.core.parameter_parsing import parse_whole_number
 from dmplay.core.problem import find_seat
 from dmplay.errors import BadParameter
 from dmplay.game.background_tasks import TaskInfo, run_cancellable
-from dmplay.game.command_reply import format_reply
+from dmplay.game.command_reply import make_reply
 from dmplay.game.export_formats import EXPORT_FORMATS
 from dmplay.game.game_series import GameController
 from dmplay.game.game_setup import write_game_copy
-from dmplay.game.launch_requests import parse_settings, split_words
+from dmplay.game.launch_requests import parse_settings, split_shell_words
 from dmplay.game.playback import Playback
 from dmplay.game.saves import choose_free_path, copy_transcript
 from dmplay.game.seats import list_human_seats, make_seat_policy, name_in_transcript
@@ -21,22 +21,22 @@ from dmplay.registry import problems
 
 def play_problem(controller: GameController, argument: str) -> str:
     """Start a new game with the options of `dmplay play`; return a description of it."""
-    words = split_words(argument)
+    words = split_shell_words(argument)
     if not words:
         raise BadParameter("play: expected a problem, such as play hexworld --seed 7")
-    return controller.run_cli_words(["play", *words]) or controller.describe_new_game()
+    return controller.run_command_words(["play", *words]) or controller.describe_new_game()
 
 
 def resume_transcript(controller: GameController, argument: str) -> str:
     """Resume a recorded game, by default the latest unfinished save."""
-    reply = controller.run_cli_words(["resume", *split_words(argument)])
+    reply = controller.run_command_words(["resume", *split_shell_words(argument)])
     turn = f"turn {len(controller.game.session.turns)}."
     return reply or _append_warning(controller, f"resumed {controller.game.problem_name}. {turn}")
 
 
 def replay_transcript(controller: GameController, argument: str) -> str:
     """Open a recorded game for replay."""
-    reply = controller.run_cli_words(["replay", *split_words(argument)])
+    reply = controller.run_command_words(["replay", *split_shell_words(argument)])
     return reply or _append_warning(
         controller,
         f"replaying {controller.game.problem_name}. step and auto go forward, undo goes back.",
@@ -87,7 +87,7 @@ def set_parameter(controller: GameController, argument: str) -> str:
     game = controller.game
     if not argument:
         values = problems.parameter_values(game.problem)
-        return format_reply([f"{name} {value}" for name, value in values.items()])
+        return make_reply([f"{name} {value}" for name, value in values.items()])
     key, _, value = argument.replace("=", " ", 1).partition(" ")
     # Raises for an invalid value before the game is restarted.
     problems.with_parameters(game.problem, {key: value.strip()})
@@ -110,7 +110,7 @@ def save_transcript(controller: GameController, argument: str) -> str:
         raise BadParameter(f"save: {replay_message or missing_message}")
     if recorder and not argument:
         return recorder.describe_write_error() or f"saved as you play: {recorder.path}"
-    name, *extra_words = split_words(argument)
+    name, *extra_words = split_shell_words(argument)
     if extra_words:
         raise BadParameter(
             f"save: got {argument!r}, expected one file; put a name with spaces in quotes"
@@ -147,7 +147,7 @@ def branch_from_turn(controller: GameController, argument: str) -> str:
     turns = len(controller.game.session.turns)
     if argument and parse_whole_number(argument) is None:
         raise BadParameter(f"branch: got {argument!r}, expected a turn, 0 to {turns}")
-    return _branch(controller, "branch", argument or str(turns), [])
+    return _branch_with_players(controller, "branch", argument or str(turns), [])
 
 
 def change_seats(controller: GameController, argument: str) -> str:
@@ -155,7 +155,7 @@ def change_seats(controller: GameController, argument: str) -> str:
 
     Raise BadParameter in a strict game, or if no transcript is written.
     """
-    settings = split_words(argument)
+    settings = split_shell_words(argument)
     if not settings:
         raise BadParameter("seat: expected NAME=human or NAME=AGENT")
     for name in parse_settings(settings, "seat"):
@@ -163,10 +163,10 @@ def change_seats(controller: GameController, argument: str) -> str:
     if controller.game.session.over and not isinstance(controller.game, Playback):
         raise BadParameter("seat: this game is over; branch TURN goes back to a turn")
     turn_text = str(len(controller.game.session.turns))
-    return _branch(controller, "seat", turn_text, settings)
+    return _branch_with_players(controller, "seat", turn_text, settings)
 
 
-def _branch(
+def _branch_with_players(
     controller: GameController, command: str, turn_text: str, seat_settings: Sequence[str]
 ) -> str:
     """Start a game from a turn of the current one, with these players, in a new transcript."""
@@ -180,7 +180,7 @@ def _branch(
         )
     # The code already runs in the current game.
     trust_option = ["--trust"] if problems.requires_trust(game.problem_name) else []
-    controller.run_cli_words(
+    controller.run_command_words(
         [
             "branch",
             str(source),
@@ -200,7 +200,7 @@ def export_game(controller: GameController, argument: str) -> str:
 
     Raise BadParameter if that would reveal hidden information of a game in progress.
     """
-    words, written = split_words(argument), "written."
+    words, written = split_shell_words(argument), "written."
     if not words or words[0].startswith("-"):
         recorder, is_hidden = controller.game.recorder, controller.game.problem.partially_observable
         if recorder is None:
@@ -216,7 +216,7 @@ def export_game(controller: GameController, argument: str) -> str:
         words = [str(recorder.path), *words]
     elif "--peek" in words and controller.has_game and controller.game.is_concealed:
         raise BadParameter("export: --peek shows hidden states; finish this game first")
-    return controller.run_cli_words(["export", *words]) or written
+    return controller.run_command_words(["export", *words]) or written
 
 
 def watch_algorithm(controller: GameController, argument: str) -> str:
@@ -224,19 +224,19 @@ def watch_algorithm(controller: GameController, argument: str) -> str:
 
     On the full screen the steps are shown one at a key; elsewhere the last ones are returned.
     """
-    words = split_words(argument)
+    words = split_shell_words(argument)
     if len(words) > 1 or not controller.has_game:
-        return controller.run_cli_words(["watch", *words, "--plain"])
-    from dmplay.game.watching import watch_game
+        return controller.run_command_words(["watch", *words, "--plain"])
+    from dmplay.game.watching import make_game_steps
 
-    watched = watch_game(controller.game, *words)
+    watched = make_game_steps(controller.game, *words)
     if controller.open_viewer:
         return controller.open_viewer(watched)
     from dmplay.ui.watch.step_lines import format_last_steps
 
     return run_cancellable(
         TaskInfo(f"running {watched.algorithm.name}"),
-        lambda: format_reply(format_last_steps(watched)),
+        lambda: make_reply(format_last_steps(watched)),
     )
 
 

@@ -39,12 +39,12 @@ def iter_lines(watched: WatchedSteps, index: int | None = None) -> Iterator[str]
     """Yield all steps as lines of text, the last one with its pictures in words, or only one."""
     if index is not None:
         step = watched.steps[index]
-        yield _join(format_step_lines(index + 1, step, watched.problem, pictures=True))
+        yield _join_lines(format_step_lines(index + 1, step, watched.problem, pictures=True))
         return
     yield f"{watched.title}: {watched.algorithm.description} ({watched.algorithm.source}).\n"
     for number, step in enumerate(watched.iter_steps(), 1):
         is_last = watched.compute_until(number) < number
-        yield _join(format_step_lines(number, step, watched.problem, pictures=is_last))
+        yield _join_lines(format_step_lines(number, step, watched.problem, pictures=is_last))
 
 
 def format_last_steps(watched: WatchedSteps) -> list[str]:
@@ -60,7 +60,7 @@ def format_last_steps(watched: WatchedSteps) -> list[str]:
     return lines
 
 
-def _join(lines: Iterable[str]) -> str:
+def _join_lines(lines: Iterable[str]) -> str:
     """Return lines as one text that ends with a line feed."""
     return "".join(f"{line}\n" for line in lines)
 

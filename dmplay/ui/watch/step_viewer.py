@@ -149,7 +149,9 @@ class StepViewer:
         elif typed and key == "backspace":
             self._typed_number = typed[:-1]
         elif typed and key == "enter":
-            self._index = self._compute(lambda: self.watched.find_typed_step(int(typed)))
+            self._index = self._compute_cancellably(
+                lambda: self.watched.find_typed_step(int(typed))
+            )
         elif typed and key == "escape":
             return
         else:
@@ -159,13 +161,13 @@ class StepViewer:
             elif key.isprintable():
                 self.message = f"{key}: no such key; ? lists the keys"
 
-    def _compute(self, compute: Callable[[], int]) -> int:
+    def _compute_cancellably(self, compute: Callable[[], int]) -> int:
         """Return the result of a computation of steps that the user can cancel."""
         return run_cancellable(STEP_TASK, compute)
 
     def show_step(self, index: int) -> None:
         """Show the step with an index, or the last one if there are fewer."""
-        self._index = self._compute(lambda: self.watched.compute_until(index))
+        self._index = self._compute_cancellably(lambda: self.watched.compute_until(index))
 
     def show_next_step(self) -> None:
         """Show the next step; at the last one, stop playing."""
@@ -188,7 +190,7 @@ class StepViewer:
     def show_last_step(self) -> None:
         """Compute all steps and show the last one."""
         self.is_playing = False
-        self._index = self._compute(lambda: len(list(self.watched.iter_steps())) - 1)
+        self._index = self._compute_cancellably(lambda: len(list(self.watched.iter_steps())) - 1)
 
     def toggle_play(self) -> None:
         """Start or stop playing; at the last step, start again at the first one."""

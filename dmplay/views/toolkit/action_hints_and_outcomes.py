@@ -71,7 +71,7 @@ def format_regret(options: DrawOptions, action: int, width: int = 6) -> str:
     return EQUALLY_GOOD_LABEL if is_other_suggested and has_space else BEST_LABEL[:width]
 
 
-def format_less(regret_text: str) -> str:
+def format_as_loss(regret_text: str) -> str:
     """Return the text of a regret in words: `-0.31` becomes `0.31 less`."""
     number = regret_text.removeprefix("-")
     return regret_text if number == regret_text else f"{number} less"

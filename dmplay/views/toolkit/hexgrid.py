@@ -19,8 +19,8 @@ from dmplay.core.hexgrid import DIRECTIONS, Hex, format_hex, hex_neighbours, pat
 from dmplay.core.text import format_count
 from dmplay.views.protocol import DrawOptions, Forecast
 from dmplay.views.toolkit.action_hints_and_outcomes import (
+    format_as_loss,
     format_condition,
-    format_less,
     format_regret,
     format_regret_bar,
     sort_regrets,
@@ -281,7 +281,7 @@ def make_direction_cell(options: DrawOptions, direction: int, size: HexSize) -> 
     style = "bold green" if is_best else "green"
     if size.text_rows > 1:
         if columns >= WORD_COLUMNS:
-            regret_text = format_less(format_regret(options, direction, columns - len("less")))
+            regret_text = format_as_loss(format_regret(options, direction, columns - len("less")))
         bar = format_regret_bar(options, direction, columns - 2).ljust(columns - 2)
         return HexCell(key if is_best else f"{key} {bar}", regret_text, style=style)
     mark = f"{key}*" if is_best else key + format_regret_bar(options, direction, 1)
@@ -344,7 +344,7 @@ def describe_neighbours(
     ]
 
 
-def append_hex(move_text: str, hex_: Hex) -> str:
+def append_position(move_text: str, hex_: Hex) -> str:
     """Return the result of a move with the hex after it: `moved NE to (1,2)`, `stayed at (1,2)`."""
     has_moved = move_text.rpartition(", ")[2].startswith("moved")
     return f"{move_text} {'to' if has_moved else 'at'} {format_hex(hex_)}"

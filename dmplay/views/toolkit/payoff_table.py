@@ -10,7 +10,7 @@ from dmplay.core.session import View
 from dmplay.core.text import format_number
 from dmplay.views.protocol import DrawOptions
 from dmplay.views.toolkit.action_hints_and_outcomes import (
-    format_less,
+    format_as_loss,
     format_regret,
     format_regret_rows,
     iter_with_and_without_rows,
@@ -121,7 +121,7 @@ def _draw_table_with_agent_names(
     canvas.write_text(0, 1, row_agent if len(row_agent) <= ROW_LABEL_COLUMNS else names[0])
     canvas.write_text(ROW_LABEL_COLUMNS + 2, 0, column_agent)
     own_actions = range(len(problem.actions[view.seat]))
-    regret_texts = [format_less(format_regret(options, action)) for action in own_actions]
+    regret_texts = [format_as_loss(format_regret(options, action)) for action in own_actions]
     for j, name in enumerate(columns):
         x = ROW_LABEL_COLUMNS + (CELL_COLUMNS + 1) * j
         _draw_action_label(canvas, x + 1, 1, name, is_last_choice=j == last_column)

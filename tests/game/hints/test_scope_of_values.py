@@ -246,13 +246,13 @@ def test_listed_values_say_what_they_are_about() -> None:
     session = Session(dmplay.load_problem(BABY), dmplay.SeededUniforms(5), turn_limit=300)
     assert (
         HintProvider(session, AdviceQuestion.of_session(session, 0))
-        .list_values()
+        .format_values()
         .full_values_text.startswith("exact values (turn limit ignored): feed ")
     )
     session = Session(dmplay.load_problem(BABY), dmplay.SeededUniforms(5))
     assert (
         HintProvider(session, AdviceQuestion.of_session(session, 0))
-        .list_values()
+        .format_values()
         .full_values_text.startswith("exact values (20 turns left): feed ")
     )
 
@@ -342,7 +342,9 @@ def test_hint_values_and_review_name_the_other_players(
     assert by.partition(", belief ")[0] == f"hint by best-response (2 turns left, {players}"
     is_real = players.startswith(("against", "with"))
     name = "exact values" if is_real else "conditional values"
-    assert provider.list_values().full_values_text.startswith(f"{name} (2 turns left, {players}): ")
+    assert provider.format_values().full_values_text.startswith(
+        f"{name} (2 turns left, {players}): "
+    )
     reviewed = [*review_actions(session, [AdviceQuestion.of_session(session, 0, seats)])]
     assert [move.about for move in reviewed] == [
         f"2 turns left, {players}",

@@ -68,12 +68,12 @@ def make_provider(folder: Path, name: str) -> HintProvider:
 def test_the_values_of_a_users_agent_are_called_as_it_says(
     name: str, text: str, tmp_path: Path
 ) -> None:
-    assert make_provider(tmp_path, name).list_values().full_values_text == text
+    assert make_provider(tmp_path, name).format_values().full_values_text == text
 
 
 def test_a_users_basis_of_the_wrong_kind_is_named(tmp_path: Path) -> None:
     with pytest.raises(BadParameter, match=r"^Mistaken\.values_basis: got 'estimated values', "):
-        make_provider(tmp_path, "mistaken").list_values()
+        make_provider(tmp_path, "mistaken").format_values()
 
 
 @pytest.mark.parametrize("turns", [None, 3])
@@ -91,7 +91,7 @@ def test_every_agent_has_a_basis_whose_words_are_on_the_screen(
     session = Session(problem, dmplay.SeededUniforms(7), turn_limit=turns)
     provider = HintProvider(session, question)
     with limit_total_work(WORK_LIMIT):
-        text = provider.list_values().full_values_text
+        text = provider.format_values().full_values_text
         game = provider.describe_game()
         basis = provider.values_basis
     assert basis.turns_scope in game

@@ -29,7 +29,7 @@ from dmplay.ui.screen.frame import compose_frame
 from dmplay.ui.screen.frame_state import FrameState, Viewport
 from dmplay.ui.screen.key_handlers import handle_key as do
 from dmplay.ui.screen.modes import Mode
-from dmplay.ui.screen.play_operations import autoplay_rate, autoplay_turn, turns_per_beat
+from dmplay.ui.screen.play_operations import autoplay_turn, count_turns_per_beat, get_autoplay_rate
 from dmplay.ui.screen.play_screen import PlayScreen
 from dmplay.ui.screen.text_wrapping import format_panel, wrap_lines
 from dmplay.ui.shell.commands import COMMANDS, run_line
@@ -427,15 +427,15 @@ def test_a_high_speed_plays_several_turns_between_two_frames() -> None:
         Terminal(True, "", True, False, False),
         speed=300.0,
     )
-    assert autoplay_rate(screen) == 30
+    assert get_autoplay_rate(screen) == 30
     autoplay_turn(screen)
     assert len(screen.game.session.turns) == 10
     screen.speed = 2.0
-    assert autoplay_rate(screen) == 2
+    assert get_autoplay_rate(screen) == 2
     autoplay_turn(screen)
     assert len(screen.game.session.turns) == 11
     screen.speed = 1e6
-    assert turns_per_beat(screen) == 200
+    assert count_turns_per_beat(screen) == 200
 
 
 def test_fast_play_stops_at_the_end_of_the_game() -> None:

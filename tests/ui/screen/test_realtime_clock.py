@@ -4,7 +4,7 @@ from dmplay.game.game_series import GameController
 from dmplay.terminal.capabilities import Terminal
 from dmplay.ui.screen.frame_state import Viewport
 from dmplay.ui.screen.key_handlers import handle_key
-from dmplay.ui.screen.play_operations import clock_rate, tick_clock
+from dmplay.ui.screen.play_operations import get_clock_rate, tick_clock
 from dmplay.ui.screen.play_screen import PlayScreen
 from dmplay.ui.screen.realtime_clock import CLOCK_START_HINT
 from tests.support.screens import make_game
@@ -63,11 +63,11 @@ def test_the_clock_starts_at_a_tenth_of_its_speed_and_speeds_up() -> None:
     play_screen = make_screen_after_keys("left")
     for _ in range(3):
         tick_clock(play_screen)
-    paces = [clock_rate(play_screen)]
+    paces = [get_clock_rate(play_screen)]
     for turn in range(40):
         handle_key(play_screen, "left" if turn % 2 else "right")
         tick_clock(play_screen)
-        paces.append(clock_rate(play_screen))
+        paces.append(get_clock_rate(play_screen))
     assert paces[0] == 5.0
     assert paces == sorted(paces)
     assert count_turns(play_screen) > 10
