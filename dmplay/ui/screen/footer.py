@@ -72,7 +72,7 @@ def format_footer(
     if frame_state.is_picture:  # A hint's ranking of the actions stays.
         is_ranked = frame_state.hint and game.choosing_seat is not None
         forms = _iter_key_rows(game, frame_state.hint) if is_ranked else [Text("")]
-        return _fit_footer(forms, [""], viewport)
+        return _join_fitting_keys(forms, [""], viewport)
     # A replayed transcript never counts as over, because the player can step back in it.
     has_ended = game.request is not None and game.session.over
     uses_game_over_keys = bool(frame_state.is_lookback or has_ended)
