@@ -358,8 +358,8 @@ class _ValueExplainer:
         totals = [parts.outcome_total(outcome) for outcome in parts.outcomes]
         name, worst, best = self._format_action(parts.action), min(totals), max(totals)
         text = (
-            f"depending on the choice of {others}, {name} is {self._value_verb} {self._format(worst)} "
-            f"to {self._format(best)}"
+            f"depending on the choice of {others}, {name} is {self._value_verb} "
+            f"{self._format(worst)} to {self._format(best)}"
         )
         likeliest, second = parts.outcomes[:2]
         if likeliest.probability > second.probability + MIN_LEAD and _is_short(likeliest.label):
