@@ -38,6 +38,7 @@ After a wrong answer, dmplay shows with numbers why it is wrong, and you try aga
 'dmplay guide lessons' explains how to write your own lessons.
 
 \b
+  dmplay learn first            play a first game that explains itself
   dmplay learn                  list the lessons and your progress
   dmplay learn 8                open lesson 8
   dmplay learn ./week3/         list the lessons in a folder
@@ -61,7 +62,7 @@ def _complete_lessons(incomplete: str) -> list[str]:
     from dmplay.tutor.lesson_list import list_builtin_paths
 
     stems = [path.stem.partition("-") for path in list_builtin_paths()]
-    words = [word for number, _, name in stems for word in (number.lstrip("0"), name)]
+    words = ["first", *(word for number, _, name in stems for word in (number.lstrip("0"), name))]
     return [word for word in words if word.startswith(incomplete)]
 
 

@@ -59,7 +59,7 @@ def _run_user_interface(
     terminal = current_terminal(result.terminal_options)
     match result:
         case results.LearnCommand():
-            return lesson_player.play_lesson(terminal, result)
+            return lesson_player.play_lesson(terminal, result, interpret_command)
         case results.PuzzleCommand():
             return question_player.play_puzzle(terminal, result)
         case results.MistakesCommand():

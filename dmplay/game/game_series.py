@@ -46,7 +46,7 @@ class GameController:
         # called between turns that need no player
         self.on_intermediate_turn: Callable[[], object] = lambda: None
         # runs CLI words; called at each end
-        self._cli_interpreter, self._on_game_end = cli_interpreter, on_game_end
+        self.cli_interpreter, self._on_game_end = cli_interpreter, on_game_end
         self._game: Game | None = None
         self._game_key: GameKey | None = None  # the key of the current game
         self._disclosed_games: set[GameKey] = set()  # games whose hidden information was shown
@@ -240,9 +240,9 @@ class GameController:
 
     def run_command_words(self, words: Sequence[str]) -> str:
         """Run words of the command line: play the game and return '', or return the report."""
-        if self._cli_interpreter is None:
+        if self.cli_interpreter is None:
             raise BadParameter(f"{words[0]}: not available here; run it from the command line")
-        interpreter = self._cli_interpreter
+        interpreter = self.cli_interpreter
         result = run_cancellable(TaskInfo(f"running {words[0]}"), lambda: interpreter(words))
         if isinstance(result, str):
             return Page(result)

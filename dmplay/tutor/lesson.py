@@ -1,8 +1,12 @@
 """A lesson: its steps, the position of each step, and what the player does there."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:  # A list of lessons needs no arrays.
+    from dmplay.core.session import Session
 
 
 @dataclass(frozen=True)
@@ -44,6 +48,31 @@ class Prediction:
     watch_first: bool = False  # whether it can be watched before the answer instead
 
 
+PLAYING, OVER, LOOKING_BACK = "playing", "over", "looking back"  # the phases of a game
+
+
+@dataclass(frozen=True)
+class ScreenNote:
+    """A sentence above the board, for one phase of a game and for some of its moments."""
+
+    text: str
+    when: str = PLAYING
+    turns_at_least: int = 0
+    at: tuple[str, ...] = ()  # the states in which it is shown; () for all
+
+
+def find_note(notes: Sequence[ScreenNote], session: "Session", phase: str) -> str:
+    """Return the text of the last note that fits the moment of a game; '' if none does."""
+    fitting = (
+        note.text
+        for note in reversed(notes)
+        if note.when == phase
+        and note.turns_at_least <= len(session.turns)
+        and (not note.at or session.problem.format_state(session.state) in note.at)
+    )
+    return next(fitting, "")
+
+
 @dataclass(frozen=True)
 class GameTask:
     """A game to play, and the conditions that the finished game must satisfy."""
@@ -62,6 +91,8 @@ class GameTask:
     choices_at_most: Mapping[str, int] = field(default_factory=dict)  # maximum number of each
     shows_belief: bool = True  # whether the screen shows the player's belief, if states are hidden
     strict: bool = False  # whether undo and new random numbers are forbidden
+    # With notes, it is a usual game, with its verdict and a look back.
+    notes: tuple[ScreenNote, ...] = ()
 
     @property
     def strictness(self) -> bool | str:
@@ -93,6 +124,11 @@ class TutorLesson:
     steps: tuple[LessonStep, ...]
     is_builtin: bool = False
     step_keys: tuple[str, ...] = ()  # of its steps in the file of progress
+
+    @property
+    def label(self) -> str:
+        """The words for the lesson in a sentence; the first game, of number 0, is no lesson."""
+        return f"lesson {self.number}" if self.number or not self.is_builtin else self.title
 
     @property
     def name(self) -> str:

@@ -3,7 +3,7 @@
 import inspect
 import math
 import unicodedata
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from difflib import get_close_matches
 from functools import partial
@@ -14,11 +14,15 @@ from dmplay.core.toml_files import read_toml
 from dmplay.errors import BadParameter, DmplayError, UnknownName
 from dmplay.registry.problems import LoadedProblem, resolve_problem
 from dmplay.tutor.lesson import (
+    LOOKING_BACK,
+    OVER,
+    PLAYING,
     GameTask,
     LessonStep,
     PositionText,
     Prediction,
     QuantityCall,
+    ScreenNote,
     TutorLesson,
 )
 from dmplay.tutor.progress import make_step_keys
@@ -41,6 +45,7 @@ EXAMPLES: Mapping[str, str] = {
     "outcome": '"(2,0)"', "exit_state": '"(9,0)"', "observation": '"crying"', "below": '"ignore"',
     "above": '"feed"', "watch": '"value-iteration"', "reaches": '"(9,0)"', "beats": '"optimal"',
 }  # fmt: skip
+GAME_PHASES = (PLAYING, OVER, LOOKING_BACK)
 POSITION_KEYS = ("problem", "parameters", "seed", "turns", "seats", "after")
 
 
@@ -341,6 +346,23 @@ def _read_argument(table: TableReader, name: str, annotation: object) -> object:
     return None if value is None else str(value)
 
 
+def _read_notes(table: TableReader) -> Iterator[ScreenNote]:
+    """Yield the notes that a game shows above the board."""
+    note_tables = table.pop_value("notes", list, "tables [[steps.play.notes]]") or []
+    assert isinstance(note_tables, list)
+    for index, data in enumerate(note_tables, 1):
+        location = f"{table.location}.notes[{index}]"
+        if not isinstance(data, dict):
+            raise BadParameter(f"{location}: got {data!r}, expected a table")
+        note = TableReader(data, location)
+        phase = note.read_text("when", PLAYING)
+        if phase not in GAME_PHASES:
+            raise UnknownName("phase", phase, GAME_PHASES, f"{location}.when")
+        turns = note.read_whole_number("turns_at_least") or 0
+        yield ScreenNote(note.read_sentence("text"), phase, turns, note.read_texts("at"))
+        note.check_all_read()
+
+
 def _read_game_task(data: Mapping[str, object], location: str) -> GameTask:
     """Return the game to play and its conditions; raise BadParameter if it has none."""
     table = TableReader(data, location)
@@ -360,9 +382,10 @@ def _read_game_task(data: Mapping[str, object], location: str) -> GameTask:
         choices_at_most=table.read_count_table("choices_at_most"),
         shows_belief=table.read_switch("belief", default=True),
         strict=table.read_switch("strict"),
+        notes=tuple(_read_notes(table)),
     )
     table.check_all_read()
-    settings = {"goal", "margin", "shows_belief"}
+    settings = {"goal", "margin", "shows_belief", "notes"}
     conditions = [value for name, value in vars(task).items() if name not in settings]
     if all(value is None or value is False or value in UNSET_CONDITIONS for value in conditions):
         raise BadParameter(f"{location}: expected a condition, such as ends = true")

@@ -8,10 +8,11 @@ from typing import Any, NamedTuple
 from dmplay.core.toml_files import read_toml
 from dmplay.errors import BadParameter, DmplayError, UnknownName
 from dmplay.tutor.lesson import TutorLesson, extract_lesson_name
-from dmplay.tutor.progress import make_step_keys
+from dmplay.tutor.progress import load_progress, make_step_keys
 
 BUILTIN_FOLDER = Path(__file__).parent / "lessons"
 LESSON_SUFFIX = ".toml"
+FIRST_GAME_PATH = BUILTIN_FOLDER / f"first{LESSON_SUFFIX}"
 SETTINGS_FILE = "dmplay.toml"  # may be in a folder of lessons, and is none
 
 
@@ -39,22 +40,35 @@ class LessonSet(NamedTuple):
 
 
 def list_builtin_paths() -> list[Path]:
-    """Return the files of the built-in lessons, by number."""
-    return sorted(BUILTIN_FOLDER.glob(f"*{LESSON_SUFFIX}"))
+    """Return the files of the built-in lessons, by number; the first game has none."""
+    return sorted(BUILTIN_FOLDER.glob(f"[0-9]*{LESSON_SUFFIX}"))
 
 
 def list_builtin_outlines() -> list[LessonOutline]:
     """Return the outlines of the built-in lessons, by number, without their quantities."""
-    outlines = []
-    for path in list_builtin_paths():
-        table = read_toml(path)
-        facts: Any = (table[key] for key in ("title", "chapter", "minutes"))
-        step_keys, name = make_step_keys(table, path.parent), extract_lesson_name(path)
-        title, chapter, minutes = facts
-        outlines.append(
-            LessonOutline(_lesson_number(path, 0), title, chapter, minutes, step_keys, name)
-        )
-    return outlines
+    return [*map(_read_outline, list_builtin_paths())]
+
+
+def find_unplayed_first_game() -> LessonOutline | None:
+    """Return the lesson of a first game, which the screen explains; None once it is finished."""
+    lesson = _read_outline(FIRST_GAME_PATH)
+    return None if load_progress(lesson).is_finished else lesson
+
+
+def load_first_game() -> TutorLesson:
+    """Return the lesson of a first game, which is none of the numbered lessons."""
+    from dmplay.tutor.lesson_file_reader import read_lesson  # imports the solvers
+
+    return read_lesson(FIRST_GAME_PATH, 0, is_builtin=True)
+
+
+def _read_outline(path: Path) -> LessonOutline:
+    """Return the outline of a built-in lesson."""
+    table = read_toml(path)
+    facts: Any = (table[key] for key in ("title", "chapter", "minutes"))
+    step_keys, name = make_step_keys(table, path.parent), extract_lesson_name(path)
+    title, chapter, minutes = facts
+    return LessonOutline(_lesson_number(path, 0), title, chapter, minutes, step_keys, name)
 
 
 def load_builtin_lessons() -> list[TutorLesson]:
@@ -100,6 +114,8 @@ def find_lesson(lesson_set: LessonSet, word: str) -> TutorLesson:
     BadParameter if the word is a folder of lessons.
     """
     lessons, faults = lesson_set
+    if word == FIRST_GAME_PATH.stem and lessons[0].is_builtin:
+        return load_first_game()
     for lesson in lessons:
         if word in {str(lesson.number), lesson.name, lesson.path.stem}:
             return lesson

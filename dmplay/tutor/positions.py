@@ -182,12 +182,15 @@ def make_game_request(
 ) -> GameRequest:
     """Return the request for the game of a task, which begins like a position.
 
-    Raise BadParameter if the task hides the belief, and the problem's view cannot be drawn so.
+    Raise BadParameter if the task hides the belief, and the problem's view cannot be drawn so, or
+    if a note would tell the hidden state.
     """
     loaded = _load_problem(position, folder, trusted=trusted)
     players = _choose_players(loaded.problem, position, trusted=trusted)
     if not task.shows_belief and getattr(load_view_module(loaded.problem), "NEEDS_BELIEF", False):
         raise BadParameter(f"belief: the board of {loaded.name} always shows it")
+    if loaded.problem.partially_observable and any(note.at for note in task.notes):
+        raise BadParameter("notes: at: the states are hidden; leave it out")
     seats = [
         f"{name}={player}" for name, player in zip(loaded.problem.agents, players, strict=True)
     ]
@@ -202,6 +205,6 @@ def make_game_request(
         request,
         settings=format_settings(position.parameters),
         seats=seats[1:],
-        lesson_goal=f"goal: {task.goal}",
+        lesson_goal="" if task.notes else f"goal: {task.goal}",
         shows_belief=task.shows_belief,
     )

@@ -18,7 +18,7 @@ STEPS, OLD_LESSONS = "steps", "lessons"  # sections of the file; older versions 
 QUESTIONS = "questions"  # the section of puzzles and mistakes
 MAX_RIGHT_ANSWERS = 3  # since the last miss of a question, after which it does not return
 # Keys of a step's tables that change its words or its display, and not its question.
-WORDING_KEYS = ("goal", "result", "tolerance", "board", "belief", "watch", "watch_first")
+WORDING_KEYS = ("goal", "result", "tolerance", "board", "belief", "watch", "watch_first", "notes")
 DEFAULT_VALUES: Mapping[str, object] = {"seed": 0, "parameters": {}, "seats": {}, "after": []}
 KEY_DIGITS = 16
 

@@ -31,7 +31,7 @@ dmplay {__version__}: play decision problems with typed commands
 list shows the problems, play hexworld starts one,
 help explains the commands, Ctrl-D quits"""
 # shown once, at the first start
-FIRST_GAME_ADVICE = "new here? Enter plays the marked problem; there Tab shows a hint, ? help"
+FIRST_GAME_ADVICE = "new here? Enter starts your first game, which says what to do"
 FIRST_COMMAND_ADVICE = "new here? begin with play hexworld; in a game, hint suggests an action"
 
 
@@ -146,11 +146,11 @@ def _run_gallery_choice(shell: Shell, gallery: Gallery, words: Sequence[str]) ->
     return code
 
 
-def _run_gallery_lesson(shell: Shell, gallery: Gallery, number: str) -> int:
+def _run_gallery_lesson(shell: Shell, gallery: Gallery, word: str) -> int:
     """Run a lesson and wait for Enter, so that its last lines can be read; return the exit code."""
     from dmplay.ui.lessons.lesson_player import play_lesson
 
-    code = play_lesson(shell.terminal, LearnCommand(number))
+    code = play_lesson(shell.terminal, LearnCommand(word), shell.controller.cli_interpreter)
     read_line("Enter goes back to the list of problems> ", sys.stdin)
     gallery.return_from_lesson()
     return code

@@ -8,7 +8,8 @@ from dmplay.cli import learn
 
 
 def test_numbers_and_names_of_lessons_are_completed() -> None:
-    assert learn._complete_lessons("1") == ["1", *map(str, range(10, 19))]
+    assert learn._complete_lessons("1") == ["1", *map(str, range(10, 18))]
+    assert learn._complete_lessons("fi") == ["first", "first-walk"]
     assert learn._complete_lessons("co") == ["collision-course"]
 
 

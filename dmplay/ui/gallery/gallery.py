@@ -17,7 +17,7 @@ from dmplay.terminal.capabilities import Terminal
 from dmplay.terminal.painter import Painter, ScreenPosition
 from dmplay.terminal.styles import to_rich_text
 from dmplay.transcript.reader import TranscriptOutline
-from dmplay.tutor.lesson_list import list_builtin_outlines
+from dmplay.tutor.lesson_list import find_unplayed_first_game, list_builtin_outlines
 from dmplay.tutor.progress import find_next_lesson, format_finished_count, load_all_progress
 from dmplay.ui.gallery.preview import ProblemPreview, make_preview, wrap_text, your_game_rows
 from dmplay.ui.gallery.problem_entries import ProblemEntry
@@ -29,6 +29,10 @@ MIN_PREVIEW_COLUMNS = 40  # columns that a preview needs
 MIN_PREVIEW_ROWS = 16  # rows from which a preview is shown
 CHROME_ROWS = 3  # rows of title, message and keys
 SHELL_COMMAND = ("shell",)
+FIRST_GAME_PREVIEW = (
+    "Enter starts a game of three minutes. While you play, rows above the board say what to do. "
+    "It is shown here until you have finished it."
+)
 LESSON_COMMAND = "learn"  # the first word of a command that opens a lesson
 
 
@@ -59,20 +63,29 @@ class Gallery:
         self._lesson_status = ""  # the number of finished lessons, and the next one
         self._next_lesson = ""  # its number; '' if all are finished
         self._games_loaded = False  # records, unfinished games and lessons were loaded
+        self._first_game = _list_first_game()
 
     @property
     def visible_entries(self) -> list[ProblemEntry]:
-        """The entries whose name or heading contains the filter text."""
+        """The entries whose name or heading contains the filter text; first the first game."""
         word = self._filter_text.lower()
+        entries = [*self._first_game, *self._entries]
         return [
-            entry for entry in self._entries if word in entry.name or word in entry.heading.lower()
+            entry
+            for entry in entries
+            if word in entry.name.lower() or word in entry.heading.lower()
         ]
 
     @property
-    def selected_problem(self) -> str:
-        """The name of the selected problem, '' if no entry is visible."""
+    def selected_entry(self) -> ProblemEntry:
+        """The selected entry, without name if no entry is visible."""
         entries = self.visible_entries
-        return entries[min(self._cursor_row, len(entries) - 1)].name if entries else ""
+        return entries[min(self._cursor_row, len(entries) - 1)] if entries else ProblemEntry("", "")
+
+    @property
+    def selected_problem(self) -> str:
+        """The name of the selected problem, '' if none is selected."""
+        return "" if self.selected_entry.lesson else self.selected_entry.name
 
     @property
     def daily_seed(self) -> int | None:
@@ -105,7 +118,8 @@ class Gallery:
     def _title_row(self, viewport: Viewport) -> Text:
         """Return the title row with the number of visible problems and the daily seed."""
         title = Text(" dmplay  ", style="bold")
-        status = f"{format_count(len(self.visible_entries), 'problem')} "
+        problem_count = sum(not entry.lesson for entry in self.visible_entries)
+        status = f"{format_count(problem_count, 'problem')} "
         if self.daily_seed is None:
             return title.append(status, style="not bold")
         for words in ("game of the day: seed", "daily seed"):
@@ -137,7 +151,7 @@ class Gallery:
             if entry.heading != heading:
                 heading = entry.heading
                 rows.append(Text(f" {heading}", style="dim"))
-            is_selected = entry.name == self.selected_problem
+            is_selected = entry is self.selected_entry
             cursor_index = len(rows) if is_selected else cursor_index
             style = "bold reverse" if is_selected else ""
             rows.append(
@@ -152,6 +166,8 @@ class Gallery:
 
     def _format_preview(self, width: int, body_height: int) -> list[Text]:
         """Return the preview of the selected problem, or the reason why there is none."""
+        if self.selected_entry.lesson:
+            return [Text(self.selected_entry.name, "bold"), *wrap_text(FIRST_GAME_PREVIEW, width)]
         problem_preview = self._previews.get(self.selected_problem)
         if problem_preview is None:
             return []
@@ -188,8 +204,10 @@ class Gallery:
             return Text(f" {escape_unprintable(self.progress_message or self.message)}")
         if self._filter_text:
             return Text(f" filter {self._filter_text!r}; Esc shows all problems")
-        if _has_preview_space(viewport):
-            return Text(f" {self._lesson_status}" if self._lesson_status else "")
+        if _has_preview_space(viewport) or self.selected_entry.lesson:
+            is_narrow = not _has_preview_space(viewport)
+            status = FIRST_GAME_PREVIEW.partition(".")[0] if is_narrow else self._lesson_status
+            return Text(f" {status}" if status else "")
         problem_preview = self._previews.get(self.selected_problem)
         if isinstance(problem_preview, ProblemPreview) and self._help_page_index is None:
             goal, *_ = problem_preview.goal.split("; ")
@@ -296,13 +314,18 @@ class Gallery:
         self.move_cursor(pages * max(self._viewport.height - CHROME_ROWS - 1, 1))
 
     def quit_with_command(self, *words: str) -> None:
-        """Quit the gallery to run a CLI command, if a problem is selected or it is the shell."""
-        if self.selected_problem or words == SHELL_COMMAND:
+        """Quit the gallery to run a CLI command, if an entry is selected or it is the shell."""
+        if self.selected_entry.name or words == SHELL_COMMAND:
             self.pending_command = words
             raise PlayerQuit
 
     def play(self, *options: str) -> None:
-        """Quit the gallery to play the selected problem, with the ghost that was chosen for it."""
+        """Quit the gallery to play the selected problem, with the ghost that was chosen for it.
+
+        If the first game is selected, open it.
+        """
+        if self.selected_entry.lesson:
+            self.quit_with_command(LESSON_COMMAND, self.selected_entry.lesson)
         ghost = self._ghosts.get(self.selected_problem)
         ghost_words = ("--ghost", ghost) if ghost else ()
         self.quit_with_command("play", self.selected_problem, *options, *ghost_words)
@@ -365,7 +388,7 @@ class Gallery:
 
     def return_from_lesson(self) -> None:
         """Reload the player's games and lessons."""
-        self._games_loaded = False
+        self._games_loaded, self._first_game = False, _list_first_game()
 
     def return_from_game(self, game: Game) -> None:
         """Show the result of a game after returning from it, and reload the player's games."""
@@ -385,6 +408,12 @@ class Gallery:
     def may_take_long(self, key: str) -> bool:
         """Return True, because any key may show a problem that is not loaded yet."""
         return True
+
+
+def _list_first_game() -> list[ProblemEntry]:
+    """Return the entry of the first game, [] once it is finished."""
+    lesson = find_unplayed_first_game()
+    return [ProblemEntry(lesson.title, "Start here", lesson.name)] if lesson else []
 
 
 def _load_your_games() -> tuple[list[ProblemRecord], dict[str, TranscriptOutline]]:

@@ -23,10 +23,11 @@ SOURCE_PATTERN = re.compile(r"Source: appendix F\.(\d+)")
 
 
 class ProblemEntry(NamedTuple):
-    """A problem in the list, and the heading above it."""
+    """A problem in the list, and the heading above it; or the first game, which is a lesson."""
 
     name: str
     heading: str
+    lesson: str = ""  # its name
 
 
 def list_problem_entries() -> list[ProblemEntry]:

@@ -8,7 +8,7 @@ from typing import TextIO
 
 from dmplay.core.text import escape_newlines, format_count
 from dmplay.errors import BadParameter, DmplayError
-from dmplay.game.command_line_results import LearnCommand
+from dmplay.game.command_line_results import CliInterpreter, LearnCommand
 from dmplay.game.game import Game
 from dmplay.game.game_series import GameController
 from dmplay.game.game_setup import start_new_game
@@ -34,7 +34,9 @@ LEAVE_WORDS = ("quit", "q", "exit")
 GAME_HELP = "or type: hint, show, skip, quit"
 
 
-def play_lesson(terminal: Terminal, command: LearnCommand) -> int:
+def play_lesson(
+    terminal: Terminal, command: LearnCommand, cli_interpreter: CliInterpreter | None = None
+) -> int:
     """Run a lesson with the front end that the terminal allows, and return the exit code.
 
     It begins with the first step that is not finished, or with the first one if all are. After
@@ -50,6 +52,7 @@ def play_lesson(terminal: Terminal, command: LearnCommand) -> int:
         finished = [index for index, step in enumerate(results.steps) if step]
         run = LessonRun(lesson, results.first_open_step, finished, trusted=command.trusted)
         player = LessonPlayer(run, terminal, sys.stdin, lesson_set.lessons, command.source)
+        player.cli_interpreter = cli_interpreter
         code, lesson, restart = player.play(), player.next_lesson, False
     return code
 
@@ -86,12 +89,15 @@ class LessonPlayer(LineDialog):
         self._run = run
         self._lessons, self._source = lessons, source  # the list of this lesson
         self.next_lesson: TutorLesson | None = None  # the lesson that the player goes on to
+        # starts a game from a turn of a game with notes, which is a usual game
+        self.cli_interpreter: CliInterpreter | None = None
 
     def play(self) -> int:
         """Run the lesson from its current step, and return the exit code."""
         lesson = self._run.lesson
         minutes = format_count(lesson.minutes, "minute")
-        self._print_heading(f"lesson {lesson.number}: {lesson.title} (about {minutes})")
+        label = lesson.title if lesson.label == lesson.title else f"{lesson.label}: {lesson.title}"
+        self._print_heading(f"{label} (about {minutes})")
         try:
             with exit_on_signals():
                 while not self._run.is_over:
@@ -107,18 +113,19 @@ class LessonPlayer(LineDialog):
         run, lesson = self._run, self._run.lesson
         steps = format_count(len(lesson.steps), "step")
         if run.is_passed:
-            self._print_lines(f"lesson {lesson.number} is finished: all {steps} done.")
+            all_steps = f": all {steps} done" if len(lesson.steps) > 1 else ""
+            self._print_lines(f"{lesson.label} is finished{all_steps}.")
             self._offer_next_lesson()
             return 0
         path = escape_newlines(quote(str(lesson.path)))
-        word = str(lesson.number) if lesson.is_builtin else path
+        word = str(lesson.number or lesson.name) if lesson.is_builtin else path
         done = f"{len(run.finished_steps)} of {steps} done"
         if load_progress(lesson).is_finished:  # in an earlier run
             done += " this time"
             text = f"{done}. It was finished before: dmplay learn {word} starts at step 1."
         else:
             text = f"{done}. dmplay learn {word} continues."
-        self._print_lines(f"lesson {lesson.number} is not finished: {text}")
+        self._print_lines(f"{lesson.label} is not finished: {text}")
         is_script = not self._terminal.is_interactive and self._stdin.line_count > 0
         return NOT_FINISHED_EXIT_CODE if is_script else 0
 
@@ -169,8 +176,8 @@ class LessonPlayer(LineDialog):
 
     def _offer_next_lesson(self) -> None:
         """Name the next lesson that is not finished; on a terminal, Enter opens it."""
-        numbers = [lesson.number for lesson in self._lessons]
-        position = numbers.index(self._run.lesson.number) + 1
+        numbers = [0, *(lesson.number for lesson in self._lessons)]  # 0 of the first game
+        position = numbers.index(self._run.lesson.number)
         lessons = [*self._lessons[position:], *self._lessons[:position]]
         following = find_next_lesson(lessons, load_all_progress(lessons))
         if following is None:
@@ -259,8 +266,12 @@ class LessonPlayer(LineDialog):
         return None
 
     def _play_games(self, task: GameTask) -> None:
-        """Play the game of the step until it is passed, shown or skipped."""
-        if self._terminal.full_screen and not self._choose_next_game("start the game"):
+        """Play the game of the step until it is passed, shown or skipped.
+
+        A game with notes begins at once, as they say what to do.
+        """
+        asks_first = self._terminal.full_screen and not task.notes
+        if asks_first and not self._choose_next_game("start the game"):
             return
         while not self._play_game(task) and self._choose_next_game("play again"):
             pass
@@ -292,12 +303,18 @@ class LessonPlayer(LineDialog):
         game = start_new_game(request)
         for action in step.position.after:
             game.choose(game.problem.parse_action(game.viewing_seat, action))
+        if task.notes:
+            self._controller = GameController(cli_interpreter=self.cli_interpreter)
         self._controller.set_game(game)
         self._show_game()
         session = self._controller.game.session
+        if task.notes and game.session.end_reason in NATURAL_END_REASONS:
+            session = game.session  # Another game may follow it on the screen.
         self._controller.end_game()
         if session.end_reason not in NATURAL_END_REASONS:
             self._print_lines("the game was left before its end.")
+            if task.notes:  # for a beginner, who cannot know what else to type
+                raise DialogLeft
             return False
         if not run.is_game_of_step(session):
             self._print_lines("this was another game than the one of this step.")
@@ -307,7 +324,8 @@ class LessonPlayer(LineDialog):
     def _show_game(self) -> None:
         """Run the current game with the front end that the terminal allows."""
         if self._terminal.full_screen:
-            code = run_full_screen(PlayScreen(self._controller, self._terminal))
+            notes = task.notes if isinstance(task := self._run.step.task, GameTask) else ()
+            code = run_full_screen(PlayScreen(self._controller, self._terminal, notes=notes))
             if code:
                 raise SystemExit(code)
             self._print_lines(self._controller.game.narrator.describe_result())

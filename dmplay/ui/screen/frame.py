@@ -22,6 +22,7 @@ from dmplay.views.toolkit.canvas import measure_text, split_styled_rows
 
 # rows from which the screen has a board; rows from which the goal has its own row
 MIN_BOARD_ROWS, MIN_GOAL_ROWS = 4, 20
+MIN_NOTE_SCREEN_ROWS = 10  # rows that a screen needs besides the note of a lesson
 OTHER_PAGE_ROWS = 4  # rows of the title, the message and the keys; a blank row above the board
 MAX_LOG_ROWS_BELOW = 8  # maximum rows of the log below the board while the game goes on
 MIN_SIDE_LOG_SCREEN_COLUMNS = 100  # screen columns from which the log is beside the board
@@ -52,7 +53,8 @@ class Frame:
     ) -> None:
         self._game, self._viewport, self._state, self._log = game, viewport, frame_state, log
         self._snapshot = snapshot or game.snapshot()
-        self._body_height = viewport.height - 3 - has_goal_row(viewport)  # rows of board and log
+        self._goal_rows = self._compose_goal_rows()
+        self._body_height = viewport.height - 3 - len(self._goal_rows)  # rows of board and log
         long = len(frame_state.message) >= viewport.width and not (
             frame_state.page_rows or frame_state.handover_agent
         )
@@ -193,10 +195,17 @@ class Frame:
             return [page]
         return [page, [BLANK_ROW], split_styled_rows(board.plain, board.spans)]
 
-    def _goal_rows(self, snapshot: SeatSnapshot) -> list[ScreenLine]:
-        """Return the goal row as a list, or [] if the goal has no row of its own."""
+    def _compose_goal_rows(self) -> list[ScreenLine]:
+        """Return the goal row as a list, or [] if the goal has no row of its own.
+
+        A note of a lesson takes its place, if it leaves enough rows for a board.
+        """
+        if self._state.note:
+            rows = wrap_lines([escape_unprintable(self._state.note)], self._viewport)
+            if self._viewport.height >= len(rows) + MIN_NOTE_SCREEN_ROWS:
+                return [((row, "bold"),) for row in rows]
         if has_goal_row(self._viewport):
-            return [heading.goal_row(self._game, snapshot, self._viewport)]
+            return [heading.goal_row(self._game, self._snapshot, self._viewport)]
         return []
 
     def _board_and_log_parts(self) -> list[ScreenRows]:
@@ -219,7 +228,7 @@ class Frame:
             return [layout.rows, log]
         rows = [*layout.rows]
         width = viewport.width - layout.log_viewport.width
-        first_row = has_goal_row(viewport) + self._body_height - layout.log_viewport.height
+        first_row = len(self._goal_rows) + self._body_height - layout.log_viewport.height
         rows += [" " * width] * (first_row + len(log) - len(rows))
         for index, line in enumerate(log, first_row):
             rows[index] = to_rich_text(rows[index]).copy().append_text(to_rich_text(line))
@@ -260,7 +269,7 @@ class Frame:
             *log,
             *message_rows,
         ]
-        return [self._goal_rows(snapshot), upper_rows, card, lower_rows]
+        return [self._goal_rows, upper_rows, card, lower_rows]
 
     def _too_small_parts(
         self, notice: TooSmallNotice, long_messages: list[str]
@@ -268,7 +277,7 @@ class Frame:
         """Return the notice that the board does not fit, then the log or the situation."""
         game, viewport, snapshot = self._game, self._viewport, self._snapshot
         log_viewport = Viewport(viewport.width, max(self._body_height - 1, 0), viewport.ascii_only)
-        top: ScreenRows = [*self._goal_rows(snapshot), notice]
+        top: ScreenRows = [*self._goal_rows, notice]
         if self._log or long_messages:
             return [
                 top,
@@ -282,11 +291,11 @@ class Frame:
 
     def _remaining_goal_lines(self, log_viewport: Viewport) -> list[str]:
         """Return the part of the goal that its row cannot hold, before the first turn; else []."""
-        game, viewport = self._game, self._viewport
-        if game.session.turns:
+        if self._game.session.turns:
             return []
+        has_row = bool(self._goal_rows) and not self._state.note
         return heading.remaining_goal_lines(
-            game, self._snapshot, viewport if has_goal_row(viewport) else None, log_viewport
+            self._game, self._snapshot, self._viewport if has_row else None, log_viewport
         )
 
     def _compute_layout(self, snapshot: SeatSnapshot) -> "_BoardLayout | TooSmallNotice":
@@ -296,7 +305,7 @@ class Frame:
         below.
         """
         viewport, body_height = self._viewport, self._body_height
-        panel_facts, goal_rows = self._panel_facts(snapshot), self._goal_rows(snapshot)
+        panel_facts, goal_rows = self._panel_facts(snapshot), self._goal_rows
         if viewport.width >= MIN_SIDE_LOG_SCREEN_COLUMNS:
             board = self._draw_board(snapshot, viewport.width - MIN_LOG_COLUMNS, body_height)
             if not isinstance(board, TooSmallNotice):

@@ -21,6 +21,7 @@ from dmplay.game.playback import Playback
 from dmplay.registry.problems import is_built_in
 from dmplay.terminal.capabilities import Terminal
 from dmplay.terminal.painter import Painter
+from dmplay.tutor.lesson import LOOKING_BACK, OVER, PLAYING, ScreenNote, find_note
 from dmplay.ui.screen import frame
 from dmplay.ui.screen.event_log import EventLog
 from dmplay.ui.screen.footer import WHY_KEY_HELP, format_footer
@@ -59,6 +60,7 @@ class PlayScreen:
         terminal: Terminal,
         speed: float = 2.0,
         realtime_rate: float | None = None,
+        notes: Sequence[ScreenNote] = (),
     ) -> None:
         self.controller = controller
         controller.is_interactive = True
@@ -66,6 +68,7 @@ class PlayScreen:
         controller.open_viewer = self.open_viewer
         self.viewer: KeyDrivenScreen | None = None  # shows an algorithm in place of the game
         self.terminal = terminal
+        self._notes = notes  # what a lesson says about some moments of a game
         self.speed = speed  # turns per second in autoplay
         # turns per second in real time; None if each turn waits for a key
         self.realtime_rate = realtime_rate
@@ -176,6 +179,7 @@ class PlayScreen:
             motion_progress=self.animation.progress,
             best_return=self._best_return,
             show_coordinates=self.show_coordinates,
+            note=self._find_note() if self._notes else "",
         )
         if timeline:
             return state._replace(hint=timeline.move_hints, is_lookback=True)
@@ -183,6 +187,12 @@ class PlayScreen:
         return state._replace(
             hint=adviser.current_hint, typed_action=typed_action, forecast=adviser.current_forecast
         )
+
+    def _find_note(self) -> str:
+        """Return the note of a lesson about this moment; '' if there is none."""
+        session = self.game.session
+        phase = LOOKING_BACK if self.timeline else OVER if session.over else PLAYING
+        return find_note(self._notes, session, phase)
 
     @property
     def _shorten_message(self) -> str:

@@ -18,7 +18,8 @@ from dmplay.registry import problems
 from dmplay.registry.builtin_names import problem_names
 from dmplay.terminal.capabilities import Terminal as Way
 from dmplay.terminal.painter import Painter
-from dmplay.tutor.progress import current_day
+from dmplay.tutor.lesson_list import find_unplayed_first_game
+from dmplay.tutor.progress import PASSED, StepRecord, current_day, save_step
 from dmplay.ui.gallery import gallery as module
 from dmplay.ui.gallery.gallery import Gallery
 from dmplay.ui.gallery.problem_entries import (
@@ -63,8 +64,11 @@ VIEWPORT_SIZES = [
 
 @pytest.fixture(autouse=True)
 def working_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """The working folder, which also contains the saved games."""
+    """The working folder, which also contains the saved games; the first game was played."""
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
+    first_game = find_unplayed_first_game()
+    assert first_game
+    save_step(first_game, 0, StepRecord(PASSED, 1, 0))
     monkeypatch.chdir(tmp_path)
     warn_once.cache_clear()
     return tmp_path
@@ -134,7 +138,7 @@ def press_keys(*keys: str, size: tuple[int, int] = (80, 24)) -> KeyFeedingGaller
 def test_every_problem_is_listed_under_the_heading_of_its_kind() -> None:
     entries = list_problem_entries()
     assert sorted(entry.name for entry in entries) == sorted(problem_names())
-    for name, heading in entries:
+    for name, heading, _ in entries:
         kind = problems.load_problem(name).kind
         assert heading == KIND_HEADINGS[kind]
         assert f"({kind})" in heading
@@ -246,7 +250,7 @@ def test_a_filter_selects_by_name_or_kind_and_escape_clears_it() -> None:
     assert "filter 'HEX'; Esc shows all" in gallery.frames[-1]
     gallery = press_keys("/", *"pomdp")
     assert [entry.name for entry in gallery.visible_entries] == [
-        name for name, heading in list_problem_entries() if "POMDP" in heading
+        entry.name for entry in list_problem_entries() if "POMDP" in entry.heading
     ]
     assert "crying-baby" in gallery.frames[-1]
     gallery = press_keys("/", *"hexx", "backspace", "escape")
