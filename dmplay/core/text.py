@@ -55,6 +55,11 @@ def describe_end_reason(reason: str | None) -> str:
     return names.get(reason, reason) or "unfinished"
 
 
+def join_words(words: Sequence[str]) -> str:
+    """Return words joined by commas and a final "and"."""
+    return " and ".join(filter(None, (", ".join(words[:-1]), words[-1])))
+
+
 def format_count(number: float, noun: str, form: str = "") -> str:
     """Return a number in the given format with its noun: "1 turn", "2 turns"."""
     return append_noun(f"{number:{form}}", noun)

@@ -10,7 +10,7 @@ from dmplay.core.arrays import Reals
 from dmplay.core.best_actions import VALUE_TOLERANCE
 from dmplay.core.problem import ContinuousStates
 from dmplay.core.session import Session
-from dmplay.core.text import count_probability_decimals, format_score
+from dmplay.core.text import count_probability_decimals, format_score, join_words
 from dmplay.game.action_breakdown import (
     END_PREFIX,
     ActionBreakdown,
@@ -503,7 +503,7 @@ class _ValueExplainer:
                     reward = f"reward {format_score(item.outcome.reward)}, " * is_named_twice
                     entries.append(f"{text} ({reward}{100 * item.share:.0f} %{noun})")
                 start = "mainly because of" if main_count else "because of"
-                yield f", {start} {', '.join(entries[:-1])} and {entries[-1]}"
+                yield f", {start} {join_words(entries)}"
 
     def _describe_changed_belief(self, best: ActionBreakdown, other: ActionBreakdown) -> str:
         """Return a clause on the hidden state in which the actions differ most, '; '' if little."""

@@ -1,16 +1,23 @@
-"""Quantities of collision avoidance."""
+"""Reasons for advisories, and quantities of collision avoidance."""
+
+from collections.abc import Sequence
 
 import numpy as np
 
-from dmplay.core.arrays import Array
+from dmplay.core.arrays import Array, Reals
 from dmplay.core.problem import enumerate_possible_outcomes
+from dmplay.core.text import format_count, join_words
+from dmplay.game.hints.action_simulation import play_on
+from dmplay.game.position import Position
 from dmplay.tutor.positions import PositionInGame
 from dmplay.tutor.quantity import Quantity
 from dmplay.tutor.truth import Truth
 
-from .rules import COLLISION_DISTANCE, CollisionAvoidance
+from .rules import ADVISORY_CHANGE_COST, COLLISION_COST, COLLISION_DISTANCE, CollisionAvoidance
 
 MIDDLE_SHARE = (0.05, 0.95)  # of the heights between which 9 of 10 cases are
+SIMULATED_GAMES = 1000
+MIN_PROBABILITY = 0.001  # smaller probabilities are not told apart
 ROUND_DECIMALS = 9  # of states that differ by rounding errors only
 
 
@@ -24,23 +31,87 @@ def collision_probability(
     problem = position.problem
     assert isinstance(problem, CollisionAvoidance)
     index = int(problem.parse_action(position.seat, action))
-    states: Array = np.array([[height, rate, 0.0, float(seconds)]])
-    probabilities: Array = np.ones(1)
-    for _ in range(seconds):
-        rows, p, outcome = enumerate_possible_outcomes(
-            problem, states, np.full((len(states), 1), index)
-        )
-        states, places = np.unique(outcome.state.round(ROUND_DECIMALS), axis=0, return_inverse=True)
-        probabilities = np.bincount(places.ravel(), probabilities[rows] * p)
-    heights = states[:, 0]  # in ascending order
+    state: Array = np.array([height, rate, 0.0, float(seconds)])
+    heights, probabilities = _list_heights(problem, state, [index] * seconds)
     low, high = heights[probabilities.cumsum().searchsorted(MIDDLE_SHARE)]
     mean, low_text, high_text = (f"{x:.3g}" for x in (heights @ probabilities, low, high))
     middle = f"in at least 9 of 10 cases from {low_text} to {high_text} m"
     return Truth(
-        float(probabilities[np.abs(heights) < COLLISION_DISTANCE].sum()),
+        _sum_collisions(heights, probabilities),
         lambda _: f"the height at the pass is {mean} m on average, {middle}",
     )
 
 
+def _list_heights(
+    problem: CollisionAvoidance, s: Array, actions: Sequence[int]
+) -> tuple[Reals, Reals]:
+    """Return the possible heights after these advisories, ascending, and their probabilities."""
+    states: Array = s[None]
+    probabilities: Array = np.ones(1)
+    for action in actions:
+        rows, p, outcome = enumerate_possible_outcomes(
+            problem, states, np.full((len(states), 1), action)
+        )
+        states, places = np.unique(outcome.state.round(ROUND_DECIMALS), axis=0, return_inverse=True)
+        probabilities = np.bincount(places.ravel(), probabilities[rows] * p)
+    return states[:, 0], probabilities
+
+
+def _sum_collisions(heights: Reals, probabilities: Reals) -> float:
+    """Return the probability of a height at which the aircraft collide."""
+    return float(probabilities[np.abs(heights) < COLLISION_DISTANCE].sum())
+
+
+def _find_probability(problem: CollisionAvoidance, s: Array, plan: Sequence[int]) -> float:
+    """Return the probability of a collision after these advisories, one for each second."""
+    return _sum_collisions(*_list_heights(problem, s, plan))
+
+
+def give_reasons(position: Position, action: int) -> list[str]:
+    """Return the height at the pass, the probabilities of a collision, and the mean costs."""
+    problem, labels = position.problem, position.labels
+    assert isinstance(problem, CollisionAvoidance)
+    height, rate, _, seconds = position.state.tolist()
+    count = round(seconds)
+    if count <= 0:
+        return [f"You pass now at {abs(height):.0f} m: no advisory changes that any more."]
+    side = "above" if height + rate * count > 0 else "below"
+    pass_text = f"you pass {abs(height + rate * count):.0f} m {side} the intruder"
+    reasons = [
+        f"Without gusts and advisories {pass_text} in {format_count(count, 'second')}; "
+        f"a collision is under {COLLISION_DISTANCE:g} m."
+    ]
+    plans = [[advisory] * count for advisory in range(len(labels))]
+    chances = [_find_probability(problem, position.state, plan) for plan in plans]
+    change = f"each change of advice costs {ADVISORY_CHANGE_COST:g}"
+    if max(chances) < MIN_PROBABILITY:
+        reasons.append(
+            "Each advisory, kept until then, collides with a probability under "
+            f"{MIN_PROBABILITY:g}; {change}."
+        )
+    else:
+        texts = [f"{label} {number:.3f}" for label, number in zip(labels, chances, strict=True)]
+        probabilities = join_words(texts).replace(" ", " collides with probability ", 1)
+        reasons.append(f"Kept until then, {probabilities}.")
+    safest = int(np.argmin(chances))
+    if chances[action] - chances[safest] >= MIN_PROBABILITY and count > 1:
+        later = [action, *[safest] * (count - 1)]
+        probability = _find_probability(problem, position.state, later)
+        reasons.append(
+            f"One second of {labels[action]} and then {labels[safest]} gives {probability:.3f}; "
+            f"{change}, and a collision {COLLISION_COST:g}."
+        )
+    if position.agent is not None:
+        costs = 0.0 - play_on(position, SIMULATED_GAMES).returns.mean(axis=1)
+        pairs = zip(costs, labels, strict=True)
+        text = join_words([f"{cost:.4f} with {label}" for cost, label in pairs])
+        reasons.append(
+            f"If {position.agent.base_name} plays on, the mean cost of {SIMULATED_GAMES} simulated "
+            f"games is {text}."
+        )
+    return reasons
+
+
 ARGUMENT_BOUNDS = {"height": (-1e4, 1e4), "rate": (-1e3, 1e3), "seconds": (0, 40)}
+REASONS = give_reasons
 QUANTITIES = {"collision-probability": Quantity(collision_probability, ARGUMENT_BOUNDS)}

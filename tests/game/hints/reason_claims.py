@@ -130,6 +130,137 @@ def check_ends(session: Session, action: int, match: re.Match[str]) -> Iterator[
         yield clause == (f"{ends} after {turns}" if is_over else f"the game goes on for {turns}")
 
 
+# mountain-car
+
+
+def check_drive(session: Session, action: int, match: re.Match[str]) -> Iterator[bool]:
+    """Yield whether an action changes the speed as a sentence says."""
+    motion, effect = match.groups()
+    v, after, coast = session.state[1], step(session, action)[1], step(session, 1)[1]
+    label = session.action_labels(0)[action]
+    yield motion == (f"rolls {SIDES[int(v > 0)]}" if v else "stands still")
+    verb, _, effect = effect.removeprefix("driving ").partition(" ")
+    yield verb == ("coasting" if label == "coast" else label)
+    speed, coast_speed = abs(after), abs(coast)
+    is_true = {
+        "lets the slope speed it up": speed > abs(v),
+        "lets the slope slow it down": speed < abs(v),
+        "keeps its speed": abs(speed - abs(v)) < 1e-9,
+        "makes it roll left": after < 0 <= v,
+        "makes it roll right": after > 0 >= v,
+        "does not move it": after == 0,
+        "changes its speed no more than coasting": abs(speed - coast_speed) < 1e-9,
+        "adds speed": speed > coast_speed and after * v > 0,
+        "brakes it": speed < coast_speed and after * v >= 0,
+    }
+    yield is_true[effect]
+
+
+def check_climb(session: Session, action: int, match: re.Match[str]) -> Iterator[bool]:
+    """Yield whether driving right all the way reaches the goal in as many turns."""
+    future = play_on(session, 2, "always-right", int(match[1]))
+    yield action == 2
+    yield future.end_reason == "terminal"
+    yield len(future.turns) - len(session.turns) == int(match[1])
+
+
+def check_return(session: Session, action: int, match: re.Match[str]) -> Iterator[bool]:
+    """Yield whether the car rolls back from a position if it drives right all the way."""
+    top, goal = match.groups()
+    future = play_on(session, 2, "always-right", 300)
+    path = [future.state]
+    while len(future.turns) > len(session.turns):
+        future.undo()
+        path.insert(0, future.state)
+    speeds = [speed for _, speed in path]
+    back = next(i for i in range(2, len(path)) if speeds[i - 1] > 0 >= speeds[i])
+    yield f"{path[back - 1][0]:.2f}" == top
+    yield float(goal) == getattr(session.problem, "goal", None)
+    yield float(goal) > float(top)
+
+
+def check_arrivals(session: Session, action: int, match: re.Match[str]) -> Iterator[bool]:
+    """Yield whether the car arrives after as many turns as a sentence says."""
+    *counts, same, limit = match.groups()
+    for index in range(3):
+        future = play_on(session, index, "optimal", int(limit or 500))
+        count = len(future.turns) - len(session.turns)
+        is_there = future.end_reason == "terminal"
+        if limit:
+            yield not is_there and count == int(limit)
+        else:
+            yield (same or counts[index]) == (str(count) if is_there else "too many")
+
+
+# collision-avoidance
+
+
+def sample_runs(session: Session, plan: list[int], games: int = 4000) -> Array:
+    """Return the heights at the pass in games with a list of advisories."""
+    problem, random = session.problem, np.random.default_rng(7)
+    s = np.repeat(session.state[None], games, axis=0)
+    for action in plan:
+        u = random.random((games, problem.uniform_counts.step))
+        s = problem.step(s, np.full((games, 1), action), u).state
+    return np.asarray(s[:, 0])
+
+
+def is_close(text: str, samples: Array) -> bool:
+    """Return whether a number is the mean of samples, to five standard errors and its rounding."""
+    error = 5 * samples.std() / len(samples) ** 0.5
+    return bool(abs(float(text) - samples.mean()) <= error + 10.0 ** -len(text.partition(".")[2]))
+
+
+def check_pass(session: Session, action: int, match: re.Match[str]) -> Iterator[bool]:
+    """Yield whether the aircraft pass at the height that a sentence says."""
+    height, side, seconds = match.groups()
+    yield int(seconds) == session.state[3]
+    heights = sample_runs(session, [1] * int(seconds))
+    yield abs((1 if side == "above" else -1) * float(height) - heights.mean()) < 6
+
+
+def check_collisions(session: Session, action: int, match: re.Match[str]) -> Iterator[bool]:
+    """Yield whether advisories that are kept lead to collisions as often as a sentence says."""
+    for index, text in enumerate(match.groups()):
+        plan = [index] * int(session.state[3])
+        yield is_close(text, abs(sample_runs(session, plan)) < 50)
+
+
+def check_safety(session: Session, action: int, match: re.Match[str]) -> Iterator[bool]:
+    """Yield whether a collision is as improbable with each advisory as a sentence says."""
+    for index in range(3):
+        plan = [index] * int(session.state[3])
+        yield (abs(sample_runs(session, plan)) < 50).mean() < 0.003
+
+
+def check_later_advisory(session: Session, action: int, match: re.Match[str]) -> Iterator[bool]:
+    """Yield whether an advisory that comes a second later is as safe as a sentence says."""
+    first, later, text = match.groups()
+    labels = session.action_labels(0)
+    plan = [action, *[[*labels].index(later)] * (int(session.state[3]) - 1)]
+    yield labels[action] == first
+    yield is_close(text, abs(sample_runs(session, plan)) < 50)
+
+
+def check_costs(session: Session, action: int, match: re.Match[str]) -> Iterator[bool]:
+    """Yield whether the hint agent's games cost as much as a sentence says."""
+    problem, agent = session.problem, agents.load_agent(session.problem, 0, "optimal")
+    for index, text in enumerate(match.groups()):
+        random, games = np.random.default_rng(9), 2000
+        s, a = np.repeat(session.state[None], games, axis=0), np.full((games, 1), index)
+        costs = np.zeros(games)
+        while not problem.terminal(s).all():
+            outcome = problem.step(s, a, random.random((games, problem.uniform_counts.step)))
+            costs, s = costs - outcome.rewards[:, 0], outcome.state
+            a = np.asarray(agent.choose((s,), None, np.zeros((games, 0))))[:, None]
+        yield abs(float(text) - costs.mean()) <= 5 * costs.std() / 500**0.5 + 1e-4
+
+
+def check_late(session: Session, action: int, match: re.Match[str]) -> Iterator[bool]:
+    """Yield whether the aircraft pass now."""
+    yield session.state[3] == 0 and f"{abs(session.state[0]):.0f}" == match[1]
+
+
 SIDES = ("left", "right")
 SIDE = "(left|right)"
 END_EVENT = r"(?:the pole falls|the cart leaves its track) after"
@@ -144,5 +275,27 @@ CLAIMS: dict[str, dict[str, Claim]] = {
         check_cart,
         rf"If regulate plays on, (?:{END} with a push {SIDE}, and {END} with a push {SIDE}|"
         rf"{END}, whichever push comes first)\.": check_ends,
+    },
+    "mountain-car": {
+        r"The car (rolls left|rolls right|stands still): ([a-z ]+)\.": check_drive,
+        r"Driving right all the way reaches the goal in (\d+) turns?\.": check_climb,
+        r"Even if you drive right all the way, it next rolls back from position (-?\d\.\d\d), "
+        r"and the goal is at (\d\.\d+)\.": check_return,
+        r"If optimal plays on, the car (?:reaches the goal in (?:(\d+|too many) turns with left, "
+        r"(\d+|too many) with coast and (\d+|too many) with right|(\d+) turns?, whichever action "
+        r"comes first)|does not reach the goal within (\d+) turns?)\.": check_arrivals,
+    },
+    "collision-avoidance": {
+        r"Without gusts and advisories you pass (\d+) m (above|below) the intruder in (\d+) "
+        r"seconds?; a collision is under 50 m\.": check_pass,
+        r"Kept until then, descend collides with probability ([\d.]+), no-advisory ([\d.]+) and "
+        r"climb (\d\.\d+)\.": check_collisions,
+        r"Each advisory, kept until then, collides with a probability under 0\.001; each change of "
+        r"advice costs 0\.01\.": check_safety,
+        r"One second of ([a-z-]+) and then ([a-z-]+) gives (\d\.\d+); each change of advice costs "
+        r"0\.01, and a collision 1\.": check_later_advisory,
+        r"If optimal plays on, the mean cost of 1000 simulated games is (\d\.\d+) with descend, "
+        r"(\d\.\d+) with no-advisory and (\d\.\d+) with climb\.": check_costs,
+        r"You pass now at (\d+) m: no advisory changes that any more\.": check_late,
     },
 }  # fmt: skip
