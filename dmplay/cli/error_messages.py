@@ -33,14 +33,14 @@ def _format_whole_error(error: Exception) -> str:
         return str(error)
     context, parameter = getattr(error, "ctx", None), getattr(error, "param", None)
     if isinstance(error, typer.BadParameter) and parameter and error.message:
-        return _describe_value(error.message, context, parameter)
+        return _describe_wrong_value(error.message, context, parameter)
     message = getattr(error, "format_message", lambda: str(error))().rstrip(".")
     if option := VALUE_PATTERN.match(message):
         is_missing = option[2].startswith("requires")
         return f"{option[1]}: expected {'a' if is_missing else 'no'} value"
     if EXTRA_ARGUMENT in message:
         extra_words = message.partition(EXTRA_ARGUMENT)[2].partition(" (")[2].removesuffix(")")
-        message = _describe_missing_value(context) or f"unexpected argument {extra_words!r}"
+        message = _describe_swallowed_option(context) or f"unexpected argument {extra_words!r}"
     suggestions = SUGGESTION_PATTERN.search(message)
     command_path = getattr(context, "command_path", "dmplay")
     advice = f"see {command_path} --help"
@@ -50,7 +50,7 @@ def _format_whole_error(error: Exception) -> str:
     return f"{message[:1].lower()}{message[1:]}; {advice}"
 
 
-def _describe_missing_value(context: Any) -> str:
+def _describe_swallowed_option(context: Any) -> str:
     """Return the message for an option that took the next option as its value, or ''.
 
     In that case click reports an extra argument, which hides the real mistake.
@@ -61,7 +61,7 @@ def _describe_missing_value(context: Any) -> str:
     return ""
 
 
-def _describe_value(message: str, context: Any, parameter: Any) -> str:
+def _describe_wrong_value(message: str, context: Any, parameter: Any) -> str:
     """Return the message for a wrong value, after the option or the variable that has it."""
     name = max(parameter.opts, key=len)
     if getattr(context.get_parameter_source(parameter.name), "name", "") == "ENVIRONMENT":

@@ -31,7 +31,7 @@ class SparseMatrix(NamedTuple):
         """The row index of each entry `[N]`."""
         return np.repeat(np.arange(len(self.row_starts) - 1), self.row_lengths)
 
-    def row_sums(self, numbers: Reals) -> Reals:
+    def sum_by_row(self, numbers: Reals) -> Reals:
         """Return the sums `[R, ...]` by row of numbers `[N, ...]` that belong to the entries."""
         return np.asarray(np.add.reduceat(numbers, self.row_starts[:-1]))
 

@@ -106,7 +106,7 @@ def _check_distributions(
         message = f"{attribute}: got rows or columns that do not match the names"
         yield require(has_rows and has_columns, message)
         yield from check_real_array(attribute, attribute, table.values, table.columns.shape)
-        sums, lowest = table.row_sums(table.values).reshape(sizes[:-1]), table.values.min()
+        sums, lowest = table.sum_by_row(table.values).reshape(sizes[:-1]), table.values.min()
         yield require(lowest >= 0, f"{attribute}: got {lowest:g}, expected no negative probability")
     else:
         yield from check_real_array(attribute, attribute, table, sizes)

@@ -123,7 +123,7 @@ class SparseTables(NamedTuple):
             weights = (weights[:, None] * observation_weights).reshape(-1)
         shape = len(transition.values), -1, rewards.shape[1]
         weighted_rewards = (weights[:, None] * rewards).reshape(shape)
-        return transition.row_sums(weighted_rewards.sum(axis=1))
+        return transition.sum_by_row(weighted_rewards.sum(axis=1))
 
     def to_dense_tables(self, state_count: int, observation_count: int) -> Tables:
         """Return the problem as arrays, with expected rewards."""

@@ -111,7 +111,7 @@ def format_json_report(content: Mapping[str, object]) -> str:
     grows when a key changes its name or its meaning, not when one is added.
     """
     report = {"schema": JSON_SCHEMA} | {
-        _to_snake_case(name): [_with_snake_case_keys(row) for row in value]
+        _convert_to_snake_case(name): [_with_snake_case_keys(row) for row in value]
         if isinstance(value, list | tuple)
         else value
         for name, value in content.items()
@@ -123,10 +123,10 @@ def _with_snake_case_keys(row: object) -> object:
     """Return a row with its keys in snake_case; anything else unchanged."""
     if not isinstance(row, dict):
         return row
-    return {_to_snake_case(name): value for name, value in row.items()}
+    return {_convert_to_snake_case(name): value for name, value in row.items()}
 
 
-def _to_snake_case(key: str) -> str:
+def _convert_to_snake_case(key: str) -> str:
     return key.replace(" ", "_")
 
 

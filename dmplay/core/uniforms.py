@@ -95,7 +95,7 @@ def _hash_turn_seeds(seed: int, stream: int, block: int) -> NDArray[np.uint64]:
     hash_count = POOL_WORDS * (max(POOL_WORDS, -(-seed.bit_length() // 32)) + 1)
     for word in (turns, np.zeros(1, np.uint32)):  # the turn and the reroll
         hashes = _hash_words(word, ENTROPY_HASH, hash_count, POOL_WORDS)
-        pool = _fold_words(MIX_FACTORS[0] * pool - MIX_FACTORS[1] * hashes)
+        pool = _xor_upper_halves(MIX_FACTORS[0] * pool - MIX_FACTORS[1] * hashes)
         hash_count += POOL_WORDS
     words = _hash_words(np.tile(pool, (2, 1)), OUTPUT_HASH, 0, 2 * POOL_WORDS).astype(np.uint64)
     return np.ascontiguousarray((words[::2] | words[1::2] << np.uint64(32)).T)
@@ -108,10 +108,10 @@ def _hash_words(words: Words, constants: tuple[int, int], first: int, count: int
         initial * pow(factor, n, WORD_LIMIT) % WORD_LIMIT for n in range(first, first + count + 1)
     ]
     multipliers = np.array(powers, np.uint32)[:, None]
-    return _fold_words((words ^ multipliers[:-1]) * multipliers[1:])
+    return _xor_upper_halves((words ^ multipliers[:-1]) * multipliers[1:])
 
 
-def _fold_words(words: Words) -> Words:
+def _xor_upper_halves(words: Words) -> Words:
     """Return each word xored with its own upper half."""
     return words ^ words >> np.uint32(16)
 

@@ -98,7 +98,7 @@ class Assignment:
     def build_request(self, options: GameRequest, *, trusted: bool) -> GameRequest | ResumeRequest:
         """Return the request for the next game of a player: the one to resume, or a new one."""
         _check_assigned_request(options)
-        seed, record = self._choose_next_game(options)
+        seed, record = self._choose_seed_and_path(options)
         if not options.force and self._is_unfinished(record):
             return ResumeRequest(record, trusted, options.key_preferences, options.can_ask)
         name = rebase_name(self.header.problem, transcript_folder(self.path), CURRENT_FOLDER)
@@ -117,7 +117,7 @@ class Assignment:
             typed_options=options.typed_options,
         )
 
-    def _choose_next_game(self, options: GameRequest) -> tuple[int, Path]:
+    def _choose_seed_and_path(self, options: GameRequest) -> tuple[int, Path]:
         """Return the seed of the next game and the path of its transcript.
 
         Raises BadParameter if all were played, or the seed is not assigned.

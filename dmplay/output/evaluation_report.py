@@ -31,7 +31,7 @@ from dmplay.output.evaluation_request import (
     load_entrants,
     load_players,
     make_estimate_row,
-    make_report,
+    make_evaluation_report,
 )
 from dmplay.output.selected_episode_recording import (
     NO_TRANSCRIPTS,
@@ -102,7 +102,7 @@ def report_run(
             shortfall_reason = result.shortfall_reason
             if shortfall_reason:
                 break
-    return make_report(
+    return make_evaluation_report(
         _format_run(request, results, transcript_rows, ascii_=ascii_),
         shortfall_reason,
         [line for result in results for line in _format_forfeit_lines(result)],
@@ -331,7 +331,7 @@ def report_comparison(
         )
     active = [entrants[index] for index in result.active]
     text = _format_comparison(request, active, result, decision, time.monotonic() - start_time)
-    return make_report(text, result.shortfall_reason, [*unloaded, *result.withdrawals])
+    return make_evaluation_report(text, result.shortfall_reason, [*unloaded, *result.withdrawals])
 
 
 def _format_comparison(

@@ -180,7 +180,9 @@ def make_estimate_row(estimate: Estimate) -> Row:
     }
 
 
-def make_report(text: str, shortfall_reason: str, forfeits: Sequence[str] = ()) -> Printout:
+def make_evaluation_report(
+    text: str, shortfall_reason: str, forfeits: Sequence[str] = ()
+) -> Printout:
     """Return a report, with an exit code and a line for each reason why games are missing.
 
     The reasons are the lines `forfeits`, and `shortfall_reason` if the run was interrupted.

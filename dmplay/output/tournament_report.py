@@ -27,8 +27,8 @@ from dmplay.output.evaluation_request import (
     EvaluationRequest,
     load_entrants,
     make_estimate_row,
+    make_evaluation_report,
     make_policy,
-    make_report,
 )
 from dmplay.output.tables import format_csv, format_mean, format_table
 from dmplay.output.tournament_checkpoint import MAX_RETURN, TournamentCheckpoint
@@ -110,7 +110,7 @@ def report_tournament(
     seating_count = len(list_seatings(len(result.entrants), seat_count, orders))
     game_count = format_count(episodes, "game", ",")
     headline = f"{request.title}: {seating_count} seatings of {game_count} with seed {request.seed}"
-    return make_report(
+    return make_evaluation_report(
         _format_tournament(result, request.output_format, headline, facts, exact_agent),
         result.shortfall_reason,
         withdrawals,

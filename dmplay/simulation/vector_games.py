@@ -44,7 +44,7 @@ class VectorGames:
 
     def restart(self, rows: Ints) -> None:
         """Begin a new game in these rows only."""
-        self._restart_games(rows, np.zeros(len(self._all_rows)))
+        self._restart_without_rewards(rows, np.zeros(len(self._all_rows)))
         self.done_mask = self.done_mask.copy()
         self.done_mask[rows] = False
         self.legal_actions_mask = self.problem.legal_actions_mask(self._state)
@@ -84,7 +84,7 @@ class VectorGames:
         illegal_rows = self._apply_outcome(joint, outcome, rewards)
         was_done = self.done_mask
         if self.done_mask.any():
-            self._restart_games(np.flatnonzero(self.done_mask), rewards)
+            self._restart_without_rewards(np.flatnonzero(self.done_mask), rewards)
         terminated = problem.terminal(self._state)
         if self._illegal_rule.ends_episode and len(illegal_rows):
             terminated = terminated.copy()
@@ -155,7 +155,7 @@ class VectorGames:
             observations[:, self.seat_spaces.seat] if is_hidden else observations, joint
         )
 
-    def _restart_games(self, rows: Ints, rewards: Reals) -> None:
+    def _restart_without_rewards(self, rows: Ints, rewards: Reals) -> None:
         """Restart the games in these rows and set their rewards to 0."""
         state, memories, observations = self._start_games(rows)
         self._state = _replace_rows(self._state, rows, state)

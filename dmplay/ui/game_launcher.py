@@ -66,7 +66,7 @@ def _play_game(controller: GameController, command: PlayCommand, reporter: Repor
             has_invalid_line = play_by_lines(controller, terminal, sys.stdin, reporter)
             if quiet and controller.game.narrator.end_explanation:
                 print(controller.game.narrator.end_explanation, file=sys.stderr)
-    return code or _report_faults(controller, has_invalid_line=has_invalid_line)
+    return code or _print_write_errors(controller, has_invalid_line=has_invalid_line)
 
 
 def run_shell(controller: GameController, command: ShellCommand) -> int:
@@ -92,7 +92,7 @@ def run_shell(controller: GameController, command: ShellCommand) -> int:
         else:
             has_invalid_line = run_script(shell, sys.stdin)
         controller.end_game("interrupted" if code else "quit")
-    return code or _report_faults(controller, has_invalid_line=has_invalid_line)
+    return code or _print_write_errors(controller, has_invalid_line=has_invalid_line)
 
 
 def show_algorithm(command: WatchCommand) -> int:
@@ -207,7 +207,7 @@ def report_removed_saves(removal: SaveRemoval) -> None:
         print(removal, file=sys.stderr)
 
 
-def _report_faults(controller: GameController, *, has_invalid_line: bool) -> int:
+def _print_write_errors(controller: GameController, *, has_invalid_line: bool) -> int:
     """Print each error of writing a transcript; return 1 for any, else 2 for an invalid line."""
     return (
         report_write_errors(controller.finished_games) or INVALID_LINE_EXIT_CODE * has_invalid_line

@@ -336,11 +336,14 @@ def test_unknown_errors_of_one_game_are_null_in_json() -> None:
 
 
 def test_a_report_that_was_cut_short_says_so() -> None:
-    assert evaluation_request.make_report("text", "") == Printout("text")
-    stopped = evaluation_request.make_report("text", "interrupted")
+    assert evaluation_request.make_evaluation_report("text", "") == Printout("text")
+    stopped = evaluation_request.make_evaluation_report("text", "interrupted")
     assert (stopped.text, stopped.exit_code) == ("text", 130)
     assert stopped.stderr_text == "interrupted: the report covers only the games played before"
-    assert evaluation_request.make_report("text", "games 0 to 9 were lost: why").exit_code == 1
+    assert (
+        evaluation_request.make_evaluation_report("text", "games 0 to 9 were lost: why").exit_code
+        == 1
+    )
 
 
 def test_a_histogram_shows_where_returns_lie() -> None:

@@ -73,8 +73,8 @@ def solve_riccati(
         cross = cost_root.T @ control_root
         scaled_control = _divide_by_root(control_root.T, cross.T)
         scaled_root = _divide_by_root(cost_root.T @ transition, cross)
-        control_root = _add_roots(control_root, transition @ scaled_control.T)
-        cost_root = _add_roots(cost_root, scaled_root.T)
+        control_root = _root_of_sum(control_root, transition @ scaled_control.T)
+        cost_root = _root_of_sum(cost_root, scaled_root.T)
         transition = transition @ (
             transition - scaled_control.T @ (scaled_control @ cost @ transition)
         )
@@ -90,9 +90,9 @@ def solve_riccati(
 
 def _divide_by_root(matrix: Reals, root: Reals) -> Reals:
     """Return L^-1 `matrix`, where L is a square root of I + `root` `root`'."""
-    return np.asarray(np.linalg.solve(_add_roots(np.eye(len(root)), root), matrix))
+    return np.asarray(np.linalg.solve(_root_of_sum(np.eye(len(root)), root), matrix))
 
 
-def _add_roots(first_root: Reals, second_root: Reals) -> Reals:
+def _root_of_sum(first_root: Reals, second_root: Reals) -> Reals:
     """Return a lower triangular square root of the sum of two matrices, given their roots."""
     return np.asarray(np.linalg.qr(np.hstack([first_root, second_root]).T, "r")).T

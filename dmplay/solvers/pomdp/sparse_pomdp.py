@@ -91,7 +91,7 @@ class SparsePomdp:
     def _compute_action_values(self, next_values: Reals) -> Reals:
         """Return Q `[A, S]`, given the values `[N]` of the sparse entries."""
         matrix = self.joint_probabilities
-        means = matrix.row_sums(matrix.values * next_values).reshape(self.rewards.shape)
+        means = matrix.sum_by_row(matrix.values * next_values).reshape(self.rewards.shape)
         return np.asarray(self.rewards + self.discount * means)
 
     def backup_informed_bound(self, vectors: Reals) -> Reals:

@@ -82,7 +82,7 @@ def draw_alpha_vectors(alphas: AlphaVectorSet, options: DrawOptions) -> Text:
     return _draw_vector_table(alphas, options)
 
 
-def _glyph_of(alphas: AlphaVectorSet, index: int) -> tuple[str, str]:
+def _choose_vector_glyph(alphas: AlphaVectorSet, index: int) -> tuple[str, str]:
     """Return the glyph and the style of a vector: those of its action, or of a dominated one."""
     if alphas.dominated[index]:
         return DOMINATED_GLYPH, "dim"
@@ -90,14 +90,14 @@ def _glyph_of(alphas: AlphaVectorSet, index: int) -> tuple[str, str]:
     return VECTOR_GLYPHS[number % len(VECTOR_GLYPHS)], VECTOR_STYLES[number % len(VECTOR_STYLES)]
 
 
-def _list_notes(alphas: AlphaVectorSet) -> list[tuple[str, str]]:
+def _list_legend_entries(alphas: AlphaVectorSet) -> list[tuple[str, str]]:
     """Return the legend: a text and a style for each vector or action, and for the belief."""
     indices = np.flatnonzero(~alphas.dominated).tolist()
     labels = [alphas.action_labels[index] for index in indices]
     is_short = len(indices) <= MAX_LISTED_VECTORS
     notes = [(f"({', '.join(alphas.state_labels)}):", "dim")] if is_short else []
     for index, label in zip(indices, labels, strict=True):
-        glyph, style = _glyph_of(alphas, index)
+        glyph, style = _choose_vector_glyph(alphas, index)
         if is_short:
             numbers = ", ".join(map(format_score, alphas.vectors[index].tolist()))
             notes.append((f"{glyph} {label} ({numbers})", style))
@@ -112,7 +112,7 @@ def _draw_lines(alphas: AlphaVectorSet, options: DrawOptions) -> Text:
     """Return the vectors as lines over the probability of the second state."""
     low, high = float(alphas.vectors.min()), float(alphas.vectors.max())
     low, high = (low - 1.0, high + 1.0) if low == high else (low, high)
-    notes = _list_notes(alphas)
+    notes = _list_legend_entries(alphas)
     note_columns = max((len(text) for text, _ in notes), default=0) + 3
     has_notes_beside = options.width - note_columns >= MIN_NOTED_COLUMNS
     columns = min(options.width - note_columns * has_notes_beside, MAX_PLOT_COLUMNS)
@@ -124,7 +124,9 @@ def _draw_lines(alphas: AlphaVectorSet, options: DrawOptions) -> Text:
         for row in range(plot.rows):
             plot.draw_cell(column, row, "│", "bold")
     for index in sorted(range(len(alphas.vectors)), key=lambda row: not alphas.dominated[row]):
-        plot.draw_line(np.array([0.0, 1.0]), alphas.vectors[index], *_glyph_of(alphas, index))
+        plot.draw_line(
+            np.array([0.0, 1.0]), alphas.vectors[index], *_choose_vector_glyph(alphas, index)
+        )
     if alphas.belief is not None:
         best = float((alphas.vectors @ alphas.belief).max())
         plot.draw_point(float(alphas.belief[1]), best, "●", "bold")
@@ -138,7 +140,7 @@ def _draw_lines(alphas: AlphaVectorSet, options: DrawOptions) -> Text:
 def _format_legend_row(alphas: AlphaVectorSet, width: int) -> Text:
     """Return the glyphs and actions of the vectors that are best at some belief, in one row."""
     row = Text()
-    notes = [note for note in _list_notes(alphas) if not note[0].endswith(":")]
+    notes = [note for note in _list_legend_entries(alphas) if not note[0].endswith(":")]
     for text, style in dict.fromkeys((text.partition(" (")[0], style) for text, style in notes):
         row.append(f"{text}  ", style)
     row.truncate(width)
@@ -147,13 +149,13 @@ def _format_legend_row(alphas: AlphaVectorSet, width: int) -> Text:
 
 def _draw_triangle(alphas: AlphaVectorSet, options: DrawOptions) -> Text:
     """Return the triangle of beliefs; each point shows which vector is best there."""
-    notes = _list_notes(alphas)
+    notes = _list_legend_entries(alphas)
     rows = max(min(options.height - 2, (options.width - MIN_NOTE_COLUMNS) // 2), 3)
     canvas = Canvas()
 
     def choose_glyph(belief: Reals) -> tuple[str, str]:
         """Return the glyph of the best vector at a belief."""
-        return _glyph_of(alphas, int(np.argmax(alphas.vectors @ belief)))
+        return _choose_vector_glyph(alphas, int(np.argmax(alphas.vectors @ belief)))
 
     top, left, right = alphas.state_labels
     canvas.write_text(max(rows - 1 - len(top) // 2, 0), 0, top)

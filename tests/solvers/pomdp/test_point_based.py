@@ -123,7 +123,7 @@ def test_benchmark_problems_have_the_published_sizes() -> None:
         transition, _, observation = problem.tables
         assert observation
         for rows in (transition, observation):
-            np.testing.assert_allclose(rows.row_sums(rows.values), 1.0)
+            np.testing.assert_allclose(rows.sum_by_row(rows.values), 1.0)
         assert problem.initial_belief.sum() == pytest.approx(1.0)
 
 
