@@ -55,7 +55,7 @@ def _connect_dask_client(address: str, workers: WorkerCount) -> Any:
         worker_count = count_cores() if workers == "auto" else workers
         # Lost blocks are run again, and reported, by dmplay itself.
         return client_class(
-            n_workers=worker_count, threads_per_worker=1, dashboard_address=None,
+            n_workers=worker_count, threads_per_worker=1, dashboard_address="127.0.0.1:0",
             scheduler_kwargs={"allowed_failures": 0}, silence_logs=logging.CRITICAL,
         )  # fmt: skip
     except (OSError, ValueError) as error:

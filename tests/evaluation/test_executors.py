@@ -4,10 +4,12 @@ import hashlib
 import os
 import re
 import signal
+import socket
 import subprocess
 import sys
 import time
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from functools import partial
 from importlib import import_module
 from pathlib import Path
@@ -209,6 +211,7 @@ def test_a_missing_cluster_gives_a_clear_error() -> None:
         pass
 
 
+DASHBOARD_PORT = 8787  # of Dask, by default
 DYING_AGENT = """
 import multiprocessing, os, signal, time
 import numpy as np
@@ -241,14 +244,18 @@ def test_an_agent_that_kills_every_worker_ends_the_run_with_one_line(
 ) -> None:
     (tmp_path / "die.py").write_text(DYING_AGENT)
     arguments = ["prisoners-dilemma", "--agent", "./die.py:Die", "--vs", "grim"]
-    process = subprocess.run(
-        [sys.executable, "-m", "dmplay", "run", *arguments, "--episodes", "20000", *engine],
-        cwd=tmp_path,
-        env={**os.environ, "PYTHONPATH": str(Path(dmplay.__file__).parents[1])},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    with socket.socket() as other_cluster:
+        with suppress(OSError):  # else another cluster of this machine has it
+            other_cluster.bind(("", DASHBOARD_PORT))
+            other_cluster.listen()
+        process = subprocess.run(
+            [sys.executable, "-m", "dmplay", "run", *arguments, "--episodes", "20000", *engine],
+            cwd=tmp_path,
+            env={**os.environ, "PYTHONPATH": str(Path(dmplay.__file__).parents[1])},
+            capture_output=True,
+            text=True,
+            check=False,
+        )
     assert (process.returncode, bool(process.stdout)) == (exit_code, exit_code == 1)
     (line,) = process.stderr.splitlines()
     assert re.match(rf"(error: )?games {first_lost} to 19999 were lost: ", line)
