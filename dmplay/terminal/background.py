@@ -68,7 +68,12 @@ def choose_theme(option: str, background: str) -> str:
 
 def can_ask_background(env: Mapping[str, str]) -> bool:
     """Return whether the terminal may be asked for its background, and no reply is known yet."""
-    return not (_replied_backgrounds or env.get("TERM", "").startswith(SILENT_TERMINALS))
+    return can_ask(env) and not _replied_backgrounds
+
+
+def can_ask(env: Mapping[str, str]) -> bool:
+    """Return whether the terminal may be asked anything."""
+    return not env.get("TERM", "").startswith(SILENT_TERMINALS)
 
 
 def discard_late_reply(fd: int, sequences: InputSequences) -> None:

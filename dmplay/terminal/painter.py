@@ -7,6 +7,7 @@ from typing import NamedTuple, TextIO
 from rich.text import Text
 
 from dmplay.terminal.background import BACKGROUND_QUERY
+from dmplay.terminal.key_releases import KEYBOARD_QUERY, REPORT_RELEASES, STOP_REPORTS
 from dmplay.terminal.styles import StyledRow, to_styled_rows
 
 ENTER_SCREEN, LEAVE_SCREEN = "\x1b[?1049h\x1b[?25l", "\x1b[m\x1b[?1049l\x1b[?25h"
@@ -33,6 +34,7 @@ class Painter:
         self.stream = stream
         self.theme = theme
         self._max_width = max_width  # columns; all if None
+        self._reports_releases = False  # whether the terminal can, and the screen needs it
         self._displayed_rows: list[StyledRow] = []
         self._displayed_size = (0, 0)
         self._cursor: ScreenPosition | None = None
@@ -55,13 +57,24 @@ class Painter:
         """Ask the terminal for its background colour; the reply arrives among the keys."""
         self._write(BACKGROUND_QUERY)
 
+    def ask_keyboard(self) -> None:
+        """Ask the terminal whether it can report releases; the reply arrives among the keys."""
+        self._write(KEYBOARD_QUERY)
+
+    def report_releases(self) -> None:
+        """Ask the terminal to report releases of keys until the screen is left."""
+        if not self._reports_releases:
+            self._reports_releases = True
+            self._write(REPORT_RELEASES)
+
     def enable_input_reports(self) -> None:
-        """Ask the terminal to mark pastes and to report the mouse wheel."""
-        self._write(ENABLE_INPUT_REPORTS)
+        """Ask the terminal to mark pastes and to report the mouse wheel, and releases again."""
+        self._write(ENABLE_INPUT_REPORTS + REPORT_RELEASES * self._reports_releases)
 
     def leave_screen(self) -> None:
         """Leave the alternate screen and restore the terminal."""
-        self._write(DISABLE_INPUT_REPORTS + LEAVE_SCREEN)
+        stop_reports = STOP_REPORTS * self._reports_releases
+        self._write(stop_reports + DISABLE_INPUT_REPORTS + LEAVE_SCREEN)
 
     def mark_screen_unknown(self) -> None:
         """Mark the screen as unknown, so that the next frame is painted whole."""

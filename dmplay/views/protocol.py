@@ -131,14 +131,23 @@ class FinishedGame(NamedTuple, Generic[P]):
         return "your team" if self.player == "you" else "the team"
 
 
+class Clock(NamedTuple):
+    """The clock of a problem that can move by itself, repeating the action of the last key."""
+
+    turns_per_second: float  # in real time
+    # labels of the actions that take turns while no key is held, if the terminal reports releases
+    idle_actions: tuple[str, ...] = ()
+
+
 class ViewModule(Protocol):
     """The interface of a view module; its file is named after its problem.
 
     A view module may also define NUMBER_STEPS, keys that add a fixed amount to a typed number;
     SECOND_PLAYER_KEYS, the keys of a second player; KEY_FAMILY, the name under which a player sets
-    its keys, if it is not the problem's name; and HAS_MOTION, if turns are animated: it then draws
-    the part of the motion that `DrawOptions.motion_progress` says. A view without `describe_end`
-    has a general sentence.
+    its keys, if it is not the problem's name; `clock`, a function that returns a Clock, if a
+    person may play in slow motion and in real time; and HAS_MOTION, if turns are animated: it then
+    draws the part of the motion that `DrawOptions.motion_progress` says. A view without
+    `describe_end` has a general sentence.
     """
 
     @property

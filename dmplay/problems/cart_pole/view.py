@@ -16,7 +16,7 @@ from rich.text import Text
 
 from dmplay.core.arrays import Array
 from dmplay.core.session import View
-from dmplay.views.protocol import BEST_LABEL, DrawOptions, FinishedGame, Lesson
+from dmplay.views.protocol import BEST_LABEL, Clock, DrawOptions, FinishedGame, Lesson
 from dmplay.views.toolkit.action_hints_and_outcomes import (
     MAX_NUMBER_COLUMNS,
     format_action_condition,
@@ -42,6 +42,11 @@ UPRIGHT = "the pole still stands"  # outcome if the cart is on the track, too
 COLUMNS_PER_ROW = 2  # columns as long as a row is high
 MAX_UPRIGHT_SLOPE = 0.75  # columns per row; a pole of one glyph that leans less is drawn upright
 MAX_DRAWN_LEAN_DEGREES = 85.0  # degrees; a pole that leans more is drawn at this angle
+
+
+def clock(view: View[CartPole]) -> Clock:
+    """Return the clock of real time; pushes that alternate stand for no push."""
+    return Clock(1.0 / view.problem.dt, ("left", "right"))
 
 
 class CartPoleLayout(NamedTuple):

@@ -14,7 +14,7 @@ from typing import NamedTuple
 from rich.text import Text
 
 from dmplay.core.session import View
-from dmplay.views.protocol import DrawOptions, FinishedGame, Lesson
+from dmplay.views.protocol import Clock, DrawOptions, FinishedGame, Lesson
 from dmplay.views.toolkit.action_hints_and_outcomes import (
     format_as_loss,
     format_condition,
@@ -40,6 +40,11 @@ ACTION_PHRASES = ("drive left", "coast", "drive right")  # indexed by action
 # column offset from the car and arrow, by the last action
 ENGINE_ARROWS = {"left": (-1, "←"), "right": (1, "→")}
 VALLEY_FLOOR_X = -math.pi / 6  # position of the valley's lowest point
+
+
+def clock(view: View[MountainCar]) -> Clock:
+    """Return the clock, at a speed that people can steer; the car coasts while no key is held."""
+    return Clock(20.0, ("coast",))
 
 
 class HillLayout(NamedTuple):

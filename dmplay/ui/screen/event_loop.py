@@ -23,6 +23,7 @@ from prompt_toolkit.keys import Keys
 from dmplay.game.background_tasks import CANCEL_SECONDS, BackgroundTask, TaskInfo
 from dmplay.terminal.background import discard_late_reply
 from dmplay.terminal.input_sequences import ESC, ESCAPE_SECONDS, TERMINAL_INPUT, InputSequences
+from dmplay.terminal.key_releases import RELEASE_PREFIX
 from dmplay.terminal.painter import Painter
 from dmplay.terminal.signals import (
     INTERRUPTED_EXIT_CODE,
@@ -103,6 +104,7 @@ class ScreenEventLoop(ABC):
         self.input = input_
         self._key_reader = attach_key_reader(input_, sequences, self._receive_background)
         self.exit_code = 0  # set by a signal that ends the game
+        self._release_handler: Callable[[str], None] | None = None
         # (key, handler); the key is '' for other events
         self._events: asyncio.Queue[tuple[str, EventHandler]] = asyncio.Queue()
         self._background_task: BackgroundTask | None = None  # task that takes longer than a moment
@@ -188,6 +190,10 @@ class ScreenEventLoop(ABC):
         data of its own; neither is a key of a screen.
         """
         for index, key_press in enumerate(presses):
+            if key_press.data.startswith(RELEASE_PREFIX):
+                released = key_press.data.removeprefix(RELEASE_PREFIX)
+                self._enqueue_event(partial(self._handle_release, released))
+                continue
             if not key_press.data or (key_press.key is Keys.Escape and key_press.data != ESC):
                 continue
             name = KEY_NAMES.get(key_press.key, key_press.key)
@@ -267,6 +273,11 @@ class ScreenEventLoop(ABC):
     async def _handle_key(self, key: str) -> None:
         """Run the key handler for a key."""
         await self._run_action(partial(self.key_handler, key), key)
+
+    async def _handle_release(self, key: str) -> None:
+        """Run the handler of a released key, which only games have."""
+        if self._release_handler:
+            self._release_handler(key)
 
     async def _handle_beat(self, on_beat: Callable[[], None]) -> None:
         """Run the handler of a clock beat, unless a task is running."""
@@ -444,6 +455,8 @@ class PlayEventLoop(ScreenEventLoop):
         super().__init__(screen, partial(handle_key, screen), painter, input_, sequences)
         self._play_screen = screen
         self._history = InMemoryHistory()
+        self._key_reader.on_keyboard = self._receive_keyboard
+        self._release_handler = self._release_key
 
     async def run(self, early_signals: list[int]) -> int:
         """Handle events until the player quits, with hints loaded in the background."""
@@ -463,9 +476,8 @@ class PlayEventLoop(ScreenEventLoop):
             partial(screen.handle_viewer_key, ""),
             lambda: screen.viewer is not None and screen.viewer.is_playing,
         )
-        if screen.realtime_rate:
-            on_beat, is_running = partial(tick_clock, screen), lambda: screen.clock.is_started
-            yield self._run_clock(partial(get_clock_rate, screen), on_beat, is_running)
+        on_beat, is_running = partial(tick_clock, screen), lambda: screen.clock.is_started
+        yield self._run_clock(partial(get_clock_rate, screen), on_beat, is_running)
 
     def _schedule_animation_step(self) -> asyncio.TimerHandle | None:
         """Schedule the next step of a running turn animation; return None if none is running."""
@@ -475,6 +487,15 @@ class PlayEventLoop(ScreenEventLoop):
         return asyncio.get_running_loop().call_later(
             animation.step_seconds, self._enqueue_event, self._advance_animation
         )
+
+    def _receive_keyboard(self) -> None:
+        """Ask a terminal that can report releases of keys for it; the clock then follows them."""
+        self._key_reader.reads_releases = True
+        self.painter.report_releases()
+
+    def _release_key(self, key: str) -> None:
+        """Let the clock no longer repeat the action of a released key."""
+        self._play_screen.clock.release_key(key)
 
     async def _advance_animation(self) -> None:
         """Advance the turn animation by one step."""

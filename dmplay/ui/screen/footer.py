@@ -239,14 +239,14 @@ def _format_command_tails(
 
 
 def _navigation_keys(game: Game, frame_state: FrameState, *, is_game_over: bool) -> tuple[str, ...]:
-    """Return the keys that step through a replay, a finished game, or a game of agents alone."""
+    """Return the keys of a replay, a finished game, a game of agents alone, or the clock."""
     if frame_state.is_lookback:
         worst = ["X worst"] * (isinstance(game, GameTimeline) and bool(game.worst_turns))
         return ("← → turns", *worst, *["Enter play on"] * (not game.strict))
     if game.lesson_goal and game.session.over:
         return ("Enter back to the lesson",)
     if game.human_seats and not (game.session.over and game.session.turns):
-        return ()
+        return frame_state.clock_keys
     if game.human_seats:
         worst = ["X worst"] * any(move.regret for move in game.verdict.moves)
         return "Enter look back", *worst, "PgUp log", *[LEARN_KEY] * game.has_known_mistakes

@@ -40,6 +40,7 @@ class FrameState(NamedTuple):
     note: str = ""  # what a lesson says about this moment, in place of the goal
     best_return: str = ""  # the player's record in this game, from earlier games
     is_picture: bool = False  # in a picture or a film, no key works
+    clock_keys: tuple[str, ...] = ()  # keys that start, stop and pace the clock
 
 
 EMPTY_FRAME_STATE = FrameState()

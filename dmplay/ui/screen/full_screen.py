@@ -9,6 +9,7 @@ from collections.abc import Callable
 from dmplay.game.command_line_results import MistakesCommand
 from dmplay.terminal.background import (
     THEMES_BY_BACKGROUND,
+    can_ask,
     can_ask_background,
     discard_late_reply,
     find_background_theme,
@@ -35,7 +36,12 @@ def run_full_screen(
     with disable_echo_and_signals(sys.stdin):
         try:
             painter.enter_screen()
-            if asks and not TERMINAL_INPUT.reply_until:  # A terminal is asked once.
+            asks = asks and not TERMINAL_INPUT.reply_until  # A terminal is asked once.
+            has_clock = isinstance(screen, PlayScreen) and bool(screen.clock_keys)
+            if has_clock and can_ask(os.environ):  # Its reply comes before the other one.
+                painter.ask_keyboard()
+                TERMINAL_INPUT.expect_reply(time.monotonic())
+            if asks:
                 painter.ask_background()
                 TERMINAL_INPUT.expect_reply(time.monotonic())
             # Paint the first frame before prompt_toolkit is imported, which takes a tenth of a

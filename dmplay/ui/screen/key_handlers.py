@@ -23,6 +23,7 @@ from dmplay.ui.screen.play_operations import (
 )
 from dmplay.ui.screen.play_screen import PlayScreen
 from dmplay.ui.screen.post_game_timeline import GameTimeline
+from dmplay.ui.screen.realtime_clock import find_clock
 from dmplay.ui.screen.replay_keys import REPLAY_HELP, WORST_KEY, handle_replay_key, type_turn
 from dmplay.ui.shell.commands import COMMANDS, conceal_choice_errors, find_command, format_help_page
 from dmplay.views.toolkit.hexgrid import KEY_FAMILY as HEX_KEY_FAMILY
@@ -151,7 +152,7 @@ def _handle_action_key(screen: PlayScreen, key: str) -> bool:
     seat_and_action = keyboard.find_key_action(screen.game.viewing_seat, combination)
     if seat_and_action is not None:
         seat, action = seat_and_action
-        play_action(screen, action, seat)
+        play_action(screen, action, seat, key)
     elif key in ("up", "down") and any(
         " " in action_key for action_key in keyboard.key_maps.first_player_keys
     ):
@@ -297,8 +298,9 @@ def _has_overlay(screen: PlayScreen) -> bool:
 
 
 def _has_pace(screen: PlayScreen) -> bool:
-    """Return whether agents alone play, or the clock runs."""
-    return bool(screen.realtime_rate) or not screen.game.human_seats
+    """Return whether agents alone play, or the game has a clock."""
+    is_timed = screen.realtime_rate or find_clock(screen.game)
+    return bool(is_timed) or not screen.game.human_seats
 
 
 def _has_quiz(screen: PlayScreen) -> bool:
@@ -367,7 +369,7 @@ SCREEN_KEYS = (
         ("+",),
         "+",
         "faster",
-        "let the agents play faster",
+        "let the agents or the clock run faster",
         lambda screen: change_speed(screen, SPEED_FACTOR),
         is_useful=_has_pace,
     ),
@@ -375,7 +377,7 @@ SCREEN_KEYS = (
         ("-",),
         "-",
         "slower",
-        "let the agents play slower",
+        "let the agents or the clock run slower",
         lambda screen: change_speed(screen, 1 / SPEED_FACTOR),
         is_useful=_has_pace,
     ),

@@ -12,6 +12,7 @@ from prompt_toolkit.keys import Keys
 
 from dmplay.terminal.background import parse_background_reply, remember_background_reply
 from dmplay.terminal.input_sequences import InputKind, InputSequences, InputToken
+from dmplay.terminal.key_releases import KEYBOARD_REPLY_PATTERN, RELEASE_PREFIX, parse_key_event
 
 # reports of the cursor's position, and of the mouse in its SGR form
 REPORT_PATTERN = re.compile(r"\x1b\[(?:\d{1,5};\d{1,5}R|<\d{1,5};\d{1,5};\d{1,5}[Mm])")
@@ -32,6 +33,9 @@ class KeyReader(Vt100Parser):
         super().__init__(feed_key_callback)
         self.sequences = sequences or InputSequences()
         self.on_background: Callable[[str], None] | None = None  # receives "dark" or "light"
+        # called if the terminal can report releases of keys
+        self.on_keyboard: Callable[[], None] | None = None
+        self.reads_releases = False  # whether releases are reported, and in which form keys are
         self._clock = clock
 
     def feed(self, data: str) -> None:
@@ -60,6 +64,14 @@ class KeyReader(Vt100Parser):
                 remember_background_reply(background)
                 if self.on_background:
                     self.on_background(background)
+            elif self.on_keyboard and KEYBOARD_REPLY_PATTERN.fullmatch(data):
+                self.on_keyboard()
+            elif self.reads_releases and (event := parse_key_event(data)):
+                if event.is_release:
+                    self.feed_key_callback(KeyPress(Keys.Ignore, RELEASE_PREFIX + event.name))
+                elif event.characters:
+                    super().feed(event.characters)
+                    super().flush()
 
 
 def attach_key_reader(

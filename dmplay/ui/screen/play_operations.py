@@ -4,6 +4,7 @@ from dmplay.core.text import format_count
 from dmplay.errors import BadParameter
 from dmplay.ui.screen.modes import Mode, ModeEvent
 from dmplay.ui.screen.play_screen import PlayScreen
+from dmplay.ui.screen.realtime_clock import SLOW_MOTION_SHARE, find_clock
 from dmplay.ui.screen.turn_animation import ANIMATION_SECONDS
 from dmplay.ui.shell.commands import PlayerQuit, iter_commands_until_handover, run_line
 from dmplay.ui.shell.game_commands import preview_action
@@ -15,8 +16,10 @@ GAME_OVER_MESSAGE = "the game is over"
 MAX_UNSAVED_TURNS = 20  # number of unsaved turns that one key may discard
 
 
-def play_action(screen: PlayScreen, action: float, seat: int | None = None) -> None:
+def play_action(screen: PlayScreen, action: float, seat: int | None = None, key: str = "") -> None:
     """Play an action, preview it in lookahead mode, or in real time let the clock repeat it.
+
+    `key` is the key of the action, which the clock follows until its release.
 
     The message tells when the other players must still choose in a game with open views.
     """
@@ -31,7 +34,7 @@ def play_action(screen: PlayScreen, action: float, seat: int | None = None) -> N
         screen.lookahead_message = screen.message if is_own_key else ""
         return
     if screen.realtime_rate:
-        screen.clock.repeated_action = action
+        screen.clock.press_key(key, action)
         start_clock(screen)
         return
     question = game.ask_for_prediction(action)
@@ -107,9 +110,11 @@ def tick_clock(screen: PlayScreen) -> None:
     countdown_message = screen.clock.count_down()
     if countdown_message is not None:
         screen.message = countdown_message
-    elif screen.clock.repeated_action is not None:
+        return
+    action = screen.clock.find_action(len(screen.game.session.turns))
+    if action is not None:
         with screen.show_errors_as_messages():
-            screen.game.choose(screen.clock.repeated_action)
+            screen.game.choose(action)
             screen.log_new_turns()
 
 
@@ -123,12 +128,34 @@ def toggle_pause(screen: PlayScreen) -> None:
         screen.message = GAME_OVER_MESSAGE
     elif not game.human_seats and not screen.terminal.motion:
         screen.message = "motion is off (--no-motion); Space plays a turn, :auto plays to the end"
-    elif game.human_seats and not screen.realtime_rate:
-        screen.message = "the game waits for your action; there is nothing to pause"
+    elif game.human_seats and not screen.is_clock_fixed:
+        _toggle_clock(screen)
     else:
         was_running = screen.modes.play_mode in (Mode.AUTOPLAY, Mode.REALTIME)
         screen.modes.handle_event(ModeEvent.STOPPED if was_running else ModeEvent.STARTED)
         screen.message = "paused; P continues" if was_running else ""
+
+
+def _toggle_clock(screen: PlayScreen) -> None:
+    """Start the clock of the problem in slow motion, or stop it; show a message without one."""
+    clock = find_clock(screen.game)
+    if clock is None:
+        screen.message = "the game waits for your action; there is nothing to pause"
+    elif screen.realtime_rate:
+        screen.set_clock_rate(None)
+        screen.message = "the clock is off: each key plays a turn"
+    elif not screen.terminal.motion:
+        screen.message = "motion is off (--no-motion); each key plays a turn"
+    else:
+        rate = max(min(clock.turns_per_second, MAX_SPEED) * SLOW_MOTION_SHARE, MIN_SPEED)
+        screen.set_clock_rate(rate)
+        screen.message = f"slow motion, {_describe_pace(screen, rate)}; an action key starts it"
+
+
+def _describe_pace(screen: PlayScreen, rate: float) -> str:
+    """Return a rate as text, with that of real time if the problem has a clock."""
+    clock, text = find_clock(screen.game), f"{format_count(rate, 'turn', '.3g')} per second"
+    return f"{text} (real time: {clock.turns_per_second:.3g})" if clock else text
 
 
 def step_agents(screen: PlayScreen) -> None:
@@ -175,9 +202,13 @@ def get_autoplay_rate(screen: PlayScreen) -> float:
 
 
 def change_speed(screen: PlayScreen, factor: float) -> None:
-    """Multiply the autoplay speed by `factor`, within MIN_SPEED and MAX_SPEED."""
-    screen.speed = min(max(screen.speed * factor, MIN_SPEED), MAX_SPEED)
-    screen.message = f"{format_count(screen.speed, 'turn', '.3g')} per second"
+    """Multiply the speed of autoplay or the clock, within MIN_SPEED and MAX_SPEED."""
+    speed = min(max((screen.realtime_rate or screen.speed) * factor, MIN_SPEED), MAX_SPEED)
+    if screen.realtime_rate:
+        screen.realtime_rate = screen.clock.rate = speed
+    else:
+        screen.speed = speed
+    screen.message = _describe_pace(screen, speed)
 
 
 def run_typed_line(screen: PlayScreen, line: str) -> None:

@@ -30,7 +30,7 @@ from dmplay.ui.screen.log_rows import list_record_lines
 from dmplay.ui.screen.modes import Mode, ModeEvent, ScreenModes
 from dmplay.ui.screen.number_input import NumberInput
 from dmplay.ui.screen.post_game_timeline import GameTimeline, PostGameReview
-from dmplay.ui.screen.realtime_clock import CLOCK_START_HINT, RealtimeClock
+from dmplay.ui.screen.realtime_clock import CLOCK_START_HINT, RealtimeClock, find_clock
 from dmplay.ui.screen.screen_protocols import KeyDrivenScreen
 from dmplay.ui.screen.turn_animation import TurnAnimation
 from dmplay.ui.shell.commands import PlayerQuit
@@ -72,6 +72,7 @@ class PlayScreen:
         self.speed = speed  # turns per second in autoplay
         # turns per second in real time; None if each turn waits for a key
         self.realtime_rate = realtime_rate
+        self.is_clock_fixed = realtime_rate is not None  # whether P only pauses the clock
         self.learns_from_game = False  # whether the player left to find better actions
         self.modes = ScreenModes()
         self.message = ""
@@ -102,7 +103,9 @@ class PlayScreen:
         self.key_prefix = ""  # first arrow of a diagonal
         self.prediction_text = ""  # prediction that the player is typing
         # turn from which the board no longer shows the keys
-        self.clock = RealtimeClock(self.realtime_rate)
+        if not (self.is_clock_fixed or find_clock(game)):
+            self.realtime_rate = None
+        self._restart_clock()
         self.post_game_review = PostGameReview()  # review of the game, once it is over
         self.animation = TurnAnimation()
         self.typed_turn = ""  # digits of the turn to go to in a replay
@@ -113,7 +116,32 @@ class PlayScreen:
         self._best_return = (
             format_number(record.best.discounted_return) if record and record.best else ""
         )
+
+    def _restart_clock(self) -> None:
+        """Let the clock wait for its first key, or stop it if there is no rate."""
+        game = self.game
+        clock = find_clock(game)
+        labels = game.problem.actions[game.viewing_seat].labels
+        idle_actions = [labels.index(label) for label in clock.idle_actions] if clock else []
+        self.clock = RealtimeClock(
+            self.realtime_rate, is_rising=self.is_clock_fixed, idle_actions=idle_actions
+        )
         self.modes.set_play_mode(is_realtime=bool(self.realtime_rate and game.human_seats))
+
+    def set_clock_rate(self, rate: float | None) -> None:
+        """Start the clock at a rate in turns per second, or let each turn wait for a key."""
+        self.realtime_rate = rate
+        self._restart_clock()
+
+    @property
+    def clock_keys(self) -> tuple[str, ...]:
+        """The keys of the clock for the key row; none if the game has no clock."""
+        game = self.game
+        if game.choosing_seat is None or not (self.realtime_rate or find_clock(game)):
+            return ()
+        if not self.realtime_rate:
+            return ("P clock",)
+        return ("P pause" if self.is_clock_fixed else "P stop", "+ faster", "- slower")
 
     @property
     def game(self) -> Game:
@@ -180,6 +208,7 @@ class PlayScreen:
             best_return=self._best_return,
             show_coordinates=self.show_coordinates,
             note=self._find_note() if self._notes else "",
+            clock_keys=self.clock_keys,
         )
         if timeline:
             return state._replace(hint=timeline.move_hints, is_lookback=True)

@@ -1,13 +1,20 @@
 """Tests of real time: it waits for a key, counts down, starts slowly and speeds up."""
 
+from pathlib import Path
+
+import pytest
+
 from dmplay.game.game_series import GameController
 from dmplay.terminal.capabilities import Terminal
+from dmplay.terminal.key_releases import KEYBOARD_QUERY, REPORT_RELEASES, STOP_REPORTS
+from dmplay.ui.screen.footer import format_footer
 from dmplay.ui.screen.frame_state import Viewport
 from dmplay.ui.screen.key_handlers import handle_key
 from dmplay.ui.screen.play_operations import get_clock_rate, tick_clock
 from dmplay.ui.screen.play_screen import PlayScreen
-from dmplay.ui.screen.realtime_clock import CLOCK_START_HINT
+from dmplay.ui.screen.realtime_clock import CLOCK_START_HINT, RealtimeClock
 from tests.support.screens import make_game
+from tests.support.terminals import Terminal as PseudoTerminal
 
 
 def make_screen_after_keys(*keys: str) -> PlayScreen:
@@ -84,3 +91,97 @@ def test_a_paused_clock_does_not_advance() -> None:
         tick_clock(play_screen)
     assert count_turns(play_screen) == 1
     assert CLOCK_START_HINT not in play_screen.render_upper(Viewport(80, 24)).plain
+
+
+CLOCK_PROBLEM = """\
+from dmplay.problems.mountain_car.rules import MountainCar
+from dmplay.views.protocol import Clock
+
+class Drift(MountainCar):
+    "A car on a hill."
+
+class VIEW:
+    KEYS = {"h": "left", "l": "right"}
+    def clock(view):
+        return Clock(20.0, ("coast",))
+"""
+
+
+@pytest.fixture(params=["cart-pole", "mountain-car", "./drift.py"])
+def timed_screen(
+    request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> PlayScreen:
+    """A game with a clock, of a built-in problem and of a user's."""
+    (tmp_path / "drift.py").write_text(CLOCK_PROBLEM)
+    monkeypatch.chdir(tmp_path)
+    game = make_game(request.param, turns=100)
+    terminal = Terminal(True, "", True, color=True, ascii=False)
+    return PlayScreen(GameController(game), terminal)
+
+
+def read_footer(screen: PlayScreen) -> str:
+    return format_footer(screen.game, Viewport(80, 24), screen.frame_state).plain
+
+
+def test_p_starts_slow_motion_and_stops_it(timed_screen: PlayScreen) -> None:
+    assert "P clock" in read_footer(timed_screen)
+    handle_key(timed_screen, "P")
+    assert "slow motion" in timed_screen.message
+    assert "P stop  + faster  - slower" in read_footer(timed_screen)
+    handle_key(timed_screen, "l")
+    for _ in range(8):
+        tick_clock(timed_screen)
+    assert count_turns(timed_screen) > 3
+    slow = get_clock_rate(timed_screen)
+    handle_key(timed_screen, "+")
+    assert get_clock_rate(timed_screen) == 1.5 * slow
+    for _ in range(9):
+        handle_key(timed_screen, "+")
+    full_speed = "real time: 50" if "cart-pole" in timed_screen.game.problem_name else ": 20"
+    assert full_speed in timed_screen.message
+    handle_key(timed_screen, "P")
+    turn_count = count_turns(timed_screen)
+    tick_clock(timed_screen)
+    assert count_turns(timed_screen) == turn_count
+    if not timed_screen.game.session.over:
+        handle_key(timed_screen, "l")
+        assert count_turns(timed_screen) == turn_count + 1
+
+
+def test_a_released_key_leaves_the_key_that_is_held_or_the_idle_actions() -> None:
+    clock = RealtimeClock(5.0, idle_actions=(1.0, 2.0))
+    clock.press_key("h", 0.0)
+    clock.press_key("l", 3.0)
+    clock.release_key("x")
+    assert clock.find_action(0) == 3.0
+    clock.release_key("l")
+    assert clock.find_action(0) == 0.0
+    clock.release_key("h")
+    assert [clock.find_action(turn) for turn in range(3)] == [1.0, 2.0, 1.0]
+    clock.press_key("h", 0.0)
+    assert clock.find_action(4) == 0.0
+
+
+def test_without_idle_actions_the_last_action_repeats_after_its_release() -> None:
+    clock = RealtimeClock(5.0)
+    clock.press_key("h", 0.0)
+    clock.release_key("h")
+    assert clock.find_action(1) == 0.0
+
+
+def test_a_terminal_that_reports_releases_is_asked_for_them_until_the_end(tmp_path: Path) -> None:
+    with PseudoTerminal("mountain-car", "--seed", "7", folder=tmp_path) as terminal:
+        terminal.until(lambda: KEYBOARD_QUERY in terminal.printed)
+        terminal.ready()
+        assert REPORT_RELEASES not in terminal.printed
+        terminal.press("\x1b[?0u", lambda: REPORT_RELEASES in terminal.printed)
+        terminal.press("P", "slow motion")
+        terminal.press("l\x1b[108;1:3u", "coasted")
+        terminal.press("q", lambda: STOP_REPORTS in terminal.printed)
+        assert terminal.ended() == 0
+
+
+def test_a_game_without_a_clock_does_not_ask_for_releases(tmp_path: Path) -> None:
+    with PseudoTerminal("hexworld", "--seed", "7", folder=tmp_path) as terminal:
+        terminal.ready().press("q").ended()
+        assert KEYBOARD_QUERY not in terminal.printed
