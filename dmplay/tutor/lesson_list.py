@@ -126,6 +126,7 @@ def find_lesson(lesson_set: LessonSet, word: str) -> TutorLesson:
         folder = os.path.join(os.curdir, word)
         raise BadParameter(f"unknown lesson {word!r}; {folder} opens the folder of lessons")
     names = [str(lesson.number) if word.isdecimal() else lesson.name for lesson in lessons]
+    names = [FIRST_GAME_PATH.stem, *names] if lessons[0].is_builtin else names
     raise UnknownName("lesson", word, names)
 
 

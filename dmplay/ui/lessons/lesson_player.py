@@ -21,7 +21,7 @@ from dmplay.tutor.lesson_run import LessonRun, TutorReply
 from dmplay.tutor.positions import PositionInGame, make_game_request
 from dmplay.tutor.progress import LessonProgress, find_next_lesson, load_all_progress, load_progress
 from dmplay.ui.lessons.line_dialog import DialogLeft, LineDialog
-from dmplay.ui.screen.full_screen import run_full_screen
+from dmplay.ui.screen.full_screen import run_full_screen, show_game
 from dmplay.ui.screen.play_screen import PlayScreen
 from dmplay.ui.shell.plain_mode import SentenceReporter, play_by_lines
 
@@ -325,7 +325,7 @@ class LessonPlayer(LineDialog):
         """Run the current game with the front end that the terminal allows."""
         if self._terminal.full_screen:
             notes = task.notes if isinstance(task := self._run.step.task, GameTask) else ()
-            code = run_full_screen(PlayScreen(self._controller, self._terminal, notes=notes))
+            code = show_game(PlayScreen(self._controller, self._terminal, notes=notes))
             if code:
                 raise SystemExit(code)
             self._print_lines(self._controller.game.narrator.describe_result())
