@@ -21,6 +21,8 @@ class Roster:
     batch_agent: str | None = None  # plays many games at once if the hint provider is slow
     # plays in a search's simulations, in place of hint provider and partner
     simulation_agent: str | None = None
+    # a simple way to play, which a silver medal is measured by
+    rule_of_thumb: str | None = None
     adds_general_agents: bool = True  # the agents of general methods can play this seat too
 
     def hint_provider_for(self, turns: int | None) -> str | None:

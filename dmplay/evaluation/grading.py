@@ -16,14 +16,13 @@ from dmplay.core.session import SeatedPolicy, Session
 from dmplay.core.work_budget import limit_total_work
 from dmplay.errors import BadParameter, DmplayError
 from dmplay.evaluation.assignment import Assignment
-from dmplay.game.game import REPEATED_UNIFORMS_PREFIX
 from dmplay.game.hints.ghost_agent import GHOST_NOTE_PREFIX
 from dmplay.game.hints.review import ReviewedAction, review_actions, total_regret
 from dmplay.game.seats import HUMAN, list_human_seats, list_scripts
 from dmplay.game.transcript_verification import load_transcript_problem, verify
 from dmplay.registry import agents
 from dmplay.transcript.concealment import RESUMABLE_END_REASONS, is_concealed
-from dmplay.transcript.format import NATURAL_END_REASONS
+from dmplay.transcript.format import NATURAL_END_REASONS, REPEATED_UNIFORMS_PREFIX
 from dmplay.transcript.reader import Transcript, read_transcript
 from dmplay.transcript.replay import replay
 from dmplay.transcript.verification_report import CHANGED_LINE_ENDS_REMARK, VerificationReport

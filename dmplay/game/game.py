@@ -15,6 +15,7 @@ from dmplay.core.safe_files import MAX_FILE_BYTES
 from dmplay.core.session import (
     SeatedPolicy,
     Session,
+    Turn,
     View,
     count_turns_to_undo,
     is_waiting_for_others,
@@ -24,6 +25,7 @@ from dmplay.core.text import describe_end_reason, escape_newlines, escape_unprin
 from dmplay.core.uniforms import SeededUniforms
 from dmplay.core.work_budget import ComputationStopped
 from dmplay.errors import BadParameter, Forfeit
+from dmplay.game import player_records
 from dmplay.game.action_input import Keyboard
 from dmplay.game.background_tasks import TaskInfo, run_cancellable
 from dmplay.game.hints.ghost_agent import Ghost
@@ -34,12 +36,13 @@ from dmplay.game.position import Position
 from dmplay.game.saves import SaveRemoval
 from dmplay.game.seat_snapshot import SeatSnapshot
 from dmplay.game.seats import list_scripts, shorten_player_name
-from dmplay.game.verdict import Verdict, compute_verdict
+from dmplay.game.verdict import Standing, Verdict, compute_verdict
 from dmplay.registry.agents import load_roster
 from dmplay.registry.problem_name_kinds import names_bot
 from dmplay.registry.problems import is_built_in
 from dmplay.terminal.signals import defer_signals
 from dmplay.transcript.concealment import RESUMABLE_END_REASONS, has_hidden_information
+from dmplay.transcript.format import REPEATED_UNIFORMS_PREFIX
 from dmplay.transcript.recorder import Recorder
 from dmplay.views.protocol import DrawOptions, draw_picture, fit_board, load_view_module
 
@@ -51,7 +54,6 @@ NO_CHOICES: Mapping[int, float] = {}
 FULL_TRANSCRIPT_REASON = (
     f"the transcript is full, because dmplay reads at most {MAX_FILE_BYTES // 2**20} MB"
 )
-REPEATED_UNIFORMS_PREFIX = "# again: "  # older versions wrote another text after it
 REPEATED_UNIFORMS_NOTE = f"{REPEATED_UNIFORMS_PREFIX}an earlier game had the same random numbers"
 
 
@@ -82,6 +84,7 @@ class Game:
         self.is_resumed = False  # whether its first turns were played earlier
         self.end_notes = ""  # appended to the transcript at the end
         self.verdict = Verdict()  # computed after the game
+        self._judged_turn: Turn | None = None  # the last turn when it was computed
         self.ghost: Ghost | None = None
         self.predictor: Predictor | None = None  # asks for predictions before each turn
         self._last_prediction: ScoredPrediction | None = None  # scored and not reported yet
@@ -441,13 +444,23 @@ class Game:
         )
 
     def compute_verdict(self) -> Verdict:
-        """Compute and return the verdict on a finished game; it is empty if it was left."""
+        """Return the verdict on a finished game, computed once; it is empty if it was left."""
+        last_turn = self.session.turns[-1] if self.session.over and self.session.turns else None
+        if last_turn is not None and last_turn is self._judged_turn:
+            return self.verdict
+        self._judged_turn = last_turn
         self.verdict = (
             Verdict()
             if self.is_paused or self.lesson_goal
-            else compute_verdict(self.session, self.advice_questions, self.ghost)
+            else compute_verdict(
+                self.session, self.advice_questions, self.ghost, self.find_standing()
+            )
         )
         return self.verdict
+
+    def find_standing(self) -> Standing:
+        """Return the help that a finished game had, and a sentence on the player's record."""
+        return player_records.find_standing(self)
 
     def closing_lines(self) -> list[str]:
         """Return the last lines of a game: hidden facts, the result and the verdict on it."""

@@ -33,7 +33,7 @@ class GameController:
         game: Game | None = None,
         cli_interpreter: CliInterpreter | None = None,
         aliases: Mapping[str, str] = NO_ALIASES,
-        on_game_end: Callable[[Recorder], object] | None = None,
+        on_game_end: Callable[[Recorder, str], object] | None = None,
     ) -> None:
         self.is_interactive = False  # whether people type; else a script is run
         self.finished_games: dict[Recorder, str] = {}  # problem names by transcript of ended games
@@ -149,7 +149,8 @@ class GameController:
             return
         self.finished_games[recorder] = self._game.problem_name
         if self._on_game_end:
-            self._on_game_end(recorder)
+            medal = self._game.verdict.medal
+            self._on_game_end(recorder, medal.name if medal else "")
 
     def take_write_notice(self) -> str:
         """Return one line if the transcript began to fail, or works again; '' if nothing changed.

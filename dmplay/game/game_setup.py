@@ -16,7 +16,7 @@ from dmplay.core.uniforms import SeededUniforms, new_seed
 from dmplay.errors import BadParameter
 from dmplay.game import saves
 from dmplay.game.action_input import Keyboard
-from dmplay.game.game import REPEATED_UNIFORMS_PREFIX, Game
+from dmplay.game.game import Game
 from dmplay.game.hints.ghost_agent import Ghost, create_ghost, find_ghost_name
 from dmplay.game.hints.hint_provider import HintProvider
 from dmplay.game.key_bindings import resolve_key_maps
@@ -56,7 +56,12 @@ from dmplay.transcript.concealment import (
     mark_peeked_if_concealed,
 )
 from dmplay.transcript.external_players import MODEL_PLAYER
-from dmplay.transcript.format import NATURAL_END_REASONS, FrameRenderer, resolve_turn_limit
+from dmplay.transcript.format import (
+    NATURAL_END_REASONS,
+    REPEATED_UNIFORMS_PREFIX,
+    FrameRenderer,
+    resolve_turn_limit,
+)
 from dmplay.transcript.header import Header
 from dmplay.transcript.reader import Transcript, read_incomplete_transcript
 from dmplay.transcript.recorder import Recorder

@@ -3,32 +3,62 @@
 They are saved in a file of the state folder when a game ends. The last game is any that reached its
 natural end. The best is the one with the highest return among games that one person played against
 the default partners: with no hints, ghost, undo or peeking, not on the uniforms of an
-earlier game, from the first turn on, and accepted by `dmplay verify`.
+earlier game, from the first turn on, and accepted by `dmplay verify`. The best medal of such games
+is saved too, and why the last game does not count.
 """
 
 import contextlib
 import json
 import math
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from time import strftime
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 from dmplay.core import safe_files
 from dmplay.core.problem import Problem
+from dmplay.core.session import Session
 from dmplay.core.state_files import StateFile, require_line, require_whole_number
+from dmplay.core.text import format_count, format_number
 from dmplay.errors import DmplayError
-from dmplay.game.game import REPEATED_UNIFORMS_PREFIX, Game
 from dmplay.game.hints.ghost_agent import GHOST_NOTE_PREFIX
+from dmplay.game.launch_requests import GameRequest
+from dmplay.game.medals import MEDALS
+from dmplay.game.verdict import Standing
 from dmplay.registry import agents, problems
 from dmplay.transcript.external_players import HUMAN_PLAYER
-from dmplay.transcript.format import EVENT_KEYS, NATURAL_END_REASONS
+from dmplay.transcript.format import NATURAL_END_REASONS, REPEATED_UNIFORMS_PREFIX
 from dmplay.transcript.reader import Transcript, read_transcript
 from dmplay.transcript.recorder import Recorder
 
 RECORDS = "records"  # the section of the file
 RESULT_KEYS = ("return", "turns", "seed", "day")  # the keys of a result
+
+
+class RecordedGame(Protocol):
+    """The facts of a `Game` that its record needs; games import this module."""
+
+    @property
+    def problem_name(self) -> str:
+        """The name of its problem."""
+
+    @property
+    def player_names(self) -> Sequence[str]:
+        """The player of each seat."""
+
+    @property
+    def session(self) -> Session:
+        """Its session."""
+
+    @property
+    def recorder(self) -> Recorder | None:
+        """Its transcript; None if none is written."""
+
+    @property
+    def request(self) -> GameRequest | None:
+        """The request that began it; None for a replay."""
 
 
 class GameResult(NamedTuple):
@@ -54,6 +84,9 @@ class ProblemRecord:
     seat: str
     last: GameResult
     best: GameResult | None = field(default=None, kw_only=True)
+    medal: str = field(default="", kw_only=True)  # the best one; '' if none was earned
+    # why the last game does not count, such as "2 hints"; '' if it does
+    aids: str = field(default="", kw_only=True)
 
     @property
     def key(self) -> str:
@@ -64,15 +97,16 @@ class ProblemRecord:
         """Return the later record, with the better of both best results."""
         results = [result for result in (self.best, later.best) if result]
         best = max(results, key=lambda result: result.discounted_return, default=None)
-        return replace(later, best=best)
+        earned = [medal for medal in MEDALS if medal in (self.medal, later.medal)]
+        return replace(later, best=best, medal=(earned or [""])[0])
 
     def to_json(self) -> dict[str, object]:
         """Return the record as a JSON object."""
         return vars(self) | {"last": self.last.to_json(), "best": self.best and self.best.to_json()}
 
 
-def record_finished_game(recorder: Recorder) -> None:
-    """Save the record of a game that a person played to its natural end."""
+def record_finished_game(recorder: Recorder, medal: str = "") -> None:
+    """Save the record, and the medal, of a game that a person played to its natural end."""
     finished = recorder.session.end_reason in NATURAL_END_REASONS and not recorder.write_error
     if (
         not finished
@@ -90,7 +124,7 @@ def record_finished_game(recorder: Recorder) -> None:
         ):
             record = replace(record, best=None)
         if record:
-            save_record(record)
+            save_record(replace(record, medal="" if record.aids else medal))
 
 
 def load_records() -> list[ProblemRecord]:
@@ -99,16 +133,16 @@ def load_records() -> list[ProblemRecord]:
     return sorted(records, key=lambda entry: entry.key)
 
 
-def find_game_record(game: Game) -> ProblemRecord | None:
+def find_game_record(game: RecordedGame) -> ProblemRecord | None:
     """Return the record for the problem, parameters, limit and seat of a game.
 
     Return None if there is none, or if the game cannot count.
     """
-    seat = _find_person_seat(game.problem, game.player_names)
+    seat = _find_person_seat(game.session.problem, game.player_names)
     if seat is None or game.request is None or problems.depends_on_location(game.problem_name):
         return None
     default_parameters = problems.parameter_values(problems.load_problem(game.problem_name))
-    current_parameters = problems.parameter_values(game.problem)
+    current_parameters = problems.parameter_values(game.session.problem)
     changed = {
         name: value
         for name, value in current_parameters.items()
@@ -167,13 +201,63 @@ def _read_transcript_record(transcript: Transcript, problem: Problem) -> Problem
     result = GameResult(
         end_data["return"][seat], end_data["turns"], header.seed, strftime("%Y-%m-%d")
     )
-    is_eligible = header.branched is None and not (header.peeked or header.reveal)
-    is_eligible &= not any(block.kind in EVENT_KEYS for block in transcript.blocks)
-    is_eligible &= not any(
-        note.startswith((REPEATED_UNIFORMS_PREFIX, GHOST_NOTE_PREFIX)) for note in transcript.notes
+    aids = list_aids(transcript)
+    return ProblemRecord(
+        header.problem,
+        header.parameters,
+        header.turns,
+        seat,
+        result,
+        best=None if aids else result,
+        aids=" and ".join(aids),
     )
-    best = result if is_eligible else None
-    return ProblemRecord(header.problem, header.parameters, header.turns, seat, result, best=best)
+
+
+def list_aids(transcript: Transcript) -> tuple[str, ...]:
+    """List the help that keeps a game from counting for records and medals, as texts."""
+    header, kinds = transcript.header, Counter(block.kind for block in transcript.blocks)
+    ghosts = any(note.startswith(GHOST_NOTE_PREFIX) for note in transcript.notes)
+    repeats = any(note.startswith(REPEATED_UNIFORMS_PREFIX) for note in transcript.notes)
+    texts = {
+        format_count(kinds["help"], "hint"): kinds["help"],
+        f"{format_count(kinds['undo'], 'undo')}": kinds["undo"],
+        format_count(kinds["reroll"], "reroll"): kinds["reroll"],
+        "shown hidden states": header.peeked or header.reveal,
+        "a ghost": ghosts,
+        "the same random numbers as an earlier game": repeats,
+        "a start in the middle of another game": header.branched is not None,
+    }
+    return tuple(text for text, applies in texts.items() if applies)
+
+
+def find_standing(game: RecordedGame) -> Standing:
+    """Return the help that a finished game had, and a sentence on the record of its player."""
+    recorder, aids = game.recorder, tuple[str, ...]()
+    hints, rerolls = sum(game.session.hint_counts.values()), len(game.session.reroll_counts)
+    if recorder and not recorder.write_error and not safe_files.is_output_device(recorder.path):
+        with contextlib.suppress(DmplayError, OSError):
+            aids = list_aids(read_transcript(recorder.path))
+    else:
+        counts = {format_count(hints, "hint"): hints, format_count(rerolls, "reroll"): rerolls}
+        aids = tuple(text for text, count in counts.items() if count)
+        recorder = None
+    seat = _find_person_seat(game.session.problem, game.player_names)
+    if seat is None or aids or game.request is None:
+        return Standing(aids)
+    if recorder is None or problems.depends_on_location(game.problem_name):
+        reason = (
+            "dmplay keeps records of built-in and installed problems"
+            if recorder
+            else "this game is not saved"
+        )
+        return Standing((), f"no record: {reason}")
+    record = find_game_record(game)
+    score = game.session.seat_return(game.session.problem.agents.index(seat))
+    best = record.best.discounted_return if record and record.best else None
+    if best is None or score > best:
+        before = "your first" if best is None else f"{format_number(best)} before"
+        return Standing((), f"new record: {format_number(score)}, {before}")
+    return Standing((), f"your record: {format_number(best)}")
 
 
 def _is_new_best(record: ProblemRecord) -> bool:
@@ -222,6 +306,8 @@ def _parse_record(data: Any) -> ProblemRecord:
         require_line(data["seat"]),
         _parse_result(data["last"]),
         best=data["best"] and _parse_result(data["best"]),
+        medal=data["medal"] if data.get("medal") in MEDALS else "",
+        aids=require_line(data.get("aids", "")),
     )
 
 

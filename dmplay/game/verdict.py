@@ -4,6 +4,7 @@ Every number is about the game that was played: its players, its turn limit and 
 each seat.
 """
 
+import math
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
@@ -13,9 +14,12 @@ from typing import cast
 import numpy as np
 
 from dmplay.agents.base import SCRIPTED_PLAYERS, AdviceQuestion
+from dmplay.agents.expected_return import compute_expected_return
 from dmplay.core.action_values import Accuracy, ValuesBasis
+from dmplay.core.arrays import Array, Reals
 from dmplay.core.policy import Policy
-from dmplay.core.session import Session
+from dmplay.core.problem import initial_state_distribution, make_initial_observation
+from dmplay.core.session import SeatedPolicy, Session
 from dmplay.core.text import format_count
 from dmplay.core.work_budget import ComputationStopped, limit_total_work, stop_after_seconds
 from dmplay.errors import DmplayError
@@ -29,6 +33,7 @@ from dmplay.game.hints.review import (
     run_review,
     total_regret,
 )
+from dmplay.game.medals import AgentValue, Medal, award_medal
 from dmplay.game.position import ADVICE_WORK_LIMIT, SEARCH_AGENT
 from dmplay.registry import agents
 from dmplay.registry.problem_name_kinds import names_bot
@@ -39,6 +44,8 @@ COMPARED_GAMES = 100  # games of each agent that the score is compared with
 COMPARISON_SEED = 1_000_005
 MAX_COMPARED_TURNS = 2000  # turns after which a game of an agent must be over
 MAX_SECONDS = 1.0  # seconds of processor time of each part of a verdict that nobody waits for
+VALUED_GAMES = 100  # games of an agent whose mean score stands for its value
+MEDAL_TASK = TaskInfo("finding your medal", is_after_game=True)
 COMPARISON_TASK = TaskInfo("comparing your score with other games", is_after_game=True)
 RETURN_TOLERANCE = 1e-9  # differences of returns that count as equal
 RANDOM_AGENT = "random"
@@ -155,6 +162,17 @@ class ScoreComparison:
 
 
 @dataclass(frozen=True)
+class Standing:
+    """The help that a game had, and the sentence on the player's record; '' if there is none."""
+
+    aids: tuple[str, ...] = ()  # such as "2 hints"
+    record: str = ""
+
+
+NO_STANDING = Standing()
+
+
+@dataclass(frozen=True)
 class Verdict:
     """The verdict on a game that has ended by its rules; its parts are empty until known."""
 
@@ -163,12 +181,18 @@ class Verdict:
     comparisons: tuple[ScoreComparison, ...] = ()
     ghost_line: str = ""  # an agent's score with the same random numbers
     error: str = ""  # why the choices could not be reviewed
+    medal: Medal | None = None
+    standing: Standing = NO_STANDING
 
     @property
     def lines(self) -> list[str]:
         """The verdict in lines of text, the most important first."""
         has_several_seats = len(self.choices) > 1
-        rows = [
+        aids = " and ".join(self.standing.aids)
+        rows = [f"no medal and no record, because of {aids}"] if aids else []
+        rows += [str(self.medal)] if self.medal else []
+        rows += [self.standing.record] if self.standing.record and not aids else []
+        rows += [
             row
             for choices in self.choices
             for row in choices.format_choice_lines(f"{choices.seat} " if has_several_seats else "")
@@ -207,6 +231,8 @@ class Verdict:
         """The verdict as data."""
         return {
             "seats": {choices.seat: choices.data for choices in self.choices},
+            "medal": self.medal and self.medal.data,
+            "aids": [*self.standing.aids],
             "marks": {str(turn): mark for turn, mark in sorted(self.marks.items())},
             "comparisons": [
                 {
@@ -226,7 +252,10 @@ def _is_costly(move: ReviewedAction, limit: float) -> bool:
 
 
 def compute_verdict(
-    session: Session, questions: Sequence[AdviceQuestion], ghost: Ghost | None = None
+    session: Session,
+    questions: Sequence[AdviceQuestion],
+    ghost: Ghost | None = None,
+    standing: Standing = NO_STANDING,
 ) -> Verdict:
     """Return the verdict on a game that people played to its end; else an empty one.
 
@@ -237,7 +266,7 @@ def compute_verdict(
     if session.end_reason not in NATURAL_END_REASONS:
         return Verdict()
     with limit_total_work(ADVICE_WORK_LIMIT):
-        verdicts = [*iter_verdicts(session, questions, ghost, MAX_SECONDS)]
+        verdicts = [*iter_verdicts(session, questions, ghost, standing, MAX_SECONDS)]
     return verdicts[-1] if verdicts else Verdict()
 
 
@@ -245,6 +274,7 @@ def iter_verdicts(
     session: Session,
     questions: Sequence[AdviceQuestion],
     ghost: Ghost | None = None,
+    standing: Standing = NO_STANDING,
     max_seconds: float | None = None,
 ) -> Iterator[Verdict]:
     """Yield the verdict on a finished game, each time with one part more.
@@ -262,10 +292,15 @@ def iter_verdicts(
             verdict = Verdict(tuple(moves), choices)
         except DmplayError as error:
             verdict = Verdict(error="" if max_seconds else str(error))
+    verdict = replace(verdict, standing=standing)
     yield verdict
     comparisons = run_cancellable(COMPARISON_TASK, lambda: compare_score(session, questions))
     verdict = replace(verdict, comparisons=comparisons)
     yield verdict
+    if not standing.aids:
+        medal = run_cancellable(MEDAL_TASK, lambda: find_medal(session, questions, verdict))
+        verdict = replace(verdict, medal=medal)
+        yield verdict
     ghost_line = ""
     with _stop_quietly_after(
         max_seconds
@@ -380,16 +415,8 @@ def compare_score(
     Empty unless the game ended by its rules, the same players played all turns, and all people have
     the same reward. A comparison that takes too long is left out.
     """
-    problem, human_seats = session.problem, [question.seat for question in questions]
-    if any(question.earlier_turns for question in questions):
-        return ()
-    has_common_reward = len(human_seats) == 1 or problem.shared_reward
-    others = [seated.policy for seated in session.seated_policies if seated]
-    is_repeatable = not any(
-        names_bot(name) or name.partition(":")[0] in UNREPEATABLE_PLAYERS
-        for name in questions[0].players
-    ) and not any(getattr(policy, "depends_on_clock", False) for policy in others)
-    if session.end_reason not in NATURAL_END_REASONS or not (has_common_reward and is_repeatable):
+    human_seats = [question.seat for question in questions]
+    if not _is_comparable(session, questions):
         return ()
     comparisons = []
     for name, policies in _iter_compared_players(session, questions):
@@ -398,6 +425,111 @@ def compare_score(
             if counts is not None:
                 comparisons.append(ScoreComparison(name, COMPARED_GAMES, *counts))
     return tuple(comparisons)
+
+
+def find_medal(
+    session: Session, questions: Sequence[AdviceQuestion], verdict: Verdict
+) -> Medal | None:
+    """Return the medal of the only person, from a verdict with the review; None without values.
+
+    Losses are about the same start, turn limit and other players. If the regret of all choices is
+    known, the values of the agents are exact if they can be listed. Else they are mean scores.
+    """
+    if len(questions) != 1 or not _is_comparable(session, questions):
+        return None
+    (question,), problem, roster = questions, session.problem, None
+    seat = question.seat
+    roster = agents.load_roster(problem, seat)
+    choices = verdict.choices[0] if verdict.choices else None
+    is_exact = bool(choices and choices.regret is not None and choices.count == len(session.turns))
+
+    def value_agent(name: str) -> AgentValue | None:
+        """Return the value of an agent of the roster in the person's seat; None if unknown."""
+        policy = agents.load_agent(problem, seat, name)
+        return _value_policy(session, seat, name, policy, is_exact=is_exact)
+
+    random = value_agent(RANDOM_AGENT)
+    if random is None:
+        return None
+    rule = value_agent(roster.rule_of_thumb) if roster.rule_of_thumb else None
+    score, scale = session.seat_return(seat), problem.reward_scale
+    if is_exact and choices:
+        best = AgentValue("", max(verdict.moves[0].values.values()), is_exact=True)
+        return award_medal(choices.regret or 0.0, best, rule, random, VALUED_GAMES, scale)
+    provider = agents.find_hint_provider(problem, question)
+    strong, name = rule, find_compared_agent(provider) if provider else SEARCH_AGENT
+    if provider and name != SEARCH_AGENT:
+        is_provider = name == provider.base_name
+        policy = provider.policy if is_provider else agents.load_agent(problem, seat, name)
+        strong = _value_policy(session, seat, name, policy, is_exact=False) or rule
+    if strong is None:
+        return None
+    return award_medal(strong.score - score, strong, rule, random, VALUED_GAMES, scale)
+
+
+def _value_policy(
+    session: Session, seat: int, name: str, policy: Policy, *, is_exact: bool
+) -> AgentValue | None:
+    """Return the expected score of a policy in a seat of this game, or its mean score.
+
+    None if it takes too long, or if games go on that may still score more.
+    """
+    problem = session.problem
+    policies = [
+        policy if index == seat else cast(SeatedPolicy, seated).policy
+        for index, seated in enumerate(session.seated_policies)
+    ]
+    with suppress(DmplayError, ComputationStopped), stop_after_seconds(MAX_SECONDS):
+        starts = _list_starts(session, seat) if is_exact else None
+        score = starts and compute_expected_return(
+            problem, policies, seat, session.turn_limit, starts
+        )
+        if score is not None:
+            return AgentValue(name, score, is_exact=True)
+    with suppress(DmplayError, ComputationStopped), stop_after_seconds(MAX_SECONDS):
+        from dmplay.simulation.rollouts import rollout  # imported only if a person finished a game
+
+        can_start_elsewhere = is_exact and problem.partially_observable
+        games = rollout(
+            problem,
+            policies,
+            episodes=VALUED_GAMES,
+            turn_limit=min(session.turn_limit or MAX_COMPARED_TURNS, MAX_COMPARED_TURNS),
+            seed=COMPARISON_SEED,
+            keep=("returns", "terminated"),
+            start_uniforms=None if can_start_elsewhere else session.initial_uniforms,
+        )
+        can_only_fall = problem.reward_bounds is not None and problem.reward_bounds[1] <= 0.0
+        has_same_limit = (session.turn_limit or math.inf) <= MAX_COMPARED_TURNS
+        if has_same_limit or can_only_fall or games.terminated.all():
+            return AgentValue(name, float(games.returns[:, seat].mean()), is_exact=False)
+    return None
+
+
+def _list_starts(session: Session, seat: int) -> tuple[Array, Reals]:
+    """Return the start as the seat knows it: states `[K, ...]` and probabilities `[K]`."""
+    problem, start = session.problem, session.initial_state[None]
+    if not problem.partially_observable:
+        return start, np.ones(1)
+    probabilities, states = initial_state_distribution(problem)
+    observation = make_initial_observation(problem, start, seat)
+    is_possible = make_initial_observation(problem, states, seat) == observation
+    weights = probabilities * is_possible
+    return states, weights / weights.sum()
+
+
+def _is_comparable(session: Session, questions: Sequence[AdviceQuestion]) -> bool:
+    """Return whether agents can play many games as this one, to be compared with its score."""
+    problem, human_seats = session.problem, [question.seat for question in questions]
+    if any(question.earlier_turns for question in questions):
+        return False
+    has_common_reward = len(human_seats) == 1 or problem.shared_reward
+    others = [seated.policy for seated in session.seated_policies if seated]
+    is_repeatable = not any(
+        names_bot(name) or name.partition(":")[0] in UNREPEATABLE_PLAYERS
+        for name in questions[0].players
+    ) and not any(getattr(policy, "depends_on_clock", False) for policy in others)
+    return session.end_reason in NATURAL_END_REASONS and has_common_reward and is_repeatable
 
 
 def find_compared_agent(provider: agents.HintAgent) -> str:

@@ -5,7 +5,7 @@ from json import dumps
 from dmplay.core.text import align_columns, format_json_report, format_number
 from dmplay.game.player_records import ProblemRecord, load_records
 
-HEADINGS = ("problem", "seat", "record", "turns", "seed", "day", "last")
+HEADINGS = ("problem", "seat", "record", "turns", "seed", "day", "last", "medal", "remark")
 
 
 def report_records(*, json: bool) -> str:
@@ -31,4 +31,6 @@ def _record_row(record: ProblemRecord) -> tuple[str, ...]:
         record.seat,
         *best_cells,
         format_number(record.last.discounted_return),
+        record.medal or "-",
+        record.aids and f"last: no record, because of {record.aids}",
     )

@@ -46,6 +46,7 @@ NATURAL_END_REASONS = ("terminal", "horizon", "turn limit")  # a game reaches th
 NOTE_PATTERN = re.compile(r"^#.*\n", re.MULTILINE)
 PLAYER_END_REASONS = ("quit", "interrupted", "illegal", "forfeit")
 JSON_ENCODER = json.JSONEncoder(ensure_ascii=False)
+REPEATED_UNIFORMS_PREFIX = "# again: "  # of a note; older versions wrote another text after it
 TAKE_BACK_EVENTS = ("undo", "reroll")  # events that take back turns
 EVENT_KEYS = (*TAKE_BACK_EVENTS, "help")
 MAX_CACHED_LINES = 4096  # lines that are cached when they are read or written

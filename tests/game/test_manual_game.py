@@ -101,7 +101,7 @@ AGENT_NAMES: Any = ["grim", "random"]  # names where policies are expected
         (lambda: dmplay.compare(HEXWORLD, [[WALKER]] * 2, seat=1), "seat: got 1, expected 0 to 0"),
         (lambda: dmplay.compare(HEXWORLD, []), "got 0 agents, expected at least 2"),
         (lambda: dmplay.load_agent(HEXWORLD, 0, "human"),
-         "unknown agent 'human'; expected one of optimal, ran"),
+         "unknown agent 'human'; expected one of optimal, nea"),
         (lambda: dmplay.load_problem(WRONG_TYPE),
          "got <class 'object'>, expected the name of a problem, or the path of a file"),
         (lambda: dmplay.load_problem(HEXWORLD_OBJECT), "got HexWorld("),

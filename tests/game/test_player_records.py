@@ -314,9 +314,20 @@ def test_records_are_reported_as_a_table_and_as_json() -> None:
     play_lines(replace(DILEMMA_REQUEST, turns=2), *["c"] * 2)
     play_lines(GameRequest("rock-paper-scissors", seed=1), "hint", *["r"] * 10)
     head, first, second = report_records(json=False).splitlines()
-    assert head.split() == ["problem", "seat", "record", "turns", "seed", "day", "last"]
+    assert head.split() == [
+        "problem",
+        "seat",
+        "record",
+        "turns",
+        "seed",
+        "day",
+        "last",
+        "medal",
+        "remark",
+    ]
     assert first.split()[:7] == ["prisoners-dilemma", "--turns", "2", "agent1", "-2", "2", "7"]
     assert second.split()[:3] == ["rock-paper-scissors", "agent1", "-"]
+    assert second.endswith("no record, because of 1 hint")
     data = json.loads(report_records(json=True))["records"]
     assert [entry["problem"] for entry in data] == ["prisoners-dilemma", "rock-paper-scissors"]
     assert data[0]["best"]["return"] == -2

@@ -125,6 +125,8 @@ def test_luck_and_regret_in_the_crying_baby_are_those_of_a_search_of_all_beliefs
 
 def test_the_lines_of_a_game_of_hexworld() -> None:
     assert judge(play("hexworld", ["e", "e", "w"])).lines == [
+        "bronze medal: regret 4.07; gold for at most 0.05, silver 0.12 (nearest-exit), bronze 4.59 "
+        "(random)",
         "choices: best action 1 of 3 times; expected score lost: 4.07 (regret)",
         "score -0.90 = 3.75 (average of best play) - 4.07 (regret) - 0.58 (bad luck)",
         "worst: turn 1, chose e, not se: 3.20 lost",

@@ -77,5 +77,5 @@ class Optimal(constant_state_agents.Optimal):
 AGENTS = Roster(
     {"greedy": Greedy, "epsilon-greedy": EpsilonGreedy, "ucb1": Ucb1,
      "thompson": ThompsonSampling, "optimal": Optimal},
-    hint_provider="optimal",
+    hint_provider="optimal", rule_of_thumb="greedy",
 )  # fmt: skip

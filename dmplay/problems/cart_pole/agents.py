@@ -137,5 +137,5 @@ class Alternate(ReactivePolicy):
 AGENTS = Roster(
     {"balance": Balance, "regulate": LinearQuadraticPolicy, "always-left": AlwaysLeft,
      "always-right": AlwaysRight, "alternate": Alternate},
-    hint_provider="regulate",
+    hint_provider="regulate", rule_of_thumb="balance",
 )  # fmt: skip

@@ -401,6 +401,7 @@ def list_hunt_agents(problem: CollaborativePredatorPrey, seat: int) -> Roster:
         agents,
         hint_provider=_choose_hint_provider(problem),
         default_partner="sweep",
+        rule_of_thumb="sweep",
         simulation_agent="joint-plan" if problem.predators == 2 and not problem.sighted else None,
         # The general agent `optimal` refuses small hunts whose joint plan is not proven optimal.
         adds_general_agents=problem.predators == 1,

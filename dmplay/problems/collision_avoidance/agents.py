@@ -64,4 +64,5 @@ class Optimal(GreedyPolicy, ReactivePolicy):
 AGENTS = Roster(
     {"no-advisory": NoAdvisory, "simple": AvoidWhenNear, "optimal": Optimal},
     hint_provider="optimal",
+    rule_of_thumb="simple",
 )

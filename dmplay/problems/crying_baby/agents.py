@@ -40,6 +40,7 @@ def list_agents(problem: Problem, seat: int) -> Roster:
          "optimal": PomdpOptimalPolicy, "plan": RecedingHorizonPolicy, "qmdp": Qmdp},
         hint_provider="optimal" if is_discounted else "plan",
         finite_horizon_hint_provider="optimal",
+        rule_of_thumb="feed-when-crying",
     )  # fmt: skip
 
 

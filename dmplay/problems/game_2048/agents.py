@@ -87,5 +87,8 @@ class Expectimax(GreedyPolicy, ReactivePolicy):
 
 
 AGENTS = Roster(
-    {"corner": Corner, "expectimax": Expectimax}, hint_provider="expectimax", batch_agent="corner"
+    {"corner": Corner, "expectimax": Expectimax},
+    hint_provider="expectimax",
+    batch_agent="corner",
+    rule_of_thumb="corner",
 )

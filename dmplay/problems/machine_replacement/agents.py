@@ -79,5 +79,5 @@ class FastInformedBoundByTurns(_GamePlan, FastInformedBound):
 AGENTS = Roster(
     {"always-manufacture": AlwaysManufacture, "fib": FastInformedBoundByTurns,
      "optimal": Optimal, "qmdp": Qmdp, "threshold": Threshold},
-    hint_provider="optimal",
+    hint_provider="optimal", rule_of_thumb="threshold",
 )  # fmt: skip

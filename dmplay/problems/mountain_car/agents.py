@@ -89,5 +89,5 @@ class AlwaysRight(ConstantPolicy):
 AGENTS = Roster(
     {"optimal": Optimal, "pump": Pump, "always-left": AlwaysLeft, "always-coast": AlwaysCoast,
      "always-right": AlwaysRight},
-    hint_provider="optimal",
+    hint_provider="optimal", rule_of_thumb="pump",
 )  # fmt: skip

@@ -122,6 +122,7 @@ def list_agents(problem: Problem, seat: int) -> Roster:
         {"best-response": BestResponse, "feed-when-crying": FeedWhenCrying,
          "joint-plan": SharedObservationPlan},
         adviser, "best-response", default_partner=DEFAULT_PARTNER,
+        rule_of_thumb="feed-when-crying",
     )  # fmt: skip
 
 

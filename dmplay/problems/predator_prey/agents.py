@@ -247,6 +247,7 @@ def list_agents(problem: PredatorPrey, seat: int) -> Roster:
         {**DISTANCE_POLICIES, "best-response": BestResponse, "equilibrium": HuntEquilibrium},
         hint_provider="best-response" if is_quick and problem.discount < 1.0 else natural_name,
         default_partner=natural_name,
+        rule_of_thumb=natural_name,
     )
 
 

@@ -24,4 +24,5 @@ AGENTS = Roster(
      "softmax": HierarchicalSoftmax, "gradient-ascent": GradientAscent,
      "axelrod": AxelrodStrategy, "plan-rounds": Plan},
     hint_provider="plan-rounds", default_partner="tit-for-tat", batch_agent="best-response",
+    rule_of_thumb="tit-for-tat",
 )  # fmt: skip

@@ -34,4 +34,5 @@ AGENTS = Roster(
     {"uniform": Random, "nash": Nash, "beat-last": BeatLast, "frequency": FictitiousPlay,
      "gradient-ascent": GradientAscent, "plan-rounds": Plan},
     hint_provider="plan-rounds", default_partner="frequency", batch_agent="frequency",
+    rule_of_thumb="beat-last",
 )  # fmt: skip

@@ -44,4 +44,5 @@ AGENTS = Roster(
     {"nash": Nash, "level-k": HierarchicalSoftmax, "best-response": FictitiousPlay,
      "gradient-ascent": GradientAscent, "claim": FixedClaim, "plan-rounds": Plan},
     hint_provider="plan-rounds", default_partner="level-k", batch_agent="best-response",
+    rule_of_thumb="best-response",
 )  # fmt: skip

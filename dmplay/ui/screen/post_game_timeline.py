@@ -262,7 +262,9 @@ class PostGameReview:
         self._reviewed_turn, game.verdict = last_turn, Verdict()
         self.timeline = GameTimeline(game) if last_turn else None
         if last_turn:
-            verdicts = iter_verdicts(game.session, game.advice_questions, game.ghost)
+            verdicts = iter_verdicts(
+                game.session, game.advice_questions, game.ghost, game.find_standing()
+            )
             with suppress(ComputationStopped):
                 for game.verdict in verdicts:
                     self.timeline = GameTimeline(game, game.verdict.moves)

@@ -57,6 +57,9 @@ class Reporter:
         """Return the prompt of the next input line, here ''; subclasses may print a request."""
         return ""
 
+    def prepare_end(self, game: Game) -> None:
+        """Compute the verdict on a finished game, before its medal is saved."""
+
     def report_end(self, game: Game) -> None:
         """Report the end of the game; by default nothing."""
 
@@ -112,6 +115,10 @@ class SentenceReporter(Reporter):
             return "prediction> "
         agent = f"{game.problem.agents[game.viewing_seat]} " if len(game.human_seats) > 1 else ""
         return f"{agent}action> "
+
+    def prepare_end(self, game: Game) -> None:
+        """Compute the verdict on a finished game, before its medal is saved."""
+        game.compute_verdict()
 
     def report_end(self, game: Game) -> None:
         """Print the result and the hidden information of the game."""
@@ -177,6 +184,10 @@ class JsonReporter(Reporter):
         facts = {"turn": len(game.session.turns) + 1, "legal": choices}
         self._print_event("ask", {"seat": game.problem.agents[seat]} | facts)
         return ""
+
+    def prepare_end(self, game: Game) -> None:
+        """Compute the verdict on a finished game, before its medal is saved."""
+        game.compute_verdict()
 
     def report_end(self, game: Game) -> None:
         """Print the end reason, returns, seed and hidden information; or that it is paused."""
@@ -254,6 +265,8 @@ def play_by_lines(
                 reporter.report_text("cancelled.")
     else:
         _play_agents_only(controller, reporter)
+    if controller.game.session.over:
+        reporter.prepare_end(controller.game)
     controller.end_game()
     reporter.report_end(controller.game)
     return has_invalid_line

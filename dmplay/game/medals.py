@@ -1,0 +1,94 @@
+"""Medals: what a finished game lost, compared with agents that play from the same start.
+
+Gold is for at most 1 % of the loss of random play, silver for at most the loss of a rule of thumb,
+and bronze for at most that of random play. The loss is the regret if it is known exactly, else the
+score that a strong agent reaches more on average.
+"""
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+from dmplay.game.hints.hint_provider import choose_decimals, format_fixed
+
+MEDALS = ("gold", "silver", "bronze")
+GOLD_SHARE = 0.01  # of the loss of random play
+LOSS_TOLERANCE = 1e-9  # of the scale of rewards
+
+
+class AgentValue(NamedTuple):
+    """The expected score of an agent from the start of a game, or its mean score in some games."""
+
+    agent: str
+    score: float
+    is_exact: bool
+
+
+class Medal(NamedTuple):
+    """The medal that a game earned, '' if none, and the largest loss for each medal."""
+
+    name: str
+    loss: float
+    best: AgentValue  # of the agent whose score loses nothing
+    limits: Mapping[str, tuple[float, str]]  # by medal: the largest loss, and who loses it
+    game_count: int  # games of each agent whose mean is used; 0 if all values are exact
+    scale: float  # of the problem's rewards
+
+    def __str__(self) -> str:
+        """Return the medal and the limits as one line."""
+        is_regret = self.best.is_exact
+        numbers = {
+            name: limit if is_regret else self.best.score - limit
+            for name, (limit, _) in self.limits.items()
+        }
+        result = self.loss if is_regret else self.best.score - self.loss
+        decimals = choose_decimals([result, *numbers.values()], self.scale)
+        parts = [
+            f"{name} {format_fixed(number, decimals)}" + f" ({agent})" * bool(agent)
+            for name, number in numbers.items()
+            for agent in [self.limits[name][1]]
+        ]
+        measure = "regret" if is_regret else "score"
+        line = f"{self.name or 'no'} medal: {measure} {format_fixed(result, decimals)}; "
+        parts[0] = parts[0].replace(" ", f" for at {'most' if is_regret else 'least'} ", 1)
+        line += ", ".join(parts)
+        if not self.game_count:
+            return line
+        return f"{line}; mean scores of {self.game_count} games from this start"
+
+    @property
+    def data(self) -> dict[str, object]:
+        """The medal as data."""
+        limits = {
+            name: {"loss": loss, "agent": agent} for name, (loss, agent) in self.limits.items()
+        }
+        facts = {"medal": self.name or None, "loss": self.loss, "limits": limits}
+        return {**facts, "exact": not self.game_count, "games": self.game_count}
+
+
+def award_medal(  # noqa: PLR0913, PLR0917 - the values of the players
+    loss: float,
+    best: AgentValue,
+    rule: AgentValue | None,
+    random: AgentValue,
+    game_count: int,
+    scale: float,
+) -> Medal | None:
+    """Return the medal for a loss; None if random play loses nothing, so that all play is best.
+
+    A rule of thumb that is worse than random play, or worth gold, gives no limit. `game_count` is
+    that of the mean scores; the medal says so if one of them is used.
+    """
+    tolerance = LOSS_TOLERANCE * max(scale, abs(best.score))
+    stake = best.score - random.score
+    if stake <= tolerance:
+        return None
+    limits = {"gold": (GOLD_SHARE * stake, "")}
+    if rule and rule.agent == best.agent:  # no better agent is quick enough to be compared
+        limits = {"silver": (0.0, rule.agent)}
+    elif rule and limits["gold"][0] < best.score - rule.score <= stake:
+        limits["silver"] = (best.score - rule.score, rule.agent)
+    limits["bronze"] = (stake, random.agent)
+    earned = [name for name in MEDALS if name in limits and loss <= limits[name][0] + tolerance]
+    values = [best, random, *[rule] * (rule is not None and "silver" in limits)]
+    is_exact = all(value.is_exact for value in values if value)
+    return Medal((earned or [""])[0], loss, best, limits, 0 if is_exact else game_count, scale)

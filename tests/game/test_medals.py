@@ -1,0 +1,105 @@
+"""Tests of medals: the expected scores that they compare, their limits, and games without one."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import dmplay
+from dmplay.agents.expected_return import compute_expected_return
+from dmplay.core.problem import initial_state_distribution
+from dmplay.game.medals import AgentValue, award_medal
+from dmplay.registry import agents, problems
+from tests.support.programs import run_dmplay
+from tests.support.screens import make_game
+
+RULE_OF_USER = """
+from dataclasses import dataclass
+
+import numpy as np
+
+from dmplay import Labels, Roster, SeatPolicy, StationaryPolicy, Tables, Tabular
+
+
+class Coin(Tabular):
+    actions, horizon = (Labels(("heads", "tails", "edge")),), 2
+    state_count, state_names = 1, ("only",)
+    tables = Tables([[[1.0]] * 3], [[[10.0], [9.0], [0.0]]])
+
+
+@dataclass(frozen=True)
+class Tails(StationaryPolicy):
+    def choose_from_states(self, s, legal):
+        return np.ones(len(s), int)
+
+
+AGENTS = Roster({"tails": Tails}, rule_of_thumb="tails")
+"""
+
+
+@pytest.mark.parametrize(
+    ("name", "agent"),
+    [("hexworld", "nearest-exit"), ("crying-baby", "feed-when-crying"), ("catch", "greedy"),
+     ("predator-prey", "chase"), ("machine-replacement", "random")],
+)  # fmt: skip
+def test_the_expected_return_is_the_mean_of_many_games(name: str, agent: str) -> None:
+    problem = problems.load_problem(name)
+    partners = range(1, len(problem.agents))
+    policies = [agents.load_agent(problem, 0, agent)] + [
+        agents.load_agent(problem, seat, "random") for seat in partners
+    ]
+    probabilities, states = initial_state_distribution(problem)
+    expected = compute_expected_return(problem, policies, 0, 8, (states, probabilities))
+    returns = dmplay.rollout(problem, policies, episodes=4000, turn_limit=8, seed=3).returns[:, 0]
+    assert expected == pytest.approx(returns.mean(), abs=5 * returns.std() / np.sqrt(len(returns)))
+
+
+@pytest.mark.parametrize("scale", [1e-6, 1.0, 1e6])
+@pytest.mark.parametrize(
+    ("loss", "medal"), [(0.0, "gold"), (0.1, "gold"), (0.2, "silver"), (9.0, "bronze"), (11.0, "")]
+)
+def test_the_medal_is_the_same_at_every_scale_of_rewards(
+    loss: float, medal: str, scale: float
+) -> None:
+    best, rule, random = (
+        AgentValue(name, score * scale, is_exact=True)
+        for name, score in (("", 10.0), ("rule", 8.0), ("random", 0.0))
+    )
+    earned = award_medal(loss * scale, best, rule, random, 100, scale)
+    assert earned is not None
+    assert earned.name == medal
+    assert {name: limit / scale for name, (limit, _) in earned.limits.items()} == pytest.approx(
+        {"gold": 0.1, "silver": 2.0, "bronze": 10.0}
+    )
+
+
+def test_there_is_no_medal_if_random_play_loses_nothing() -> None:
+    value = AgentValue("random", 1.0, is_exact=True)
+    assert award_medal(0.0, AgentValue("", 1.0, is_exact=True), None, value, 100, 1.0) is None
+
+
+def test_hints_and_undone_turns_cost_the_medal_and_the_end_says_so() -> None:
+    game = make_game("crying-baby", turns=2)
+    game.record_hint()
+    game.choose(0.0)
+    game.choose(2.0)
+    verdict = game.compute_verdict()
+    assert verdict.medal is None
+    assert verdict.lines[0] == "no medal and no record, because of 1 hint"
+
+
+def test_a_user_names_a_rule_of_thumb_and_records_list_the_medal(tmp_path: Path) -> None:
+    (tmp_path / "coin.py").write_text(RULE_OF_USER)
+    end = run_dmplay(tmp_path, "./coin.py", stdin="tails\nheads\n").stdout
+    assert "silver medal: regret 1.00; gold for at most 0.07, silver 2.00 (tails), bronze " in end
+    end = run_dmplay(
+        tmp_path, "crying-baby", "--seed", "7", "-o", "g.dmt", stdin="feed\n" * 20
+    ).stdout
+    assert " medal: regret " in end
+    assert "new record: " in end
+    assert "feed-when-crying" in end
+    columns = run_dmplay(tmp_path, "records").stdout.splitlines()
+    assert columns[0].split() == [
+        "problem", "seat", "record", "turns", "seed", "day", "last", "medal", "remark",
+    ]  # fmt: skip
+    assert columns[1].split()[-1] in ("gold", "silver", "bronze", "-")
