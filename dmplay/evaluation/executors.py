@@ -13,6 +13,7 @@ from dmplay.registry.user_code import load_named_attribute
 from dmplay.simulation.worker_pool import WorkerCount, count_cores, reuse_processes
 
 DASK = "dask"
+NO_WORKERS_SECONDS = 30.0  # after which games are lost if all workers of a new cluster died
 
 
 class ExecutionBackend(NamedTuple):
@@ -53,11 +54,13 @@ def _connect_dask_client(address: str, workers: WorkerCount) -> Any:
         if address:
             return client_class(address, timeout="10s", set_as_default=False)
         worker_count = count_cores() if workers == "auto" else workers
-        # Lost blocks are run again, and reported, by dmplay itself.
-        return client_class(
-            n_workers=worker_count, threads_per_worker=1, dashboard_address="127.0.0.1:0",
-            scheduler_kwargs={"allowed_failures": 0}, silence_logs=logging.CRITICAL,
-        )  # fmt: skip
+        timeout = {"distributed.scheduler.no-workers-timeout": f"{NO_WORKERS_SECONDS}s"}
+        with import_module("dask").config.set(timeout):
+            # Lost blocks are run again, and reported, by dmplay itself.
+            return client_class(
+                n_workers=worker_count, threads_per_worker=1, dashboard_address="127.0.0.1:0",
+                scheduler_kwargs={"allowed_failures": 0}, silence_logs=logging.CRITICAL,
+            )  # fmt: skip
     except (OSError, ValueError) as error:
         raise BadParameter(
             f"--executor: cannot connect to a Dask cluster at {address or 'this machine'}; {error}"

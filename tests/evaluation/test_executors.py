@@ -21,6 +21,7 @@ import dmplay
 from dmplay.cli.parsed_command_runner import interpret_command
 from dmplay.core.user_code_locations import describe_error_location
 from dmplay.errors import BadParameter
+from dmplay.evaluation import executors
 from dmplay.evaluation.executors import ExecutionBackend, open_execution_backend
 from dmplay.simulation.rollouts import Rollout, rollout
 from dmplay.simulation.worker_pool import reuse_processes, run_blocks
@@ -228,6 +229,18 @@ class Die:
             pass
         return np.zeros(len(u), int)
 """
+
+
+@pytest.mark.slow
+@pytest.mark.extra("dask")
+def test_a_cluster_without_workers_does_not_wait_for_ever(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(executors, "NO_WORKERS_SECONDS", 0.2)
+    with executors._connect_dask_client("", 1) as client, client.cluster as cluster:
+        cluster.scale(0)
+        while client.nthreads():
+            time.sleep(0.05)
+        with pytest.raises(Exception, match="without any running workers"):
+            client.submit(pow, 2, 3).result(timeout=60)
 
 
 @pytest.mark.slow
