@@ -85,7 +85,7 @@ class Env(gymnasium.Env[Any, Any]):
 
     def reset(self, *, seed: int | None = None, options: Info | None = None) -> tuple[Any, Info]:
         """Start an episode; `options={"episode": n}` selects the episode of the seed."""
-        self._uniforms = choose_episode(
+        self._uniforms = choose_episode_uniforms(
             self._uniforms, seed, check_reset_options(options, "episode")
         )
         super().reset(seed=None if seed is None else self._uniforms.seed)
@@ -331,7 +331,9 @@ def check_reset_options(options: object, option: str, *, ignore_unknown: bool = 
     return {option: options[option]} if option in options else {}
 
 
-def choose_episode(last: SeededUniforms | None, seed: int | None, values: Info) -> SeededUniforms:
+def choose_episode_uniforms(
+    last: SeededUniforms | None, seed: int | None, values: Info
+) -> SeededUniforms:
     """Return the uniforms of the next episode: that of `values`, or the one after the last.
 
     Without a seed and a last episode, the seed is new.

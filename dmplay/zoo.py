@@ -20,7 +20,7 @@ from dmplay.gym import (
     check_render_mode,
     check_reset_options,
     check_started,
-    choose_episode,
+    choose_episode_uniforms,
     render_board,
     resolve_problem,
     resolve_turn_limit,
@@ -73,7 +73,7 @@ class ParallelEnv(pettingzoo.ParallelEnv):  # type: ignore[misc] # PettingZoo is
         PettingZoo's own tests require.
         """
         values = check_reset_options(options, "episode", ignore_unknown=True)
-        self._uniforms = choose_episode(self._uniforms, seed, values)
+        self._uniforms = choose_episode_uniforms(self._uniforms, seed, values)
         session = self.session = Session(self.problem, self._uniforms, turn_limit=self._turn_limit)
         self.agents, self._step_count = [*self.possible_agents], 0
         return self._current_observations(session), self._infos(session)

@@ -273,10 +273,10 @@ class TreeSearch(BeliefPolicy):
         for rows in self._config.make_row_slices(len(u)):
             block_memory = tuple(array[rows] for array in memory)
             block_legal = None if legal is None else legal[rows]
-            blocks.append(self._choose_together(block_memory, block_legal, u[rows, 0]))
+            blocks.append(self._choose_for_rows(block_memory, block_legal, u[rows, 0]))
         return np.concatenate(blocks)
 
-    def _choose_together(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
+    def _choose_for_rows(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
         """Return the actions `[B]` of rows that are searched together.
 
         An action of the own seat's policy is kept unless another one is significantly better.

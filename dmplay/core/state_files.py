@@ -42,7 +42,7 @@ class StateFile:
     def read(self) -> dict[str, Any]:
         """Return the valid contents of the file, {} if there are none."""
         try:
-            content, fault = self._load()
+            content, fault = self._load_valid_entries()
         except (DmplayError, OSError) as error:
             warn_once(f"{self.purpose}: {error}")
             return {}
@@ -54,7 +54,7 @@ class StateFile:
         try:
             self.path.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
             with safe_files.exclusive_lock(self.path.with_suffix(".lock")):
-                content, fault = self._load()
+                content, fault = self._load_valid_entries()
                 if fault:
                     self._rename_invalid_file(fault)
                 change(content)
@@ -64,7 +64,7 @@ class StateFile:
             warn_once(f"{self.purpose}: not saved: {error}")
         return content
 
-    def _load(self) -> tuple[dict[str, Any], str]:
+    def _load_valid_entries(self) -> tuple[dict[str, Any], str]:
         """Return the valid contents, and the fault of the others, '' if there is none.
 
         Raise BadParameter for a file of a later version, and OSError if it may be read later.

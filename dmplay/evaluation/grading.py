@@ -142,14 +142,14 @@ def _grade_file(
     try:
         transcript = read_transcript(file)
     except (DmplayError, OSError):
-        fault = _describe_first_fault(verify(file))
+        fault = _describe_first_finding(verify(file))
         yield _GradedGame(Grade(str(file), verified=False, fault=fault), (), ())
         return
     header = transcript.header
     assigned_names = None if assignment is None else assignment.list_own_names(header, file)
     differences = None if assignment is None else (*assignment.list_differing_facts(header, file),)
     report = verify(file, trusted=trusted, assigned_names=assigned_names)
-    fault = _describe_first_fault(report)
+    fault = _describe_first_finding(report)
     try:
         lookup = load_transcript_problem(transcript, trusted=trusted, assigned_names=assigned_names)
         problem, session = lookup.problem, replay(transcript, lookup.problem)
@@ -189,7 +189,7 @@ def _grade_file(
         yield _GradedGame(grade, uniforms_key, (*variant, seat, *turn_keys))
 
 
-def _describe_first_fault(report: VerificationReport) -> str:
+def _describe_first_finding(report: VerificationReport) -> str:
     """Return the first finding of a report as text; '' if there is none."""
     return str(report.findings[0]) if report.findings else ""
 

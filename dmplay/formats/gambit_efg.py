@@ -68,7 +68,7 @@ class _TreeReader:
         kind = lexer.token
         if path.node_count == MAX_PATH_NODES and kind in ("c", "p"):
             expected = f"t, because a path has at most {MAX_PATH_NODES} nodes before it"
-            raise lexer.unexpected_token(expected)
+            raise lexer.make_token_error(expected)
         lexer.expect_token("c", "p", "t")
         lexer.read_optional_string("the name of a node")
         if kind == "t":
@@ -117,7 +117,7 @@ class _TreeReader:
         if lexer.token != "{":
             if (player, set_number) not in self.actions:
                 expected = "actions in braces, because this information set is new"
-                raise lexer.unexpected_token(expected)
+                raise lexer.make_token_error(expected)
             return self.actions[player, set_number]
         position = lexer.position
         if player == 0:
@@ -127,7 +127,7 @@ class _TreeReader:
         earlier_actions = self.actions.setdefault((player, set_number), actions)
         if len(earlier_actions) != len(actions):
             expected = "actions, as at an earlier node of the information set"
-            raise lexer.unexpected_token(f"{len(earlier_actions)} {expected}", position)
+            raise lexer.make_token_error(f"{len(earlier_actions)} {expected}", position)
         # A player who saw other labels at another node of the set could tell the nodes apart.
         return earlier_actions if player else actions
 
@@ -143,7 +143,7 @@ class _TreeReader:
             probabilities.append(lexer.read_number())
         lexer.expect_token("}")
         if min(probabilities) < 0 or abs(sum(probabilities) - 1) > SUM_TOLERANCE:
-            raise lexer.unexpected_token("probabilities that sum to 1", position)
+            raise lexer.make_token_error("probabilities that sum to 1", position)
         total = sum(probabilities)
         labels = _quote_distinct_labels(names)
         return [f"{label} {p / total!r}" for label, p in zip(labels, probabilities, strict=True)]
@@ -160,7 +160,7 @@ class _TreeReader:
             lexer.expect_token("}")
         if number and number not in self.outcomes:
             expected = "an outcome whose payoffs are given here or earlier"
-            raise lexer.unexpected_token(expected, position)
+            raise lexer.make_token_error(expected, position)
         payoffs = self.outcomes[number] if number else (0.0,) * len(self.players)
         return tuple(total + payoff for total, payoff in zip(payoffs_so_far, payoffs, strict=True))
 
@@ -175,11 +175,11 @@ def read_efg(path: str, raw: bytes) -> ExtensiveForm:
     title, players = lexer.read_header("EFG", "2")
     lexer.read_optional_string("a comment")
     if lexer.token == "t":
-        raise lexer.unexpected_token("c or p, because a game needs a node with actions")
+        raise lexer.make_token_error("c or p, because a game needs a node with actions")
     tree = _TreeReader(lexer, players, information_sets=[{} for _ in range(len(players) + 1)])
     nodes = [*tree.iter_node_lines()]
     if lexer.token:
-        raise lexer.unexpected_token("the end of the file, because the game tree is complete")
+        raise lexer.make_token_error("the end of the file, because the game tree is complete")
     header = f"EFG 2 R {_quote(title)} {{ {' '.join(map(_quote, players))} }}"
     return ExtensiveForm("\n".join([header, '""', "", *nodes, ""]), tree.predecessors)
 

@@ -38,7 +38,7 @@ def read_nfg(path: str, raw: bytes) -> NormalFormGame:
     read_table = _read_outcomes if lexer.token == "{" else _read_payoffs
     payoff_rows = read_table(lexer, len(players), prod(counts))
     if lexer.token:
-        raise lexer.unexpected_token("the end of the file, because the payoff table is complete")
+        raise lexer.make_token_error("the end of the file, because the payoff table is complete")
     # the first player's strategy varies fastest
     table = payoff_rows.reshape(*reversed(counts), len(players))
     payoffs = np.ascontiguousarray(np.moveaxis(table.T, 0, -1))
@@ -59,7 +59,7 @@ class GambitLexer:
         """The next token; '' at the end."""
         return self._tokens[self.position][0] if self.position < len(self._tokens) else ""
 
-    def unexpected_token(self, expected: str, position: int | None = None) -> BadFile:
+    def make_token_error(self, expected: str, position: int | None = None) -> BadFile:
         """Return the error for an unexpected token: the next one, or the one at `position`."""
         self.position = self.position if position is None else position
         offset, got = len(self._text.content.rstrip()), "the end of the file"
@@ -70,7 +70,7 @@ class GambitLexer:
     def expect_token(self, *words: str) -> None:
         """Read the next token; raise BadFile unless it is one of these words."""
         if self.token not in words:
-            raise self.unexpected_token(" or ".join(words))
+            raise self.make_token_error(" or ".join(words))
         self.position += 1
 
     def read_header(self, name: str, version: str) -> tuple[str, list[str]]:
@@ -84,7 +84,7 @@ class GambitLexer:
         """Read and return a text in quotation marks; raise BadFile for any other token."""
         word = self.token
         if len(word) < 2 or word[0] != '"' or word[-1] != '"':
-            raise self.unexpected_token(expected)
+            raise self.make_token_error(expected)
         self.position += 1
         return re.sub(r"\\(.)", r"\1", word[1:-1])
 
@@ -106,9 +106,9 @@ class GambitLexer:
         try:
             value = float(self.token if is_number(self.token) else Fraction(self.token))
         except (ValueError, ZeroDivisionError, OverflowError):
-            raise self.unexpected_token(EXPECTED_NUMBER) from None
+            raise self.make_token_error(EXPECTED_NUMBER) from None
         if not abs(value) <= MAX_NUMBER:
-            raise self.unexpected_token(EXPECTED_NUMBER)
+            raise self.make_token_error(EXPECTED_NUMBER)
         self.position += 1
         return value
 
@@ -116,7 +116,7 @@ class GambitLexer:
         """Read and return a whole number from `least` to `most`; raise BadFile otherwise."""
         value = parse_integer(self.token)
         if value is None or not least <= value <= most:
-            raise self.unexpected_token(expected)
+            raise self.make_token_error(expected)
         self.position += 1
         return value
 

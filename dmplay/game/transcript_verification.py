@@ -232,8 +232,7 @@ def format_reports(
     pairs = list(zip(reports, accepted, strict=True))
     if json:
         return [
-            format_json_report(_report_to_dict(report, is_accepted))
-            for report, is_accepted in pairs
+            format_json_report(_report_data(report, is_accepted)) for report, is_accepted in pairs
         ]
     rows = [
         _format_ok_line(report) if is_accepted else str(report) for report, is_accepted in pairs
@@ -254,7 +253,7 @@ def _format_ok_line(report: VerificationReport) -> str:
     return f"ok {escape_newlines(report.path)} ({escape_newlines(report.summary)})"
 
 
-def _report_to_dict(report: VerificationReport, accepted: bool) -> dict[str, object]:
+def _report_data(report: VerificationReport, accepted: bool) -> dict[str, object]:
     """Return a report as a dictionary that can be encoded as JSON."""
     findings = [finding._asdict() for finding in report.findings]
     return {

@@ -19,7 +19,7 @@ from dmplay.external.bots.protocol import (
     decode_percept,
     describe_choices,
     encode_message,
-    unexpected_value,
+    make_value_error,
 )
 
 MAX_QUOTED_CHARACTERS = 60  # maximum characters of a bad line in an error message
@@ -141,7 +141,7 @@ def _decode_legal_mask(problem: Problem, seat: int, value: object) -> Bools | No
     if value == describe_choices(problem, seat) or not labels:
         return None
     if not isinstance(value, list) or not value or any(name not in labels for name in value):
-        raise unexpected_value("legal", value, f"a list of one or more of {', '.join(labels)}")
+        raise make_value_error("legal", value, f"a list of one or more of {', '.join(labels)}")
     return np.array([[name in value for name in labels]])
 
 
@@ -152,7 +152,7 @@ def _decode_count(message: JsonObject, key: str, default: int | None = None) -> 
     """
     value = message[key] if default is None else message.get(key, default)
     if type(value) is not int or value < 0:
-        raise unexpected_value(key, value, "a whole number, 0 or more")
+        raise make_value_error(key, value, "a whole number, 0 or more")
     return value
 
 
@@ -165,7 +165,7 @@ def _decode_uniforms(values: object, count: int) -> Reals:
     )
     if not is_valid:
         numbers = format_count(count, "number")
-        raise unexpected_value("luck", values, f"a list of {numbers} from 0 to 1")
+        raise make_value_error("luck", values, f"a list of {numbers} from 0 to 1")
     return np.array([values], float)
 
 

@@ -179,7 +179,7 @@ def _theme_words(words: frozenset[str], theme: str) -> set[str]:
     """
     styles = {word for word in words if word in SGR_CODES}
     if theme in THEME_PALETTES and not styles & BACKGROUND_COLORS.keys():
-        return _use_palette(styles, theme)
+        return _fix_colours(styles, theme)
     if theme == "mono":
         return styles - PROMPT_TOOLKIT_STYLES.keys() | (
             {"reverse"} if styles & BACKGROUND_COLORS.keys() else set()
@@ -191,7 +191,7 @@ def _theme_words(words: frozenset[str], theme: str) -> set[str]:
     return styles
 
 
-def _use_palette(styles: set[str], theme: str) -> set[str]:
+def _fix_colours(styles: set[str], theme: str) -> set[str]:
     """Return style words with fixed colours in place of the named colours and of dim."""
     palette, is_high_contrast = THEME_PALETTES[theme], theme.startswith("high-contrast")
     base_names = {

@@ -36,7 +36,7 @@ def report_violations(name: str, parameters: Mapping[str, object], *, json: bool
     except Exception as error:
         violations = [user_error_to_violation(error)]
     else:
-        violations, notes = check(problem), _list_notes(problem)
+        violations, notes = check(problem), _note_empty_rows(problem)
     exit_code = VIOLATION_EXIT_CODE if violations else 0
     if json:
         faults = [violation._asdict() for violation in violations]
@@ -69,7 +69,7 @@ def report_agent_trial(
     return Printout(f"ok {agent}: legal choices in {games}, {conditions}")
 
 
-def _list_notes(problem: Problem) -> list[str]:
+def _note_empty_rows(problem: Problem) -> list[str]:
     """Return a note for each kind of row that a file leaves empty because no game uses it."""
     if not isinstance(problem, FileProblem):
         return []

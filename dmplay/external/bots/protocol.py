@@ -85,7 +85,7 @@ def decode_observation(problem: Problem, seat: int, value: Any, *, initial: bool
         except (ValueError, LookupError, TypeError, AttributeError):
             example = json.dumps(problem.format_state(state))
             expected = f"a state as text, such as {example}"
-            raise unexpected_value("observation", value, expected) from None
+            raise make_value_error("observation", value, expected) from None
     space = problem.observations[seat]
     if value is None and initial:
         return space.null_observation(1)
@@ -93,7 +93,7 @@ def decode_observation(problem: Problem, seat: int, value: Any, *, initial: bool
         return _decode_numbers("observation", value, space.shape)[None]
     if not isinstance(value, str) or not value:
         expected = f"one of {', '.join(space)}" if isinstance(space, Labels) else "text"
-        raise unexpected_value("observation", value, expected)
+        raise make_value_error("observation", value, expected)
     if not isinstance(space, Labels):
         return np.array([value])
     if value not in space:
@@ -109,11 +109,11 @@ def _decode_numbers(key: str, value: Any, shape: tuple[int, ...]) -> Reals:
         numbers = np.array("")
     if numbers.dtype.kind not in "iuf" or numbers.shape != shape:
         expected = f"numbers of shape {[*shape]}" if shape else "a number"
-        raise unexpected_value(key, value, expected)
+        raise make_value_error(key, value, expected)
     return numbers.astype(float)
 
 
-def unexpected_value(key: str, value: object, expected: str) -> BadParameter:
+def make_value_error(key: str, value: object, expected: str) -> BadParameter:
     """Return the error for the value of a key of a message, which is shown as JSON."""
     return BadParameter(f"{key} {json.dumps(value)}, expected {expected}")
 
@@ -144,7 +144,7 @@ def decode_percept(problem: Problem, seat: int, facts: JsonObject) -> Percept:
     actions = None
     if joint is not None:
         if not isinstance(joint, dict) or not {*problem.agents} <= {*joint}:
-            raise unexpected_value(
+            raise make_value_error(
                 "actions", joint, f"an action for each of {', '.join(problem.agents)}"
             )
         joint_action = [
@@ -166,5 +166,5 @@ def _decode_action(problem: Problem, seat: int, value: object) -> float:
     if isinstance(value, bool) or not isinstance(value, action_set.json_types):
         description = action_set.describe_actions()
         is_named = isinstance(action_set, Labels)
-        raise unexpected_value("action", value, "one of " * is_named + description)
+        raise make_value_error("action", value, "one of " * is_named + description)
     return problem.parse_action(seat, str(value))
