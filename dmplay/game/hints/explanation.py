@@ -380,7 +380,9 @@ class _ValueExplainer:
             subject = f"The best action {self._format_action(best)}"
             if self._action == self._suggested:
                 subject = f"By these values, {self._format_action(best)}"
-            text = f"{subject} is worth {self._format(gap)} more."
+            is_rating = self._hint.values_basis.accuracy is Accuracy.RATING
+            verb, comparative = ("rated", "higher") if is_rating else ("worth", "more")
+            text = f"{subject} is {verb} {self._format(gap)} {comparative}."
             return RuleChoice(best, ""), text, self._describe_reason(self._action)
         rule = self._choose_alternative()
         if rule is None:

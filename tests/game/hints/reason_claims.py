@@ -261,6 +261,143 @@ def check_late(session: Session, action: int, match: re.Match[str]) -> Iterator[
     yield session.state[3] == 0 and f"{abs(session.state[0]):.0f}" == match[1]
 
 
+# 2048
+
+
+def slide_by_hand(board: Array, label: str) -> tuple[Array, list[int]]:
+    """Return the board of tile values after a slide, without a new tile, and the merged tiles."""
+    turns = {"left": 0, "up": 1, "right": 2, "down": 3}[label]
+    lines, merges = [], list[int]()
+    for line in np.rot90(board, turns).tolist():
+        tiles, merged = [tile for tile in line if tile], list[int]()
+        while tiles:
+            tile = tiles.pop(0)
+            if tiles and tiles[0] == tile:
+                merges.append(tiles.pop(0))
+                tile *= 2
+            merged.append(tile)
+        lines.append([*merged, *[0] * (4 - len(merged))])
+    return np.rot90(np.array(lines), -turns), merges
+
+
+def list_legal(session: Session) -> list[int]:
+    """Return the legal actions of the first seat."""
+    mask = session.legal_actions_mask(0)
+    return (
+        [*range(len(session.action_labels(0)))] if mask is None else np.flatnonzero(mask).tolist()
+    )
+
+
+def get_tiles(session: Session) -> Array:
+    """Return the tile values of the board."""
+    return np.where(session.state, 2 ** session.state.astype(int), 0)
+
+
+def read_numbers(session: Session, action: int, text: str) -> dict[str, float]:
+    """Return the number of each legal slide; the first is that of the action."""
+    first, *others = re.split(r", | and ", text)
+    pairs = {label: float(number) for label, number in (item.split() for item in others)}
+    numbers = {session.action_labels(0)[action]: float(first), **pairs}
+    legal = list_legal(session)
+    assert {*numbers} == {session.action_labels(0)[a] for a in legal}
+    return numbers
+
+
+def iter_next_boards(board: Array) -> Iterator[tuple[float, Array]]:
+    """Yield each board with a new tile, and its probability."""
+    for row, column in zip(*np.nonzero(board == 0), strict=True):
+        for tile, p in ((2, 0.8), (4, 0.2)):
+            next_board = board.copy()
+            next_board[row, column] = tile
+            yield p / (board == 0).sum(), next_board
+
+
+def check_merges(session: Session, action: int, match: re.Match[str]) -> Iterator[bool]:
+    """Yield whether a slide merges these tiles and pays these points."""
+    name, tiles, points = match.groups()
+    yield name.lower() == session.action_labels(0)[action]
+    _, merges = slide_by_hand(get_tiles(session), name.lower())
+    numbers = [] if tiles == "nothing" else re.findall(r"(\d+)\+\1", tiles)
+    yield sorted(map(int, numbers)) == sorted(merges)
+    yield int(points or 0) == 2 * sum(merges) == step_and_pay(session, action)
+
+
+def step_and_pay(session: Session, action: int) -> float:
+    """Return the reward of an action in a copy of the game."""
+    future = session.copy_at_start()
+    future.append_turns(session.turns)
+    return float(future.advance([action]).rewards[0])
+
+
+def check_corner(session: Session, action: int, match: re.Match[str]) -> Iterator[bool]:
+    """Yield whether the largest tile is in a corner after a slide, and after the others."""
+    largest, corner, others, contrast = match.groups()
+    labels = session.action_labels(0)
+    for a in list_legal(session):
+        board, _ = slide_by_hand(get_tiles(session), labels[a])
+        corners = {"upper left": (0, 0), "upper right": (0, 3)}
+        corners |= {"lower left": (3, 0), "lower right": (3, 3)}
+        is_in_one = any(board[cell] == board.max() for cell in corners.values())
+        if a == action:
+            yield int(largest) == board.max()
+            yield is_in_one == (corner is not None)
+            yield corner is None or board[corners[corner]] == board.max()
+        else:
+            is_other = labels[a] in re.split(r", | and ", others or "")
+            yield is_in_one == (contrast == "in one" if is_other else corner is not None)
+
+
+def check_room(session: Session, action: int, match: re.Match[str]) -> Iterator[bool]:
+    """Yield whether the slides leave as many empty cells."""
+    text = re.sub(" empty cells?", "", match[2])
+    if match[1] == "Each slide":
+        others = [f"{SLIDES[a]} {text}" for a in list_legal(session) if a != action]
+        text = ", ".join([text, *others])
+    else:
+        yield match[1].lower() == session.action_labels(0)[action]
+    for label, number in read_numbers(session, action, text).items():
+        board, _ = slide_by_hand(get_tiles(session), label)
+        yield (board == 0).sum() == number
+
+
+def check_tightness(session: Session, action: int, match: re.Match[str]) -> Iterator[bool]:
+    """Yield whether a new tile leaves at most one slide as often as a sentence says."""
+    for label, number in read_numbers(session, action, match[1]).items():
+        board, _ = slide_by_hand(get_tiles(session), label)
+        probability = sum(
+            p * (sum((slide_by_hand(after, name)[0] != after).any() for name in SLIDES) < 2)
+            for p, after in iter_next_boards(board)
+        )
+        yield abs(probability - number) < 0.0051
+
+
+def check_next_merges(session: Session, action: int, match: re.Match[str]) -> Iterator[bool]:
+    """Yield whether the next slide pays as much as a sentence says."""
+    text = match[1].replace(" points on average", "")
+    for label, number in read_numbers(session, action, text).items():
+        board, _ = slide_by_hand(get_tiles(session), label)
+        mean = sum(
+            p * max(2 * sum(slide_by_hand(after, name)[1]) for name in SLIDES)
+            for p, after in iter_next_boards(board)
+        )
+        yield abs(mean - number) < 0.051
+
+
+def check_no_advantage(session: Session, action: int, match: re.Match[str]) -> Iterator[bool]:
+    """Yield whether another slide is as good as this one in each of the facts."""
+    yield match[1] == session.action_labels(0)[action]
+    facts = []
+    for a in list_legal(session):
+        board, merges = slide_by_hand(get_tiles(session), session.action_labels(0)[a])
+        is_in_corner = board[::3, ::3].max() == board.max()
+        facts.append((a == action, sum(merges), is_in_corner, (board == 0).sum()))
+    (chosen,) = [fact for fact in facts if fact[0]]
+    for part in (1, 2, 3):
+        values = [fact[part] for fact in facts]
+        yield chosen[part] < max(values) or min(values) == max(values)
+
+
+SLIDES = ("left", "down", "right", "up")
 SIDES = ("left", "right")
 SIDE = "(left|right)"
 END_EVENT = r"(?:the pole falls|the cart leaves its track) after"
@@ -297,5 +434,14 @@ CLAIMS: dict[str, dict[str, Claim]] = {
         r"If optimal plays on, the mean cost of 1000 simulated games is (\d\.\d+) with descend, "
         r"(\d\.\d+) with no-advisory and (\d\.\d+) with climb\.": check_costs,
         r"You pass now at (\d+) m: no advisory changes that any more\.": check_late,
+    },
+    "2048": {
+        r"([A-Z][a-z]+) merges (nothing|[\d+, and]+?)(?:, for (\d+) points)?\.": check_merges,
+        r"The largest tile, (\d+), is then in (?:the ([a-z ]+)|no) corner"
+        r"(?:; after ([a-z, ]+) it is (in one|in no corner))?\.": check_corner,
+        r"([A-Z][a-z]+|Each slide) leaves (.*)\.": check_room,
+        r"The new tile then leaves at most one slide with probability (.*)\.": check_tightness,
+        r"The best merge of the next slide then pays (.*)\.": check_next_merges,
+        r"None of this favours ([a-z]+): the ratings look further ahead\.": check_no_advantage,
     },
 }  # fmt: skip

@@ -1,0 +1,137 @@
+"""Reasons for the slides of 2048."""
+
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from dmplay.core.arrays import Array, Reals
+from dmplay.core.text import join_words
+from dmplay.game.position import Position
+
+from .agents import Expectimax
+from .packed_boards import DOWN, LEFT, RIGHT
+from .rules import Game2048, slide_and_score
+
+CORNERS = {(0, 0): "upper left", (0, 3): "upper right", (3, 0): "lower left", (3, 3): "lower right"}
+MIN_PROBABILITY = 0.005  # smaller probabilities are printed as 0.00
+
+
+class SlideFacts(NamedTuple):
+    """Facts about a slide; `tight_chance` and `next_points` are about the board with a new tile."""
+
+    merges: Sequence[int]  # the tiles of which two merge
+    corner: str  # in which the largest tile is, '' for none
+    largest: int
+    empty_count: int  # before the new tile
+    tight_chance: float  # probability that at most one slide is legal
+    next_points: float  # mean score of the slide that then scores most
+
+
+def give_reasons(position: Position, action: int) -> list[str]:
+    """Return the merges of a slide, the corner of the largest tile, and the room that is left."""
+    problem, labels = position.problem, position.labels
+    assert isinstance(problem, Game2048)
+    facts = {a: _list_facts(problem, position.state, a) for a in position.legal_actions}
+    name, slide_facts = labels[action].capitalize(), facts[action]
+
+    def list_numbers(unit: str, format_fact: Callable[[SlideFacts], str]) -> str:
+        """Return a fact about all legal slides, this one first."""
+        others = [f"{labels[a]} {format_fact(fact)}" for a, fact in facts.items() if a != action]
+        return join_words([f"{format_fact(slide_facts)}{unit}", *others])
+
+    merges = (
+        join_words([f"{tile}+{tile}" for tile in slide_facts.merges])
+        if slide_facts.merges
+        else "nothing"
+    )
+    points = f", for {2 * sum(slide_facts.merges)} points" * bool(slide_facts.merges)
+    reasons = [f"{name} merges {merges}{points}.", _describe_corner(facts, action, labels)]
+    unit = f" empty cell{'s' * (slide_facts.empty_count != 1)}"
+    if len({fact.empty_count for fact in facts.values()}) == 1:
+        reasons.append(f"Each slide leaves {slide_facts.empty_count}{unit}.")
+    else:
+        numbers = list_numbers(unit, lambda fact: str(fact.empty_count))
+        reasons.append(f"{name} leaves {numbers}.")
+    if max(fact.tight_chance for fact in facts.values()) >= MIN_PROBABILITY:
+        numbers = list_numbers("", lambda fact: f"{fact.tight_chance:.2f}")
+        reasons.append(f"The new tile then leaves at most one slide with probability {numbers}.")
+    numbers = list_numbers(" points on average", lambda fact: f"{fact.next_points:.1f}")
+    reasons.append(f"The best merge of the next slide then pays {numbers}.")
+    looks_ahead = position.agent is not None and isinstance(position.agent.policy, Expectimax)
+    if looks_ahead and not _is_best_in_something(facts, action):
+        reasons.append(f"None of this favours {labels[action]}: the ratings look further ahead.")
+    return reasons
+
+
+def _list_facts(problem: Game2048, board: Array, action: int) -> SlideFacts:
+    """Return the facts about a legal slide."""
+    after = slide_and_score(board[None], np.array([action]))[0][0]
+    largest = int(after.max())
+    corners = [name for cell, name in CORNERS.items() if after[cell] == largest]
+    boards, probabilities = _list_next_boards(problem, after)
+    legal = problem.legal_actions_mask(boards)[:, 0]
+    scores = np.stack([slide_and_score(boards, np.full(len(boards), a))[1] for a in range(4)])
+    return SlideFacts(
+        _list_merges(board, action),
+        corners[0] if corners else "",
+        2**largest,
+        int((after == 0).sum()),
+        float(probabilities @ (legal.sum(axis=1) <= 1)),
+        float(probabilities @ scores.max(axis=0)),
+    )
+
+
+def _list_merges(board: Array, action: int) -> list[int]:
+    """Return the tiles of which two merge in a slide, the largest first."""
+    lines = board if action in {LEFT, RIGHT} else board.T
+    merges = list[int]()
+    for line in lines.tolist():
+        tiles = [exponent for exponent in line if exponent]
+        if action in {RIGHT, DOWN}:
+            tiles.reverse()
+        while len(tiles) > 1:
+            first = tiles.pop(0)
+            if tiles[0] == first:
+                merges.append(2 ** tiles.pop(0))
+    return sorted(merges, reverse=True)
+
+
+def _list_next_boards(problem: Game2048, after: Array) -> tuple[Array, Reals]:
+    """Return the boards `[N, 4, 4]` with each possible new tile, and their probabilities `[N]`."""
+    cells = np.argwhere(after == 0)
+    boards = np.repeat(after[None], 2 * len(cells), axis=0)
+    rows, columns = cells.repeat(2, axis=0).T
+    boards[np.arange(len(boards)), rows, columns] = np.tile([1, 2], len(cells))
+    return boards, np.tile([problem.p_two, 1.0 - problem.p_two], len(cells)) / len(cells)
+
+
+def _describe_corner(facts: dict[int, SlideFacts], action: int, labels: Sequence[str]) -> str:
+    """Return the corner of the largest tile after a slide, and whether other slides keep it."""
+    slide_facts, others = facts[action], {a: fact for a, fact in facts.items() if a != action}
+    different = [
+        labels[a] for a, fact in others.items() if bool(fact.corner) != bool(slide_facts.corner)
+    ]
+    corner_text = f"in the {slide_facts.corner} corner" if slide_facts.corner else "in no corner"
+    text = f"The largest tile, {slide_facts.largest}, is then {corner_text}"
+    if not different:
+        return f"{text}."
+    contrast = "in no corner" if slide_facts.corner else "in one"
+    return f"{text}; after {join_words(different)} it is {contrast}."
+
+
+def _is_best_in_something(facts: dict[int, SlideFacts], action: int) -> bool:
+    """Return whether no other slide is better in one of the facts, which are not all equal."""
+    rows = np.array(
+        [
+            (sum(f.merges), bool(f.corner), f.empty_count, -f.tight_chance, f.next_points)
+            for f in facts.values()
+        ],
+        float,
+    )
+    own_row = rows[[*facts].index(action)]
+    differs = rows.max(axis=0) - rows.min(axis=0) > 1e-9
+    return bool((differs & (own_row >= rows.max(axis=0) - 1e-9)).any())
+
+
+REASONS = give_reasons
