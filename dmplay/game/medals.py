@@ -85,7 +85,7 @@ def award_medal(  # noqa: PLR0913, PLR0917 - the values of the players
     limits = {"gold": (GOLD_SHARE * stake, "")}
     if rule and rule.agent == best.agent:  # no better agent is quick enough to be compared
         limits = {"silver": (0.0, rule.agent)}
-    elif rule and limits["gold"][0] < best.score - rule.score <= stake:
+    elif rule and limits["gold"][0] < best.score - rule.score < stake - tolerance:
         limits["silver"] = (best.score - rule.score, rule.agent)
     limits["bronze"] = (stake, random.agent)
     earned = [name for name in MEDALS if name in limits and loss <= limits[name][0] + tolerance]

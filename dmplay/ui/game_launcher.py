@@ -13,6 +13,7 @@ from dmplay.game.command_line_results import LearnCommand, PlayCommand, ShellCom
 from dmplay.game.game_series import GameController
 from dmplay.game.game_setup import format_resume_command, start_game
 from dmplay.game.saves import SaveRemoval
+from dmplay.game.share_line import format_share_line
 from dmplay.registry import problems
 from dmplay.terminal.capabilities import current_terminal, read_line
 from dmplay.terminal.signals import exit_on_signals
@@ -56,7 +57,7 @@ def _play_game(controller: GameController, command: PlayCommand, reporter: Repor
         )
     controller.set_game(start_game(command.request))
     code, has_invalid_line = 0, False
-    with _end_game_on_exit(controller, quiet=quiet):
+    with _end_game_on_exit(controller, ascii_only=terminal.ascii, quiet=quiet):
         if terminal.full_screen and not quiet:
             screen = PlayScreen(controller, terminal, command.speed, command.realtime_rate)
             code = show_game(screen)
@@ -74,7 +75,7 @@ def run_shell(controller: GameController, command: ShellCommand) -> int:
     terminal = current_terminal(command.terminal_options)
     shell = Shell(controller, terminal, command.speed)
     code, has_invalid_line = 0, False
-    with _end_game_on_exit(controller):
+    with _end_game_on_exit(controller, ascii_only=terminal.ascii):
         if command.commands:
             has_invalid_line = run_script(shell, command.commands, "command", echo=False)
         elif terminal.full_screen and command.opens_gallery:
@@ -157,7 +158,9 @@ def _run_gallery_lesson(shell: Shell, gallery: Gallery, word: str) -> int:
 
 
 @contextlib.contextmanager
-def _end_game_on_exit(controller: GameController, *, quiet: bool = False) -> Iterator[None]:
+def _end_game_on_exit(
+    controller: GameController, *, ascii_only: bool, quiet: bool = False
+) -> Iterator[None]:
     """Run the block, end the game however the player leaves, and print where it is saved."""
     try:
         with exit_on_signals():
@@ -169,14 +172,15 @@ def _end_game_on_exit(controller: GameController, *, quiet: bool = False) -> Ite
                 raise
     finally:
         if not quiet:
-            print_epilogue(controller)
+            print_epilogue(controller, ascii_only=ascii_only)
         report_removed_saves(controller.save_removal)
 
 
-def print_epilogue(controller: GameController) -> None:
+def print_epilogue(controller: GameController, *, ascii_only: bool = False) -> None:
     """Print the paths of the transcripts, and commands for the last game.
 
-    They replay it, resume it if it is unfinished, and play it again.
+    They replay it, resume it if it is unfinished, and play it again, in a line to share if a person
+    finished it.
     """
     recorders = [
         candidate
@@ -194,7 +198,12 @@ def print_epilogue(controller: GameController) -> None:
             lines.append(f"replay: dmplay replay {quote(str(recorders[-1].path))}{trust}")
         resume_command = format_resume_command(controller.game) if is_current else ""
         lines += [f"resume: {resume_command}"] if resume_command else []
-    if controller.has_game and controller.game.play_again_command and not sealed:
+    share_line = ""
+    if controller.has_game and not sealed:
+        share_line = format_share_line(controller.game, ascii_only=ascii_only)
+    if share_line:
+        lines.append(f"share: {share_line}")
+    elif controller.has_game and controller.game.play_again_command and not sealed:
         lines.append(f"again: {controller.game.play_again_command}")
     lines += [f"log: {path}" for path in controller.game.log_paths] if controller.has_game else []
     for line in lines:

@@ -103,3 +103,17 @@ def test_a_user_names_a_rule_of_thumb_and_records_list_the_medal(tmp_path: Path)
         "problem", "seat", "record", "turns", "seed", "day", "last", "medal", "remark",
     ]  # fmt: skip
     assert columns[1].split()[-1] in ("gold", "silver", "bronze", "-")
+
+
+def test_a_finished_game_ends_with_a_line_to_share(tmp_path: Path) -> None:
+    arguments = ("hexworld", "--seed", "7", "--turns", "4", "-o", "walk.dmt", "--ascii")
+    result = run_dmplay(tmp_path, *arguments, stdin="e\nsw\nse\nse\n")
+    (line,) = (row for row in result.stderr.splitlines() if row.startswith("share: "))
+    assert line.startswith("share: hexworld seed 7, score 7.29, bronze medal, ")
+    marks, _, command = line.rpartition(", ")[2].partition(": ")
+    assert len(marks) == 4
+    assert marks[1:] == "..."
+    assert marks[0] in "?#"
+    assert command == "dmplay hexworld --turns 4 --seed 7"
+    unfinished = run_dmplay(tmp_path, *arguments, "--force", stdin="e\nquit\n").stderr
+    assert "share: " not in unfinished
