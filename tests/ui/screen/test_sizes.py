@@ -70,16 +70,16 @@ def test_the_screen_has_the_size_of_its_terminal_whatever_the_variables_say(tmp_
     env = {"COLUMNS": "50", "LINES": "10"}
     with Terminal("hexworld", "--seed", "7", folder=tmp_path, env=env) as terminal:
         terminal.ready().press("L", "at (9,0): 2 steps.")
-        assert "q quit" in terminal.text.split("\n")[23]
-        assert max(map(len, terminal.text.split("\n"))) > 50
+        terminal.until(lambda: "q quit" in terminal.text.split("\n")[23])
+        terminal.until(lambda: max(map(len, terminal.text.split("\n"))) > 50)
         terminal.resize(120, 30).until(lambda: "q quit" in terminal.text.split("\n")[29])
-        assert max(map(len, terminal.text.split("\n"))) > 80
+        terminal.until(lambda: max(map(len, terminal.text.split("\n"))) > 80)
 
 
 def test_an_option_limits_the_width_of_the_screen(tmp_path: Path) -> None:
     arguments = ("hexworld", "--seed", "7", "--width", "50")
     with Terminal(*arguments, folder=tmp_path) as terminal:
-        terminal.ready().press("l", "turn 1 ").press("L", "exit +10 at (9,0): 2 steps.")
+        terminal.ready().press("l", "turn 1 ").press("L", "exit +10 at (9,0): 2 steps.").calm()
         assert max(map(len, terminal.text.split("\n"))) <= 50
         terminal.press("q")
         assert terminal.ended() == 0

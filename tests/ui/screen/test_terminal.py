@@ -197,8 +197,7 @@ def test_the_command_prompt_runs_commands_and_escape_closes_it(tmp_path: Path) -
 def test_help_opens_over_the_board_and_any_key_closes_it(tmp_path: Path) -> None:
     with Terminal("hexworld", "--seed", "7", folder=tmp_path) as terminal:
         terminal.ready().press("?", "page 1 of 2").press(" ", "The key : opens a line")
-        terminal.press("x", lambda: "commands, typed" not in terminal.text)
-        assert "turn 0 " in terminal.text
+        terminal.press("x", lambda: "commands, typed" not in terminal.text).until("turn 0 ")
         assert terminal.press(CTRL_D).ended() == 0
 
 
