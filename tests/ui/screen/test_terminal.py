@@ -186,7 +186,7 @@ def test_the_command_prompt_runs_commands_and_escape_closes_it(tmp_path: Path) -
     with Terminal("hexworld", "--seed", "7", folder=tmp_path) as terminal:
         terminal.ready().press("h", "turn 1 ").press(":").press("undo", ":undo")
         terminal.press(ESCAPE, lambda: ":undo" not in terminal.text).calm()
-        assert "turn 1 " in terminal.text
+        terminal.until("turn 1 ")
         terminal.press("h", "turn 2 ").press(":").press("undo", ":undo")
         terminal.press(ENTER, "undone. turn 1.")
         terminal.press(":").press("nonsense", ":nonsense").press(ENTER, "unknown action 'nonsense'")
