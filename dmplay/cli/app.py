@@ -147,6 +147,7 @@ def root_command() -> Any:
         help="""Play the decision problems of Algorithms for Decision Making in a terminal.
 
 \b
+  dmplay learn first                     play a first game that explains itself
   dmplay hexworld                        play hex world
   dmplay 2048 --seed 7 -o game.dmt       play with a fixed seed, and record it
   dmplay verify game.dmt                 check every number of a recorded game

@@ -25,6 +25,7 @@ class LessonOutline(NamedTuple):
     minutes: int
     step_keys: tuple[str, ...]
     name: str
+    position: Mapping[str, Any]  # with the keys problem and seed
 
     @property
     def old_key(self) -> str:
@@ -65,10 +66,11 @@ def load_first_game() -> TutorLesson:
 def _read_outline(path: Path) -> LessonOutline:
     """Return the outline of a built-in lesson."""
     table = read_toml(path)
-    facts: Any = (table[key] for key in ("title", "chapter", "minutes"))
+    facts: Any = (table[key] for key in ("title", "chapter", "minutes", "position"))
     step_keys, name = make_step_keys(table, path.parent), extract_lesson_name(path)
-    title, chapter, minutes = facts
-    return LessonOutline(_lesson_number(path, 0), title, chapter, minutes, step_keys, name)
+    title, chapter, minutes, position = facts
+    number = _lesson_number(path, 0)
+    return LessonOutline(number, title, chapter, minutes, step_keys, name, position)
 
 
 def load_builtin_lessons() -> list[TutorLesson]:

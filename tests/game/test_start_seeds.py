@@ -9,6 +9,7 @@ import pytest
 
 import dmplay
 from dmplay import Outcome
+from dmplay.agents.random_agent import Random
 from dmplay.cli.parsed_command_runner import interpret_command
 from dmplay.core.arrays import Array
 from dmplay.core.problem import Problem
@@ -17,12 +18,13 @@ from dmplay.core.uniforms import SeededUniforms
 from dmplay.evaluation.assignment import read_assignment
 from dmplay.game.command_line_results import McpServerConfig
 from dmplay.game.game_series import GameController
-from dmplay.game.game_setup import start_new_game
-from dmplay.game.launch_requests import GameRequest
+from dmplay.game.game_setup import resume_game, start_new_game
+from dmplay.game.launch_requests import GameRequest, ResumeRequest
 from dmplay.game.start_seeds import choose_daily_seed, draw_seed
 from dmplay.gym import Env
 from dmplay.registry.problems import load_problem
 from dmplay.servers.mcp.language_model_games import ModelGames
+from dmplay.simulation.rollouts import rollout
 from dmplay.transcript.reader import read_transcript
 from tests.formats.sources import write_text_file
 
@@ -137,6 +139,18 @@ def test_a_chosen_seed_is_kept_and_so_are_games_that_are_usually_short(stairs: s
     assert start_new_game(GameRequest(stairs, seed=seed)).seed == seed
     short = replace(load_problem(stairs), last_share=0.9)  # type: ignore[call-arg]
     assert any(starts_short(short, draw_seed(short)) for _ in range(GAMES))
+
+
+def test_runs_and_resumed_games_keep_the_games_of_their_seeds(stairs: str) -> None:
+    problem = load_problem(stairs)
+    games = rollout(problem, [Random(problem, 0)], episodes=GAMES)
+    is_short = [starts_short(problem, 0, episode) for episode in range(GAMES)]
+    assert any(is_short)
+    assert [count == 1 for count in games.turn_counts] == is_short
+    request = GameRequest(stairs, seed=0, episode=is_short.index(True), record_path=Path("a.dmt"))
+    start_new_game(request).pause()
+    resumed = resume_game(ResumeRequest(Path("a.dmt"), trusted=True))
+    assert starts_short(problem, resumed.seed, is_short.index(True))
 
 
 def test_the_seed_of_the_day_is_the_date_or_the_first_number_after_it_with_a_longer_game(

@@ -19,7 +19,14 @@ from dmplay.terminal.styles import to_rich_text
 from dmplay.transcript.reader import TranscriptOutline
 from dmplay.tutor.lesson_list import find_unplayed_first_game, list_builtin_outlines
 from dmplay.tutor.progress import find_next_lesson, format_finished_count, load_all_progress
-from dmplay.ui.gallery.preview import ProblemPreview, make_preview, wrap_text, your_game_rows
+from dmplay.ui.gallery.preview import (
+    FIRST_GAME_SUMMARY,
+    ProblemPreview,
+    make_first_game_preview,
+    make_preview,
+    wrap_text,
+    your_game_rows,
+)
 from dmplay.ui.gallery.problem_entries import ProblemEntry
 from dmplay.ui.screen.frame_state import NEXT_PAGE_KEYS, FrameState, Viewport, fit_line, fit_text
 from dmplay.ui.shell.commands import PlayerQuit
@@ -29,10 +36,7 @@ MIN_PREVIEW_COLUMNS = 40  # columns that a preview needs
 MIN_PREVIEW_ROWS = 16  # rows from which a preview is shown
 CHROME_ROWS = 3  # rows of title, message and keys
 SHELL_COMMAND = ("shell",)
-FIRST_GAME_PREVIEW = (
-    "Enter starts a game of three minutes. While you play, rows above the board say what to do. "
-    "It is shown here until you have finished it."
-)
+NO_PROBLEM_MESSAGE = "select a problem that can be played"
 LESSON_COMMAND = "learn"  # the first word of a command that opens a lesson
 
 
@@ -88,10 +92,10 @@ class Gallery:
         return "" if self.selected_entry.lesson else self.selected_entry.name
 
     @property
-    def daily_seed(self) -> int | None:
-        """The seed of the selected problem's game of the day; None if it is not loaded."""
+    def selected_preview(self) -> ProblemPreview | None:
+        """The preview of the selected problem; None if it has none, or no problem is selected."""
         preview = self._previews.get(self.selected_problem)
-        return preview.daily_seed if isinstance(preview, ProblemPreview) else None
+        return preview if isinstance(preview, ProblemPreview) else None
 
     # Painting
 
@@ -120,10 +124,10 @@ class Gallery:
         title = Text(" dmplay  ", style="bold")
         problem_count = sum(not entry.lesson for entry in self.visible_entries)
         status = f"{format_count(problem_count, 'problem')} "
-        if self.daily_seed is None:
+        if self.selected_preview is None:
             return title.append(status, style="not bold")
         for words in ("game of the day: seed", "daily seed"):
-            seed_text = f"  {words} {self.daily_seed}"
+            seed_text = f"  {words} {self.selected_preview.daily_seed}"
             if len(title.plain + status + seed_text) <= viewport.width:
                 break
         return title.append(status + seed_text, style="not bold")
@@ -166,14 +170,13 @@ class Gallery:
 
     def _format_preview(self, width: int, body_height: int) -> list[Text]:
         """Return the preview of the selected problem, or the reason why there is none."""
-        if self.selected_entry.lesson:
-            return [Text(self.selected_entry.name, "bold"), *wrap_text(FIRST_GAME_PREVIEW, width)]
-        problem_preview = self._previews.get(self.selected_problem)
+        name = self.selected_entry.name
+        problem_preview = self._previews.get(name)
         if problem_preview is None:
             return []
         if isinstance(problem_preview, str):
             return wrap_text(problem_preview, width)
-        title = Text(escape_unprintable(self.selected_problem), style="bold").append(
+        title = Text(escape_unprintable(name), style="bold").append(
             f"  {problem_preview.kind}", style="not bold"
         )
         return [
@@ -186,8 +189,8 @@ class Gallery:
     @property
     def _format_your_games(self) -> list[Text]:
         """The rows about the player's record, last result and unfinished game of the problem."""
-        name, problem_preview = self.selected_problem, self._previews.get(self.selected_problem)
-        if not isinstance(problem_preview, ProblemPreview):
+        name, problem_preview = self.selected_problem, self.selected_preview
+        if problem_preview is None:
             return []
         first_agent = problem_preview.view.problem.agents[0]
         return your_game_rows(
@@ -206,11 +209,10 @@ class Gallery:
             return Text(f" filter {self._filter_text!r}; Esc shows all problems")
         if _has_preview_space(viewport) or self.selected_entry.lesson:
             is_narrow = not _has_preview_space(viewport)
-            status = FIRST_GAME_PREVIEW.partition(".")[0] if is_narrow else self._lesson_status
+            status = FIRST_GAME_SUMMARY.partition(".")[0] if is_narrow else self._lesson_status
             return Text(f" {status}" if status else "")
-        problem_preview = self._previews.get(self.selected_problem)
-        if isinstance(problem_preview, ProblemPreview) and self._help_page_index is None:
-            goal, *_ = problem_preview.goal.split("; ")
+        if self.selected_preview and self._help_page_index is None:
+            goal, *_ = self.selected_preview.goal.split("; ")
             return Text(
                 f" goal: {goal}" if len(goal) + len(" goal: ") <= viewport.width else f" {goal}"
             )
@@ -271,7 +273,7 @@ class Gallery:
 
         Keep the message of an error in place of the preview.
         """
-        name = self.selected_problem
+        name, lesson = self.selected_entry.name, self.selected_entry.lesson
         try:
             if not self._games_loaded:
                 self._records, self._unfinished_games = run_cancellable(
@@ -282,7 +284,12 @@ class Gallery:
             if name and name not in self._previews:
                 task_info = TaskInfo(f"loading {name}")
                 self._previews[name] = run_cancellable(
-                    task_info, lambda: make_preview(name, self._today)
+                    task_info,
+                    lambda: (
+                        make_first_game_preview(lesson, self._today)
+                        if lesson
+                        else make_preview(name, self._today)
+                    ),
                 )
         except ComputationStopped:
             return
@@ -325,21 +332,22 @@ class Gallery:
         If the first game is selected, open it.
         """
         if self.selected_entry.lesson:
-            self.quit_with_command(LESSON_COMMAND, self.selected_entry.lesson)
+            self.quit_with_command(LESSON_COMMAND, self.selected_entry.lesson.name)
         ghost = self._ghosts.get(self.selected_problem)
         ghost_words = ("--ghost", ghost) if ghost else ()
         self.quit_with_command("play", self.selected_problem, *options, *ghost_words)
 
     def play_daily_game(self) -> None:
         """Quit the gallery to play the selected problem's game of the day."""
-        if self.daily_seed is not None:
-            self.play("--seed", str(self.daily_seed))
+        if self.selected_preview:
+            self.play("--seed", str(self.selected_preview.daily_seed))
+        self.message = NO_PROBLEM_MESSAGE
 
     def choose_next_ghost(self) -> None:
         """Choose the next agent of the selected problem as ghost; after the last, none."""
-        problem_preview = self._previews.get(self.selected_problem)
-        if isinstance(problem_preview, ProblemPreview):
-            names = ["", *problem_preview.agents]
+        self.message = NO_PROBLEM_MESSAGE
+        if self.selected_preview:
+            names = ["", *self.selected_preview.agents]
             index = names.index(self._ghosts.get(self.selected_problem, "")) + 1
             ghost = self._ghosts[self.selected_problem] = names[index % len(names)]
             self.message = (
@@ -350,11 +358,10 @@ class Gallery:
 
     def watch_best_agent(self) -> None:
         """Quit the gallery to watch the best agent play the selected problem."""
-        problem_preview = self._previews.get(self.selected_problem)
-        if isinstance(problem_preview, ProblemPreview):
-            self.quit_with_command(
-                "play", self.selected_problem, "--agent", problem_preview.best_agent
-            )
+        if self.selected_preview:
+            agent = self.selected_preview.best_agent
+            self.quit_with_command("play", self.selected_problem, "--agent", agent)
+        self.message = NO_PROBLEM_MESSAGE
 
     def resume_game(self) -> None:
         """Quit the gallery to resume the selected problem's unfinished game, or the last one.
@@ -413,7 +420,7 @@ class Gallery:
 def _list_first_game() -> list[ProblemEntry]:
     """Return the entry of the first game, [] once it is finished."""
     lesson = find_unplayed_first_game()
-    return [ProblemEntry(lesson.title, "Start here", lesson.name)] if lesson else []
+    return [ProblemEntry(lesson.title, "Start here", lesson)] if lesson else []
 
 
 def _load_your_games() -> tuple[list[ProblemRecord], dict[str, TranscriptOutline]]:

@@ -14,6 +14,7 @@ from dmplay.game.player_records import GameResult, ProblemRecord
 from dmplay.game.start_seeds import choose_daily_seed
 from dmplay.registry import agents, problems
 from dmplay.transcript.reader import TranscriptOutline
+from dmplay.tutor.lesson_list import LessonOutline
 from dmplay.views.protocol import (
     DrawOptions,
     TooSmallNotice,
@@ -24,6 +25,10 @@ from dmplay.views.protocol import (
 from dmplay.views.toolkit.canvas import split_rows
 
 MAX_AGENTS_SHOWN = 8  # maximum number of agent names
+FIRST_GAME_SUMMARY = (
+    "Enter starts a game of three minutes. While you play, rows above the board say what to do. "
+    "It is shown here until you have finished it."
+)
 
 
 class ProblemPreview(NamedTuple):
@@ -73,7 +78,9 @@ class ProblemPreview(NamedTuple):
 
     @property
     def _agents_line(self) -> str:
-        """The names of the agents in one line."""
+        """The names of the agents in one line; '' if there are none."""
+        if not self.agents:
+            return ""
         suffix = ""
         if len(self.agents) > MAX_AGENTS_SHOWN:
             suffix = f" and {len(self.agents) - MAX_AGENTS_SHOWN} more"
@@ -86,11 +93,11 @@ def wrap_text(text: str, width: int, style: str = "") -> list[Text]:
     return [Text(row, style=style) for row in rows]
 
 
-def make_preview(problem_name: str, today: date) -> ProblemPreview:
-    """Return the preview of a problem, with the first state of its game of the day."""
+def make_preview(problem_name: str, today: date, seed: int | None = None) -> ProblemPreview:
+    """Return the preview of a problem, with the first state of its game of the day or of a seed."""
     problem = problems.load_problem(problem_name)
     view_module, roster = load_view_module(problem), agents.load_roster(problem)
-    seed = choose_daily_seed(problem, today)
+    seed = choose_daily_seed(problem, today) if seed is None else seed
     view = Session(problem, SeededUniforms(seed)).view(0)
     summary = problems.problem_docstring(problem).partition("\n\n")[0]
     best_agent = roster.hint_provider or next(iter(roster.agents))
@@ -99,6 +106,13 @@ def make_preview(problem_name: str, today: date) -> ProblemPreview:
     return ProblemPreview(
         problem.kind, summary, goal, [best_agent, *others], best_agent, view_module, view, seed
     )
+
+
+def make_first_game_preview(lesson: LessonOutline, today: date) -> ProblemPreview:
+    """Return the preview of the first game at its position."""
+    preview = make_preview(lesson.position["problem"], today, lesson.position["seed"])
+    minutes = format_count(lesson.minutes, "minute")
+    return preview._replace(kind=minutes, summary=FIRST_GAME_SUMMARY, agents=[])
 
 
 def your_game_rows(

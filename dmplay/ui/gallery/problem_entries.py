@@ -9,6 +9,7 @@ from dmplay.core.problem import Problem
 from dmplay.registry import problems
 from dmplay.registry.builtin_names import problem_names
 from dmplay.registry.entry_points import entry_point_targets
+from dmplay.tutor.lesson_list import LessonOutline
 
 KIND_HEADINGS = {  # in the order of the list
     "MDP": "Alone, all in view (MDP)",
@@ -27,7 +28,7 @@ class ProblemEntry(NamedTuple):
 
     name: str
     heading: str
-    lesson: str = ""  # its name
+    lesson: LessonOutline | None = None
 
 
 def list_problem_entries() -> list[ProblemEntry]:

@@ -1,5 +1,6 @@
 """Tests of the first game: the screen says what to do at each moment, until it was finished."""
 
+from datetime import date
 from pathlib import Path
 
 import pytest
@@ -15,8 +16,12 @@ from dmplay.tutor.lesson import OVER, GameTask, ScreenNote
 from dmplay.tutor.lesson_file_reader import read_lesson
 from dmplay.tutor.lesson_list import find_unplayed_first_game, load_first_game
 from dmplay.tutor.positions import make_game_request, open_position
+from dmplay.ui.gallery.gallery import Gallery
+from dmplay.ui.gallery.problem_entries import list_problem_entries
+from dmplay.ui.screen.frame_state import Viewport
 from dmplay.ui.screen.key_handlers import handle_key
 from dmplay.ui.screen.play_screen import PlayScreen
+from dmplay.ui.shell.commands import PlayerQuit
 from tests.support.programs import run_dmplay
 from tests.support.screens import EmulatedPainter, EmulatedScreen
 from tests.support.terminals import ENTER, Terminal
@@ -124,6 +129,19 @@ def test_no_note_tells_a_hidden_state(tmp_path: Path) -> None:
     assert isinstance(step.task, GameTask)
     with pytest.raises(BadParameter, match="the states are hidden"):
         make_game_request(step.position, tmp_path, step.task)
+
+
+def test_keys_that_need_a_problem_say_so_beside_the_first_game() -> None:
+    gallery = Gallery(list_problem_entries(), Way(True, "", True, True, False), date(2026, 11, 22))
+    for key in "dag":
+        gallery.handle_key(key)
+        assert gallery.message == "select a problem that can be played"
+    with pytest.raises(PlayerQuit):
+        gallery.handle_key("enter")
+    assert gallery.pending_command == ("learn", "first")
+    text = "\n".join(row.plain for row in gallery.compose_rows(Viewport(80, 24)))
+    assert "Your first game  3 minutes" in text
+    assert "│ @ │" in text
 
 
 @pytest.mark.slow
