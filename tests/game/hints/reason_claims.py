@@ -5,22 +5,28 @@ A sentence that no pattern describes is an error, so that no claim remains untes
 
 import re
 from collections.abc import Callable, Iterator
+from functools import lru_cache
 
 import numpy as np
 
 import dmplay
 from dmplay.agents.base import AdviceQuestion
 from dmplay.core.arrays import Array
+from dmplay.core.hexgrid import format_hex, path_lengths
+from dmplay.core.policy import Memory, Policy
+from dmplay.core.problem import Problem, build_percept, make_initial_observation
 from dmplay.core.session import SeatedPolicy, Session
 from dmplay.core.uniforms import SeededUniforms
 from dmplay.game.hints.hint_provider import HintProvider
+from dmplay.problems.collaborative_predator_prey.rules import CollaborativePredatorPrey
 from dmplay.registry import agents
 
+MAX_TURNS, MAX_HIDDEN_TURNS = 40, 8  # few if games with the same history are to be sampled
 RANDOM_SHARE = 0.6  # of the turns before a position
 Claim = Callable[[Session, int, "re.Match[str]"], Iterator[bool]]
 
 
-def iter_positions(name: str, count: int, max_turns: int = 40) -> Iterator[HintProvider]:
+def iter_positions(name: str, count: int) -> Iterator[HintProvider]:
     """Yield positions after games in which the hint's and random actions take turns."""
     random, episode = np.random.default_rng(5), 0
     while count:
@@ -30,6 +36,7 @@ def iter_positions(name: str, count: int, max_turns: int = 40) -> Iterator[HintP
         policies = [None, *(agents.load_agent(problem, 1, player) for player in players[1:])]
         session = Session(problem, SeededUniforms(episode), policies)
         provider = HintProvider(session, AdviceQuestion.of_session(session, 0, players))
+        max_turns = MAX_HIDDEN_TURNS if problem.partially_observable else MAX_TURNS
         for _ in range(int(random.integers(max_turns))):
             if not session.over:
                 legal = provider.position.legal_actions
@@ -397,6 +404,89 @@ def check_no_advantage(session: Session, action: int, match: re.Match[str]) -> I
         yield chosen[part] < max(values) or min(values) == max(values)
 
 
+# collaborative-predator-prey
+
+
+@lru_cache(maxsize=1)
+def sample_hunts(session: Session, games: int = 50_000) -> tuple[Array, Memory]:
+    """Return states and memories of the partner in games in which this seat perceives the same."""
+    problem, random = session.problem, np.random.default_rng(3)
+    partner = agents.load_agent(problem, 1, agents.load_roster(problem, 1).default_partner)
+    s = problem.sample_initial_states(random.random((games, problem.uniform_counts.start)))
+    memory = partner.initial_memory(make_initial_observation(problem, s, 1))
+    for turn in session.turns:
+        s, memory, observations = move_team(problem, partner, s, memory, int(turn.actions[0]))
+        rows = observations[:, 0] == turn.observations[0]
+        s, memory = s[rows], tuple(part[rows] for part in memory)
+    assert len(s) > 100
+    return s, memory
+
+
+def move_team(
+    problem: Problem, partner: Policy, s: Array, memory: Memory, action: int
+) -> tuple[Array, Memory, Array]:
+    """Return the next states, memories of the partner and observations after an action."""
+    random = np.random.default_rng(len(s))
+    choices = partner.choose(memory, None, random.random((len(s), partner.uniform_count)))
+    joint = np.stack([np.full(len(s), action), choices], axis=1)
+    outcome = problem.step(s, joint, random.random((len(s), problem.uniform_counts.step)))
+    memory = partner.update_memory(memory, build_percept(problem, 1, joint, outcome))
+    return outcome.state, memory, outcome.observations
+
+
+def check_belief(session: Session, action: int, match: re.Match[str]) -> Iterator[bool]:
+    """Yield whether the prey and the predator are where a sentence says as often."""
+    s, _ = sample_hunts(session)
+    assert isinstance(session.problem, CollaborativePredatorPrey)
+    hexes = [format_hex(hex_) for hex_ in session.problem.hexes]
+    for walker, text in ((-1, match[1]), (0, match[2])):
+        chances = np.bincount(s[:, walker], minlength=len(hexes)) / len(s)
+        hex_, number = text.rsplit(" (", 1)
+        chance = float(number.split()[0].rstrip(")"))
+        error = 5 * (chance / len(s)) ** 0.5 + 0.006
+        yield abs(chances.max() - chance) <= 2 * error
+        if hex_ in hexes:
+            yield abs(chances[hexes.index(hex_)] - chance) <= error
+        else:
+            count = int(hex_.split()[2])
+            yield (chances >= chance - error).sum() >= count
+
+
+@lru_cache(maxsize=1)
+def sample_moves(session: Session) -> dict[str, list[Array]]:
+    """Return samples of a capture, the distance and the sense after each move."""
+    s, memory = sample_hunts(session)
+    problem = session.problem
+    assert isinstance(problem, CollaborativePredatorPrey)
+    partner = agents.load_agent(problem, 1, agents.load_roster(problem, 1).default_partner)
+    steps = path_lengths(problem.hexes)
+    samples: dict[str, list[Array]] = {"After": [], "You are": [], "You then": []}
+    for action in range(6):
+        after, _, observations = move_team(problem, partner, s, memory, action)
+        samples["After"].append((after[:, :-1] == after[:, -1:]).any(axis=1))
+        samples["You are"].append(steps[after[:, 0], after[:, -1]])
+        samples["You then"].append(observations[:, 0] == 0)
+    return samples
+
+
+def check_move(session: Session, action: int, match: re.Match[str]) -> Iterator[bool]:
+    """Yield whether a move has the chances or the distance that a sentence says."""
+    *_, number, low, high = map(float, match.groups()[-3:])
+    by_kind = sample_moves(session)
+    samples = next(by_kind[kind] for kind in by_kind if match[0].startswith(kind))
+    means = [part.mean() for part in samples]
+    errors = [5 * part.std() / len(part) ** 0.5 + 0.006 for part in samples]
+    others = [mean for index, mean in enumerate(means) if index != action]
+    yield abs(means[action] - number) <= errors[action]
+    yield abs(min(others) - low) <= max(errors)
+    yield abs(max(others) - high) <= max(errors)
+
+
+def check_no_lead(session: Session, action: int, match: re.Match[str]) -> Iterator[bool]:
+    """Yield whether the sentence is about this move."""
+    yield match[1] == session.action_labels(0)[action]
+
+
 SLIDES = ("left", "down", "right", "up")
 SIDES = ("left", "right")
 SIDE = "(left|right)"
@@ -443,5 +533,15 @@ CLAIMS: dict[str, dict[str, Claim]] = {
         r"The new tile then leaves at most one slide with probability (.*)\.": check_tightness,
         r"The best merge of the next slide then pays (.*)\.": check_next_merges,
         r"None of this favours ([a-z]+): the ratings look further ahead\.": check_no_advantage,
+    },
+    "collaborative-predator-prey": {
+        r"The hint's belief has the prey most likely at (.*\)), and you at (.*\))\.": check_belief,
+        r"After ([a-z]+), a predator is on the prey's hex with probability (\d\.\d\d); "
+        r"after other moves (\d\.\d\d) to (\d\.\d\d)\.": check_move,
+        r"You are then (\d\.\d\d) steps from the prey on average; "
+        r"after other moves (\d\.\d\d) to (\d\.\d\d)\.": check_move,
+        r"You then sense the prey with probability (\d\.\d\d); "
+        r"after other moves (\d\.\d\d) to (\d\.\d\d)\.": check_move,
+        r"None of this favours ([a-z]+): its bound also counts later turns\.": check_no_lead,
     },
 }  # fmt: skip

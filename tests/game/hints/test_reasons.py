@@ -8,7 +8,7 @@ from tests.game.hints.reason_claims import CLAIMS, check_sentence, iter_position
 
 @pytest.mark.parametrize("name", CLAIMS)
 def test_each_claim_of_each_reason_is_true_in_the_dynamics(name: str) -> None:
-    for provider in iter_positions(name, 3):
+    for provider in iter_positions(name, 2):
         for action in (None, *provider.position.legal_actions):
             explanation = explain_action(provider, action)
             reasons = explanation.data["reasons"]
