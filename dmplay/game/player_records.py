@@ -224,7 +224,7 @@ def list_aids(transcript: Transcript) -> tuple[str, ...]:
         format_count(kinds["reroll"], "reroll"): kinds["reroll"],
         "shown hidden states": header.peeked or header.reveal,
         "a ghost": ghosts,
-        "the same random numbers as an earlier game": repeats,
+        "the same random numbers as an earlier game": repeats and header.branched is None,
         "a start in the middle of another game": header.branched is not None,
     }
     return tuple(text for text, applies in texts.items() if applies)

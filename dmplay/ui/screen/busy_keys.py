@@ -11,7 +11,7 @@ STOP_MOVE_KEYS = ("backspace", "P", "A")
 
 
 # keys that a finished game offers
-AFTER_GAME_KEYS = ("enter", "left", "pageup", "pagedown", "home", "end", "?")
+AFTER_GAME_KEYS = ("enter", "left", "X", "pageup", "pagedown", "home", "end", "?")
 
 
 class BusyKeyAction(Enum):

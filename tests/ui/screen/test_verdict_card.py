@@ -64,7 +64,7 @@ def test_the_whole_verdict_is_visible_at_every_size(name: str, tmp_path: Path) -
         assert key in draw(screen, (80, 24))[-1]
 
 
-@pytest.mark.parametrize("key", ["enter", "left", "pageup", "?"])
+@pytest.mark.parametrize("key", ["enter", "left", "X", "pageup", "?"])
 def test_the_keys_that_a_finished_game_offers_wait_for_its_review(key: str) -> None:
     review = TaskInfo("reviewing your actions", is_after_game=True)
     assert classify_busy_key(key, review, "h") is BusyKeyAction.RUN_LATER
