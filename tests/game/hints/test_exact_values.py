@@ -756,9 +756,7 @@ def test_a_hint_does_not_depend_on_what_the_partner_observes(partner: str) -> No
 def test_advice_in_a_hunt_follows_the_belief_and_the_action_of_the_partner(
     other: str, seat: int
 ) -> None:
-    hunt = dmplay.load_problem(
-        "collaborative-predator-prey", hexes=((0, 0), (1, 0), (2, 0), (1, 1))
-    )
+    hunt = dmplay.load_problem("collaborative-predator-prey", hexes=((0, 0), (1, 0), (1, 1)))
     players = ("human", other) if seat == 0 else (other, "human")
     partner = cast(SeatPolicy, load_agent(hunt, 1 - seat, other))
     for turns in (1, 3):
