@@ -249,7 +249,7 @@ def _navigation_keys(game: Game, frame_state: FrameState, *, is_game_over: bool)
         return frame_state.clock_keys
     if game.human_seats:
         worst = ["X worst"] * any(move.regret for move in game.verdict.moves)
-        return "Enter look back", *worst, "PgUp log", *[LEARN_KEY] * game.has_known_mistakes
+        return "Enter look back", "PgUp log", *worst, *[LEARN_KEY] * game.has_known_mistakes
     if isinstance(game, Playback):
         return "← → turns", "P play", "X worst", "Enter play from here"
     return () if is_game_over else ("Space step", "P play")

@@ -734,7 +734,7 @@ def test_every_problem_is_played_to_its_end_by_keys_and_its_transcript_verifies(
     learn = "  M learn" if current_game.has_known_mistakes else ""
     worst = "  X worst" if any(move.regret for move in current_game.verdict.moves) else ""
     undo = "" if worst and learn else undo  # no space for all
-    keys = f" Enter look back{worst}  PgUp log{learn}  N new  R restart{undo}  ? help  q quit"
+    keys = f" Enter look back  PgUp log{worst}{learn}  N new  R restart{undo}  ? help  q quit"
     assert keys in f"{result.last.removesuffix('  : command')}"
     current_game.finish()
     report = verify(path)

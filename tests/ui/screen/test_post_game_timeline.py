@@ -76,7 +76,7 @@ EXPECTED_FRAMES: dict[tuple[str, Sequence[str], tuple[int, int], bool], str] = {
    optimal in 9
  same seed: optimal scored 8.1, you -1.539
 
- Enter look back  X worst  PgUp log  Tab hint  ? help  q quit  : command""",
+ Enter look back  PgUp log  X worst  Tab hint  ? help  q quit  : command""",
     ("hexworld", ("enter", "left"), LARGE_SIZE, False): """\
  dmplay hexworld    seed 7   before turn 3/4   score (discounted) 0
  reach exit +10 or +5; avoid exit -10; a bump costs 1; 30% of steps slip
@@ -131,7 +131,7 @@ moves into a wall: ne -0.624, nw -0.624, sw -0.624, se -0.624    w      -0.48
    3.29 (regret) - 2.66 (bad luck)
  worst: turn 4, chose feed, not ignore: 2.83 lost
 
- Enter look back  X worst  ? help  q quit""",
+ Enter look back  PgUp log  ? help  q quit""",
     ("crying-baby", ("left", "left"), SMALL_SIZE, False): """\
  crying-baby  before turn 4/5  score -15.45
 heard  quiet
@@ -196,7 +196,7 @@ true state: sated
  turn 5. chose sing, heard quiet. belief: sated 0.989, hungry 0.011. reward
    -0.5. score -19.423.
 
- Enter look back  X worst  PgUp log  Tab hint  ? help  q quit  : command""",
+ Enter look back  PgUp log  X worst  Tab hint  ? help  q quit  : command""",
 }  # fmt: skip
 
 
