@@ -36,6 +36,11 @@ class Accuracy(Enum):
         return self not in {Accuracy.UNKNOWN, Accuracy.EXACT, Accuracy.CONDITIONAL}
 
     @property
+    def is_bound(self) -> bool:
+        """True if the values are bounds, whose differences are no regrets."""
+        return self in {Accuracy.LOWER_BOUND, Accuracy.UPPER_BOUND}
+
+    @property
     def data(self) -> dict[str, str]:
         """The accuracy as data, for example `exact`; {} if it is unknown."""
         return {"accuracy": self.data_name} if self.data_name else {}
@@ -68,6 +73,7 @@ class ValuesBasis(NamedTuple):
     has_regrets: bool = True  # False if the values guess the other players
     tie_rule: str = ""  # that chooses among several best actions, '' for the first
     method: str = ""  # by which they are computed, '' if the agent's name says enough
+    resolution: float = 0.0  # differences of at most this may be errors, and judge no choice
 
     def with_plan(self, turns: int, turn_limit: int | None) -> Self:
         """Return the basis of a plan of `turns` turns that begins again if the game goes on."""
@@ -99,8 +105,7 @@ class ValuesBasis(NamedTuple):
     @property
     def has_exact_regrets(self) -> bool:
         """True if their differences are the regrets in this game: no guesses, and no bounds."""
-        are_bounds = self.accuracy in {Accuracy.LOWER_BOUND, Accuracy.UPPER_BOUND}
-        return self.has_regrets and not are_bounds and not self.turns_scope
+        return self.has_regrets and not self.accuracy.is_bound and not self.turns_scope
 
 
 UNKNOWN_BASIS = ValuesBasis()

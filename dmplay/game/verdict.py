@@ -86,6 +86,9 @@ class SeatChoices:
             if self.basis.scope and not self.basis._replace(ignores_turn_limit=False).scope:
                 text = f"{name}, which ignore the turn limit"
             unjudged = f"{format_count(self.unjudged_count, 'choice')} {NOT_JUDGED}"
+            if self.basis.accuracy.is_bound:
+                share = share.replace("best action", "action of the best bound")
+                text = f"{text}, which do not judge a choice"
             parts = [f"{share} by the {text}"] * bool(self.count)
             parts += [unjudged] * bool(self.unjudged_count)
             return [f"{prefix}choices: {', '.join(parts)}"]

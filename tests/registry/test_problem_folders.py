@@ -13,6 +13,8 @@ from dmplay.agents.base import AdviceQuestion
 from dmplay.core.problem import Problem
 from dmplay.core.session import Session
 from dmplay.core.uniforms import SeededUniforms
+from dmplay.game.hints.explanation import explain_action
+from dmplay.game.hints.hint_provider import HintProvider
 from dmplay.problems import bandit
 from dmplay.registry import agents, module_loader
 from dmplay.registry import problem_module_exports as module_exports
@@ -195,6 +197,16 @@ def test_an_invalid_export_is_a_violation_in_a_folder_and_in_a_file(
     line = len(file.read_text().splitlines())
     (violation,) = list_violations(users_bandit)
     assert f"{file.name}:{line}: {export}: got 7" in violation["what"]
+
+
+def test_an_explanation_begins_with_the_reasons_of_a_users_problem(users_bandit: str) -> None:
+    source = "REASONS = lambda position, action: [f'Arm {position.labels[action]} is free.']"
+    append_export(users_bandit, "REASONS", source)
+    session = Session(dmplay.load_problem(users_bandit), SeededUniforms(3))
+    provider = HintProvider(session, AdviceQuestion(0, session.turn_limit))
+    explanation = explain_action(provider, 1)
+    assert explanation.sentences[0] == "Arm b is free."
+    assert explanation.data["reasons"] == ["Arm b is free."]
 
 
 def test_a_folder_is_loaded_again_after_a_change_of_any_file(tmp_path: Path) -> None:

@@ -19,6 +19,7 @@ from dmplay.game.hints.hint_provider import SAMPLED_VALUES, TOO_CLOSE, choose_de
 from dmplay.game.position import Position
 from dmplay.registry import agents
 
+BEST_ACTION = "the best action"
 NOT_JUDGED = f"not judged ({TOO_CLOSE})"
 REVIEW_NOTE_PREFIX = "# review "
 REGRET_EXPLANATION = "regret = value of the best action minus value of yours"
@@ -56,7 +57,13 @@ class ReviewedAction(NamedTuple):
         actions that may be the best.
         """
         is_tie = len(self.best) == len(self.values) and self.basis.accuracy.is_estimate
-        return self.chosen in self.best and (is_tie or (bool(self.errors) and len(self.best) > 1))
+        is_unclear = len(self.best) > 1 and (bool(self.errors) or self.basis.resolution > 0.0)
+        return self.chosen in self.best and (is_tie or is_unclear)
+
+    @property
+    def is_judged(self) -> bool:
+        """True if its values tell whether the choice is the best one, which bounds do not."""
+        return not (self.is_too_close or self.basis.accuracy.is_bound)
 
     @property
     def is_estimated(self) -> bool:
@@ -96,7 +103,7 @@ class ReviewedAction(NamedTuple):
         last |= {} if errors is None else {"standard_errors": errors}
         words = {"scope": self.basis.scope, "about": last.pop("about")}
         words["values_name"] = self.basis.accuracy.words
-        return {**facts, "judged": not self.is_too_close, **words, **last}
+        return {**facts, "judged": self.is_judged, **words, **last}
 
     def __str__(self) -> str:
         """Return the review of this choice on one line."""
@@ -115,7 +122,8 @@ class ReviewedAction(NamedTuple):
         if self.is_too_close:
             return f"{beginning}, {NOT_JUDGED}. {values_text}"
         if self.chosen in self.best:
-            return f"{beginning}, the best action. {values_text}"
+            rank = "the action of the best bound" if self.basis.accuracy.is_bound else BEST_ACTION
+            return f"{beginning}, {rank}. {values_text}"
         regret = (
             "" if self.regret is None else f", regret {format_fixed(self.regret, decimal_count)}"
         )
@@ -204,9 +212,12 @@ def _judge_action(
     """Return the review of an action with the best legal actions and its regret."""
     legal = np.flatnonzero(~np.isnan(values.q)).tolist()
     errors, chosen = values.errors, [*labels].index(reviewed.chosen)
-    regret = 0.0 if chosen in values.best_actions else float(values.regrets[chosen])
+    best_actions = values.best_actions
+    if values.basis.resolution:
+        best_actions = np.flatnonzero(values.regrets <= values.basis.resolution)
+    regret = 0.0 if chosen in best_actions else float(values.regrets[chosen])
     return reviewed._replace(
-        best=tuple(labels[a] for a in values.best_actions),
+        best=tuple(labels[a] for a in best_actions),
         regret=regret if values.basis.has_exact_regrets else None,
         values={labels[a]: float(values.q[a]) for a in legal},
         basis=values.basis,
@@ -226,7 +237,9 @@ def format_summary(reviewed_actions: list[ReviewedAction]) -> str:
     judged = [move for move in reviewed_actions if not move.is_too_close]
     best_count = sum(move.chosen in move.best for move in judged)
     scopes = {move.basis.scope for move in reviewed_actions}
-    best = append_game("best action", *scopes) if len(scopes) == 1 else "best action"
+    are_bounds = reviewed_actions[0].basis.accuracy.is_bound
+    best = "action of the best bound" if are_bounds else "best action"
+    best = append_game(best, *scopes) if len(scopes) == 1 else best
     count = len(reviewed_actions) - len(judged)
     unjudged = f", {format_count(count, 'choice')} {NOT_JUDGED}" if count else ""
     text = f"review: {best} {best_count} of {format_count(len(judged), 'time')}{unjudged}"
@@ -234,6 +247,8 @@ def format_summary(reviewed_actions: list[ReviewedAction]) -> str:
         return f"review: {unjudged.removeprefix(', ')}"
     regrets = [move.regret for move in reviewed_actions if move.regret is not None]
     if len(regrets) < len(reviewed_actions):
+        if are_bounds:
+            return f"{text}; bounds do not judge a choice"
         return f"{text}; no regret, because the values are not exactly about this game"
     total = total_regret(reviewed_actions)
     worst = max(reviewed_actions, key=lambda move: move.discounted_regret)

@@ -18,6 +18,7 @@ from .rules import ADVISORY_CHANGE_COST, COLLISION_COST, COLLISION_DISTANCE, Col
 MIDDLE_SHARE = (0.05, 0.95)  # of the heights between which 9 of 10 cases are
 SIMULATED_GAMES = 1000
 MIN_PROBABILITY = 0.001  # smaller probabilities are not told apart
+MIN_STATE_PROBABILITY = 1e-8  # less probable states together have less than 0.0002
 ROUND_DECIMALS = 9  # of states that differ by rounding errors only
 
 
@@ -43,9 +44,12 @@ def collision_probability(
 
 
 def _list_heights(
-    problem: CollisionAvoidance, s: Array, actions: Sequence[int]
+    problem: CollisionAvoidance, s: Array, actions: Sequence[int], min_probability: float = 0.0
 ) -> tuple[Reals, Reals]:
-    """Return the possible heights after these advisories, ascending, and their probabilities."""
+    """Return the possible heights after these advisories, ascending, and their probabilities.
+
+    States that are less probable than `min_probability` are left out.
+    """
     states: Array = s[None]
     probabilities: Array = np.ones(1)
     for action in actions:
@@ -54,6 +58,8 @@ def _list_heights(
         )
         states, places = np.unique(outcome.state.round(ROUND_DECIMALS), axis=0, return_inverse=True)
         probabilities = np.bincount(places.ravel(), probabilities[rows] * p)
+        likely = probabilities >= min_probability
+        states, probabilities = states[likely], probabilities[likely]
     return states[:, 0], probabilities
 
 
@@ -64,7 +70,7 @@ def _sum_collisions(heights: Reals, probabilities: Reals) -> float:
 
 def _find_probability(problem: CollisionAvoidance, s: Array, plan: Sequence[int]) -> float:
     """Return the probability of a collision after these advisories, one for each second."""
-    return _sum_collisions(*_list_heights(problem, s, plan))
+    return _sum_collisions(*_list_heights(problem, s, plan, MIN_STATE_PROBABILITY))
 
 
 def give_reasons(position: Position, action: int) -> list[str]:

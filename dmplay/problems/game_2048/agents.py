@@ -16,6 +16,9 @@ from .packed_boards import DOWN, LEFT, RIGHT, UP
 from .rules import Game2048
 
 MAX_DEPTH_PLIES = 20  # plies
+# On 318 boards of games with 30 % random slides, 12 % of the differences of 100 to 200 have the
+# other sign if the search is half as deep, and 2 % of those above 400.
+RATING_RESOLUTION = 200.0
 MAX_MILLISECONDS = 10_000.0  # milliseconds
 
 
@@ -71,6 +74,7 @@ class Expectimax(GreedyPolicy, ReactivePolicy):
         basis = super().values_basis(question)
         return basis._replace(
             accuracy=Accuracy.RATING,
+            resolution=RATING_RESOLUTION,
             ignores_turn_limit=question.turn_limit is not None,
             ignores_discount=self.problem.discount < 1.0,
         )

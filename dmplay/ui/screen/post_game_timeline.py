@@ -215,6 +215,7 @@ def _describe_choice(move: ReviewedAction, *, shows_discounted: bool) -> str:
         return f"chose {move.chosen}, {review.NOT_JUDGED}"
     if move.chosen in move.best:
         rank = "the best action" if len(move.best) == 1 else f"one of {len(move.best)} best actions"
+        rank = "the action of the best bound" if move.basis.accuracy.is_bound else rank
         return f"chose {move.chosen}, {review.append_game(rank, move.basis.scope)}"
     best = " or ".join(move.best)
     if move.basis.accuracy is Accuracy.RATING:

@@ -83,9 +83,10 @@ def test_ratings_of_2048_are_whole_numbers_and_not_points() -> None:
     session.advance([UP])
     (move,) = review_actions(session, [AdviceQuestion.of_session(session, 0)])
     assert all(value == round(value) for value in move.values.values())
-    assert str(move).startswith("turn 1, agent: chose up, best action: left or right, regret 9. ")
-    assert ". ratings, not points: left 107339, " in str(move)
-    assert ", total estimated regret (rating lost) 9, " in format_table([move])[2]
+    beginning = "turn 1, agent: chose up, not judged (too close to call). "
+    assert str(move).startswith(f"{beginning}ratings, not points: left 107339, ")
+    worse = move._replace(best=("left",), regret=900.0)
+    assert ", total estimated regret (rating lost) 900, " in format_table([worse])[2]
 
 
 def test_bars_have_a_maximum_length_and_equally_good_actions_are_called_any() -> None:
@@ -146,3 +147,12 @@ def test_a_choice_among_equally_rated_actions_is_not_judged() -> None:
     assert move.data["judged"] is False
     assert format_table([move])[2] == "review: 1 choice not judged (too close to call)"
     assert not move._replace(basis=ValuesBasis(Accuracy.EXACT)).is_too_close
+
+
+def test_bounds_do_not_judge_a_choice() -> None:
+    basis = ValuesBasis(Accuracy.UPPER_BOUND)
+    action = make_reviewed_action(1, "agent", "left", 0.0)._replace(
+        basis=basis, regret=None, values={"left": 2.0, "up": 2.0, "down": 1.0}
+    )
+    assert not action.is_judged
+    assert format_table([action])[-1].endswith("1 of 1 time; bounds do not judge a choice")

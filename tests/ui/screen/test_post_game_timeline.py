@@ -14,6 +14,7 @@ from dmplay.game.transcript_verification import verify
 from dmplay.terminal.capabilities import Terminal
 from dmplay.ui.screen.key_handlers import handle_key
 from dmplay.ui.screen.play_screen import PlayScreen
+from dmplay.ui.screen.post_game_timeline import GameTimeline
 from tests.support.games import read_transcript
 from tests.support.screens import EmulatedPainter, EmulatedScreen, make_game
 
@@ -366,5 +367,10 @@ def test_a_game_with_ratings_shows_the_rating_lost_by_turn() -> None:
     )
     screen_text = press_keys(screen, "down", "left", "right", "left", "enter")
     assert "regret" not in screen_text
-    assert "was rated higher." in press_keys(screen, "home")
+    assert "chose down, not judged (too close to call)." in press_keys(screen, "home")
+    move = screen.game.verdict.moves[0]._replace(best=("left",), regret=900.0)
+    timeline = GameTimeline(screen.game, [move])
+    timeline.go_to_turn(0)
+    assert timeline.describe_next_choices().endswith("chose down; left was rated higher.")
+    assert timeline.regret_rows(80)[0].startswith("rating lost each turn ")
     assert "the game is over." in screen.game.narrator.describe_situation(screen.game.snapshot())
