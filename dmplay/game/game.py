@@ -606,6 +606,11 @@ class Game:
         )
         return "the hidden states have been shown" if is_disclosed else ""
 
+    @property
+    def has_choice_to_undo(self) -> bool:
+        """True if a turn was played, or a choice waits for those of other people."""
+        return bool(self.session.turns or self._pending_choices)
+
     def _check_undo_allowed(self, command: str) -> None:
         """Raise BadParameter, prefixed with the command, if turns cannot be undone."""
         if self.undo_forbidden_reason:

@@ -78,7 +78,8 @@ def format_footer(
     uses_game_over_keys = bool(frame_state.is_lookback or has_ended)
     is_choosing = game.choosing_seat is not None
     skipped_count = 0 if uses_game_over_keys else 3 if game.hints_forbidden else not is_choosing
-    excluded_command = "undo" * bool(game.undo_forbidden_reason)
+    can_undo = frame_state.is_lookback or game.has_choice_to_undo
+    excluded_command = "undo" * bool(game.undo_forbidden_reason or not can_undo)
     navigation_keys = _navigation_keys(game, frame_state, is_game_over=has_ended)
     format_tails = partial(
         _format_command_tails,
@@ -241,7 +242,9 @@ def _format_command_tails(
 def _navigation_keys(game: Game, frame_state: FrameState, *, is_game_over: bool) -> tuple[str, ...]:
     """Return the keys of a replay, a finished game, a game of agents alone, or the clock."""
     if frame_state.is_lookback:
-        worst = ["X worst"] * (isinstance(game, GameTimeline) and bool(game.worst_turns))
+        # Where the only costly turn comes next, the key would do nothing.
+        costly_turns = game.worst_turns if isinstance(game, GameTimeline) else []
+        worst = ["X worst"] * any(turn != len(game.session.turns) + 1 for turn in costly_turns)
         return ("← → turns", *worst, *["Enter play on"] * (not game.strict))
     if game.lesson_goal and game.session.over:
         return ("Enter back to the lesson",)

@@ -195,7 +195,10 @@ def _handle_lookback_key(screen: PlayScreen, key: str) -> bool:
         return True
     turn = screen.post_game_review.turn_for_key(key, timeline.turns_played if timeline else None)
     if key == WORST_KEY:
-        turn = full_timeline.find_next_worst_turn(timeline.turns_played + 1 if timeline else 0) - 1
+        current = timeline.turns_played + 1 if timeline else 0
+        if [current] == full_timeline.worst_turns[:1]:  # The look-back shows it already.
+            full_timeline.shown_worst_turn = current
+        turn = full_timeline.find_next_worst_turn(current) - 1
     if turn is not None:
         _look_back(screen, full_timeline, turn)
     return turn is not None
