@@ -103,8 +103,8 @@ def open_screen(name: str, mode: str, folder: Path) -> PlayScreen:
 
 def draw(screen: PlayScreen, viewport: Viewport) -> list[str]:
     """Return the rows of the screen."""
-    shown = screen.timeline or screen.game
-    return compose_frame(shown, viewport, screen.frame_state, screen.log).plain.split("\n")
+    game = screen.timeline or screen.game
+    return compose_frame(game, viewport, screen.frame_state, screen.log).plain.split("\n")
 
 
 def list_offers(row: str) -> Iterator[tuple[str, str]]:
