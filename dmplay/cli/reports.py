@@ -45,10 +45,10 @@ def list_(
 
 
 def records(json: options.JsonFlag = False) -> object:
-    """Show your best and your latest results.
+    """Show your best and your latest results, and your best medals.
 
-    Only games that you played to their end count. A game can be your best result only
-    if all of this is true:
+    Only games that you played to their end count. A game can be your best result, and
+    earn a medal, only if all of this is true:
 
     \b
     - You played from its first turn. It is no branch, and not a restarted game.

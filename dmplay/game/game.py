@@ -84,6 +84,7 @@ class Game:
         self.is_resumed = False  # whether its first turns were played earlier
         self.end_notes = ""  # appended to the transcript at the end
         self.verdict = Verdict()  # computed after the game
+        self.undo_count = 0  # times that turns were undone
         self._judged_turn: Turn | None = None  # the last turn when it was computed
         self.ghost: Ghost | None = None
         self.predictor: Predictor | None = None  # asks for predictions before each turn
@@ -512,6 +513,7 @@ class Game:
                 count_turns_to_undo(self.session, self.human_seats, turns)
             )
             self._undone_actions += [list(turn.actions) for turn in reversed(undone_turns)]
+            self.undo_count += 1
             if self.recorder:
                 self.recorder.write_event("undo", len(undone_turns))
         self._advance_ghost()

@@ -57,6 +57,10 @@ class RecordedGame(Protocol):
         """Its transcript; None if none is written."""
 
     @property
+    def undo_count(self) -> int:
+        """The number of times that turns were undone."""
+
+    @property
     def request(self) -> GameRequest | None:
         """The request that began it; None for a replay."""
 
@@ -232,27 +236,31 @@ def list_aids(transcript: Transcript) -> tuple[str, ...]:
 
 def find_standing(game: RecordedGame) -> Standing:
     """Return the help that a finished game had, and a sentence on the record of its player."""
-    recorder, aids = game.recorder, tuple[str, ...]()
-    hints, rerolls = sum(game.session.hint_counts.values()), len(game.session.reroll_counts)
-    if recorder and not recorder.write_error and not safe_files.is_output_device(recorder.path):
+    if [*game.player_names].count(HUMAN_PLAYER) != 1:
+        return Standing()
+    recorder, session = game.recorder, game.session
+    counts = {
+        "hint": sum(session.hint_counts.values()),
+        "undo": game.undo_count,
+        "reroll": len(session.reroll_counts),
+    }
+    aids = tuple(format_count(count, noun) for noun, count in counts.items() if count)
+    is_saved = recorder and not recorder.write_error
+    if recorder and is_saved and not safe_files.is_output_device(recorder.path):
         with contextlib.suppress(DmplayError, OSError):
             aids = list_aids(read_transcript(recorder.path))
-    else:
-        counts = {format_count(hints, "hint"): hints, format_count(rerolls, "reroll"): rerolls}
-        aids = tuple(text for text, count in counts.items() if count)
-        recorder = None
-    seat = _find_person_seat(game.session.problem, game.player_names)
-    if seat is None or aids or game.request is None:
+    seat = _find_person_seat(session.problem, game.player_names)
+    if aids or game.request is None:
         return Standing(aids)
-    if recorder is None or problems.depends_on_location(game.problem_name):
-        reason = (
-            "dmplay keeps records of built-in and installed problems"
-            if recorder
-            else "this game is not saved"
-        )
+    reason = "" if is_saved else "this game is not saved"
+    if problems.depends_on_location(game.problem_name):
+        reason = "dmplay keeps records of built-in and installed problems"
+    if seat is None:
+        reason = "records are against the default players"
+    if seat is None or reason:
         return Standing((), f"no record: {reason}")
     record = find_game_record(game)
-    score = game.session.seat_return(game.session.problem.agents.index(seat))
+    score = session.seat_return(session.problem.agents.index(seat))
     best = record.best.discounted_return if record and record.best else None
     if best is None or score > best:
         before = "your first" if best is None else f"{format_number(best)} before"

@@ -82,10 +82,19 @@ def test_hints_and_undone_turns_cost_the_medal_and_the_end_says_so() -> None:
     game = make_game("crying-baby", turns=2)
     game.record_hint()
     game.choose(0.0)
+    game.undo()
+    game.choose(0.0)
     game.choose(2.0)
     verdict = game.compute_verdict()
     assert verdict.medal is None
-    assert verdict.lines[0] == "no medal and no record, because of 1 hint"
+    assert verdict.lines[0] == "no medal and no record, because of 1 hint and 1 undo"
+
+
+def test_a_game_against_other_players_than_the_default_ones_is_no_record(tmp_path: Path) -> None:
+    words = ("prisoners-dilemma", "--vs", "grim", "--turns", "1", "-o", "g.dmt")
+    end = run_dmplay(tmp_path, *words, stdin="d\n").stdout
+    assert "gold medal: regret 0.00; " in end
+    assert "no record: records are against the default players" in end
 
 
 def test_a_user_names_a_rule_of_thumb_and_records_list_the_medal(tmp_path: Path) -> None:
