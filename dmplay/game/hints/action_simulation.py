@@ -26,19 +26,6 @@ MAX_COMPARED_TURNS = 500  # maximum turns of the games by which actions are comp
 MAX_COMPARED_GAMES, MAX_GAMES_PER_ACTION, MIN_GAMES_PER_ACTION = 125_000, 1000, 16
 
 
-class ActionSimulation(NamedTuple):
-    """The returns of simulated games that begin with one action."""
-
-    first_rewards: Reals  # [N]
-    returns: Reals  # [N]
-    turns: int  # number of turns of each game at most
-
-    @property
-    def mean(self) -> float:
-        """The mean return."""
-        return float(self.returns.mean())
-
-
 class SimulatedGames(NamedTuple):
     """Simulated games: a row for each first action, with the same random numbers in all rows."""
 
@@ -46,6 +33,11 @@ class SimulatedGames(NamedTuple):
     returns: Reals  # [N, G]
     turn_counts: Reals  # [N, G]
     states: Array  # [N, G, ...], in which they ended
+
+    @property
+    def mean(self) -> float:
+        """The mean return."""
+        return float(self.returns.mean())
 
 
 class Start(NamedTuple):
@@ -62,18 +54,25 @@ def can_simulate(problem: Problem) -> bool:
     return len(problem.agents) == 1 and not problem.partially_observable
 
 
-def play_on(position: Position, game_count: int) -> SimulatedGames:
-    """Return simulated games that begin with each legal action, in which the hint agent plays on.
+def play_on(
+    position: Position,
+    game_count: int,
+    actions: Sequence[float] = (),
+    max_turns: int = MAX_COMPARED_TURNS,
+) -> SimulatedGames:
+    """Return simulated games that begin with each action, in which the hint agent plays on.
 
-    There is a row for each legal action. `can_simulate` must be true of the problem.
+    There is a row for each of `actions`, by default for each legal action. `can_simulate` must be
+    true of the problem.
     """
+    first_actions = np.array(actions or position.legal_actions)
     return position.ask(
         lambda policy, memory: _simulate_games(
             position.problem,
             policy,
-            [Start(position.state, memory, position.turns_left, np.array(position.legal_actions))],
+            [Start(position.state, memory, position.turns_left, first_actions)],
             game_count,
-            MAX_COMPARED_TURNS,
+            max_turns,
         )
     )
 
@@ -88,20 +87,6 @@ def can_compare(agent: HintAgent) -> bool:
         return False
     samples = type(agent.policy).estimate_returns is not SeatPolicy.estimate_returns
     return not (samples or load_roster(problem).batch_agent)
-
-
-def simulate_returns(
-    position: Position, policy: Policy, memory: Memory, first_action: float
-) -> ActionSimulation:
-    """Return the returns of games that begin with an action and then follow the policy.
-
-    `memory` is the policy's memory at the position.
-    """
-    turns = min(position.turns_left or MAX_TURNS, MAX_TURNS)
-    start = Start(position.state, memory, turns, np.array([first_action]))
-    problem = position.problem
-    games = _simulate_games(problem, policy, [start], GAME_COUNT, MAX_TURNS)
-    return ActionSimulation(games.first_rewards[0], games.returns[0], turns)
 
 
 def compare_returns(agent: HintAgent, starts: Sequence[Start]) -> list[ActionValues]:

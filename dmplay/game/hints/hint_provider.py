@@ -16,7 +16,13 @@ from dmplay.core.session import SeatedPolicy, Session, Turn
 from dmplay.core.spaces import Interval
 from dmplay.core.work_budget import limit_total_work
 from dmplay.errors import BadParameter, BadPolicy, BudgetExceeded
-from dmplay.game.hints.action_simulation import ActionSimulation, can_simulate, simulate_returns
+from dmplay.game.hints.action_simulation import (
+    GAME_COUNT,
+    MAX_TURNS,
+    SimulatedGames,
+    can_simulate,
+    play_on,
+)
 from dmplay.game.hints.forecast_text import format_forecast
 from dmplay.game.position import ADVICE_WORK_LIMIT, Position
 from dmplay.registry import agents
@@ -327,16 +333,14 @@ class HintProvider:
         self._cached_forecast = (*self._turn_key, result)
         return format_forecast(self.position, result)
 
-    def simulate_action(self, action: float) -> ActionSimulation | None:
-        """Return simulated returns of an action and the hint agent's choices after it.
+    def simulate_action(self, action: float) -> SimulatedGames | None:
+        """Return simulated games of an action and the hint agent's choices after it.
 
         None if other agents play or states are hidden.
         """
         if not can_simulate(self.session.problem):
             return None
-        return self.position.ask(
-            lambda policy, memory: simulate_returns(self.position, policy, memory, action)
-        )
+        return play_on(self.position, GAME_COUNT, [action], MAX_TURNS)
 
     @property
     def agent_description(self) -> str:

@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 from dmplay.core.spaces import Interval
 from dmplay.core.text import format_count
+from dmplay.game.hints.action_simulation import MAX_TURNS
 from dmplay.game.hints.hint_provider import HintProvider, choose_decimals, format_fixed
 
 ACTION_TOLERANCE = 1e-9  # actions that differ by less are the same
@@ -30,7 +31,7 @@ def explain_by_simulation(
             "This rule computes no values, so no number says how good its choice is.",
         )
         return sentences, {}
-    game_count = len(simulation.returns)
+    game_count = simulation.returns.size
     error = float(simulation.returns.std(ddof=1) / game_count**0.5)
     reward = float(simulation.first_rewards.mean())
     data: dict[str, object] = {
@@ -43,7 +44,7 @@ def explain_by_simulation(
     other = None if alternative is None else provider.simulate_action(alternative.action)
     decimals = choose_decimals([simulation.mean, other.mean if other else 0.0])
     mean = format_fixed(simulation.mean, decimals)
-    turns = format_count(simulation.turns, "turn")
+    turns = format_count(min(provider.position.turns_left or MAX_TURNS, MAX_TURNS), "turn")
     sentences = (
         f"In {game_count} simulated games of at most {turns}, this action, followed by "
         f"{provider.name}, returns {mean} on average (standard error {error:.2g}).",

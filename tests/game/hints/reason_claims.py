@@ -260,7 +260,8 @@ def check_costs(session: Session, action: int, match: re.Match[str]) -> Iterator
             outcome = problem.step(s, a, random.random((games, problem.uniform_counts.step)))
             costs, s = costs - outcome.rewards[:, 0], outcome.state
             a = np.asarray(agent.choose((s,), None, np.zeros((games, 0))))[:, None]
-        yield abs(float(text) - costs.mean()) <= 5 * costs.std() / 500**0.5 + 1e-4
+        # 1000 and 2000 games may miss collisions that have a probability of 0.003.
+        yield abs(float(text) - costs.mean()) <= max(5 * costs.std() / 500**0.5, 0.004)
 
 
 def check_late(session: Session, action: int, match: re.Match[str]) -> Iterator[bool]:
