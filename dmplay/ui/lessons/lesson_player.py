@@ -8,6 +8,7 @@ from typing import TextIO
 
 from dmplay.core.text import escape_newlines, format_count
 from dmplay.errors import BadParameter, DmplayError
+from dmplay.game import player_records
 from dmplay.game.command_line_results import CliInterpreter, LearnCommand
 from dmplay.game.game import Game
 from dmplay.game.game_series import GameController
@@ -73,7 +74,8 @@ class LessonReporter(SentenceReporter):
 class LessonPlayer(LineDialog):
     """A player of one lesson: it prints the steps, reads answers and runs the games.
 
-    Its games do not count as records, because their random numbers are always the same.
+    Its games do not count as records, because their random numbers are always the same, except
+    those with notes, whose verdict speaks of records.
     """
 
     def __init__(
@@ -304,7 +306,10 @@ class LessonPlayer(LineDialog):
         for action in step.position.after:
             game.choose(game.problem.parse_action(game.viewing_seat, action))
         if task.notes:
-            self._controller = GameController(cli_interpreter=self.cli_interpreter)
+            self._controller = GameController(
+                cli_interpreter=self.cli_interpreter,
+                on_game_end=player_records.record_finished_game,
+            )
         self._controller.set_game(game)
         self._show_game()
         session = self._controller.game.session

@@ -198,15 +198,21 @@ class Frame:
     def _compose_goal_rows(self) -> list[ScreenLine]:
         """Return the goal row as a list, or [] if the goal has no row of its own.
 
-        A note of a lesson takes its place, if it leaves enough rows for a board.
+        A note of a lesson stands above it, if it leaves enough rows for a board, and in its place
+        once the game is over.
         """
-        if self._state.note:
-            rows = wrap_lines([escape_unprintable(self._state.note)], self._viewport)
-            if self._viewport.height >= len(rows) + MIN_NOTE_SCREEN_ROWS:
-                return [((row, "bold"),) for row in rows]
-        if has_goal_row(self._viewport):
-            return [heading.goal_row(self._game, self._snapshot, self._viewport)]
-        return []
+        goal = (
+            [heading.goal_row(self._game, self._snapshot, self._viewport)]
+            if has_goal_row(self._viewport)
+            else []
+        )
+        if not self._state.note:
+            return goal
+        rows = wrap_lines([escape_unprintable(self._state.note)], self._viewport)
+        if self._viewport.height < len(rows) + MIN_NOTE_SCREEN_ROWS:
+            return goal
+        is_over = self._game.session.over or self._state.is_lookback
+        return [*(((row, "bold"),) for row in rows), *([] if is_over else goal)]
 
     def _board_and_log_parts(self) -> list[ScreenRows]:
         """Return the rows of goal, board, panel and log, or a notice if the board does not fit."""
@@ -293,10 +299,8 @@ class Frame:
         """Return the part of the goal that its row cannot hold, before the first turn; else []."""
         if self._game.session.turns:
             return []
-        has_row = bool(self._goal_rows) and not self._state.note
-        return heading.remaining_goal_lines(
-            self._game, self._snapshot, self._viewport if has_row else None, log_viewport
-        )
+        goal_viewport = self._viewport if has_goal_row(self._viewport) else None
+        return heading.remaining_goal_lines(self._game, self._snapshot, goal_viewport, log_viewport)
 
     def _compute_layout(self, snapshot: SeatSnapshot) -> "_BoardLayout | TooSmallNotice":
         """Compute the layout of board, panel and log; return a notice if the board does not fit.

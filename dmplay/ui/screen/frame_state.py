@@ -37,7 +37,7 @@ class FrameState(NamedTuple):
     is_lookback: bool = False  # an earlier turn of a finished game is shown
     motion_progress: float = 1.0  # completed share of the last turn's animation
     show_coordinates: bool | None = None  # whether hex maps show coordinates; None: if they fit
-    note: str = ""  # what a lesson says about this moment, in place of the goal
+    note: str = ""  # what a lesson says about this moment, above the goal
     best_return: str = ""  # the player's record in this game, from earlier games
     is_picture: bool = False  # in a picture or a film, no key works
     clock_keys: tuple[str, ...] = ()  # keys that start, stop and pace the clock

@@ -74,10 +74,14 @@ def test_the_screen_says_what_to_do_at_each_moment(size: tuple[int, int], tmp_pa
     start, under_way, on_exit, over, look_back = (note.text for note in task.notes)
     screen = open_screen(task, tmp_path)
     assert start in read_screen(screen, size)
+    goal = "reach exit +10 or +5; avoid exit -10; a bump costs 1; 30% of steps slip"
+    assert goal in read_screen(screen, size)
     for key, note in (("n", under_way), ("n", on_exit), ("n", over), ("enter", look_back)):
         handle_key(screen, key)
         screen.review_game()
         assert note in read_screen(screen, size)
+        is_under_way = note in (under_way, on_exit)
+        assert (goal in read_screen(screen, size)) == (is_under_way and size != (50, 14))
         assert not any(other in read_screen(screen, size) for other in {start, over} - {note})
     for key in ("left", "enter"):  # plays on from turn 2
         handle_key(screen, key)
@@ -152,4 +156,5 @@ def test_the_gallery_begins_with_the_first_game_until_it_was_finished(tmp_path: 
         terminal.calm().press("q", "Your first game is finished.").press("q\r", "Enter goes back")
         terminal.press(ENTER, "> hexworld").calm()
         assert "Your first game" not in terminal.text
+        terminal.until("record 8.1 in 3 turns, seed 7")
         assert terminal.press("q").ended() == 0
