@@ -62,7 +62,7 @@ def page(tmp_path_factory: pytest.TempPathFactory) -> Iterator[BrowserPage]:
 
 
 def render_first_transcript(name: str) -> str:
-    """Return the page of the problem's first recorded game, open at its last turn."""
+    """Return the page of the problem's first recorded game, open at its start."""
     path = min((PROJECT_ROOT / "transcripts" / name_to_stem(name)).glob("*.dmt"))
     return "".join(render_page(Playback(path), None, LARGE_OPTIONS))
 
@@ -123,6 +123,8 @@ def test_the_keyboard_reaches_every_turn_and_every_control(page: BrowserPage, na
     html = render_first_transcript(name)
     page.load(html)
     last = html.count("<li>") - 1
+    assert page.evaluate(STEP_SCRIPT) == 0
+    page.press("End")
     assert page.evaluate(STEP_SCRIPT) == last
     page.press("Home")
     for step in range(last + 1):
@@ -140,6 +142,7 @@ def test_the_keyboard_reaches_every_turn_and_every_control(page: BrowserPage, na
 
 def test_the_buttons_work_with_enter_and_space(page: BrowserPage) -> None:
     page.load(render_first_transcript("hexworld"))
+    page.press("End")
     last = page.evaluate(STEP_SCRIPT)
     page.press("Tab", "Tab", "Enter", " ")
     assert page.evaluate(STEP_SCRIPT) == last - 2
@@ -152,6 +155,7 @@ def test_the_buttons_work_with_enter_and_space(page: BrowserPage) -> None:
 
 def test_the_arrow_keys_scroll_a_board_that_is_wider_than_the_window(page: BrowserPage) -> None:
     page.load(render_first_transcript("hexworld"), width=NARROW_COLUMNS)
+    page.press("End")
     last = page.evaluate(STEP_SCRIPT)
     page.press("Tab", "ArrowLeft")
     assert page.evaluate("document.activeElement.id") == "frame"

@@ -121,8 +121,8 @@ class PlayScreen:
         """Let the clock wait for its first key, or stop it if there is no rate."""
         game = self.game
         clock = find_clock(game)
-        labels = game.problem.actions[game.viewing_seat].labels
-        idle_actions = [labels.index(label) for label in clock.idle_actions] if clock else []
+        labels = clock.idle_actions if clock else ()
+        idle_actions = [game.problem.parse_action(game.viewing_seat, label) for label in labels]
         self.clock = RealtimeClock(
             self.realtime_rate, is_rising=self.is_clock_fixed, idle_actions=idle_actions
         )

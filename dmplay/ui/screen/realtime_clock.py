@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 
+from dmplay.errors import BadParameter
 from dmplay.game.game import Game
 from dmplay.views.protocol import Clock
 
@@ -15,11 +16,18 @@ SLOW_MOTION_SHARE = 0.1  # of real time, at which a clock starts that the player
 
 
 def find_clock(game: Game) -> Clock | None:
-    """Return the clock of a game that one person plays alone; None if it has none."""
+    """Return the clock of a game that one person plays alone; None if it has none.
+
+    Raise BadParameter if a user's view returns something else.
+    """
     make_clock = getattr(game.view_module, "clock", None)
     if make_clock is None or game.predictor or len(game.human_seats) != len(game.player_names):
         return None
-    clock: Clock | None = make_clock(game.view()) if len(game.human_seats) == 1 else None
+    if len(game.human_seats) != 1:
+        return None
+    clock = make_clock(game.view())
+    if not isinstance(clock, Clock):
+        raise BadParameter(f"clock: got {clock!r}, expected a Clock of dmplay.views.protocol")
     return clock
 
 
