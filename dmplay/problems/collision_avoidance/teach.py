@@ -1,11 +1,12 @@
 """Reasons for advisories, and quantities of collision avoidance."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
 from dmplay.core.arrays import Array, Reals
 from dmplay.core.problem import enumerate_possible_outcomes
+from dmplay.core.spaces import Labels
 from dmplay.core.text import format_count, join_words
 from dmplay.game.hints.action_simulation import play_on
 from dmplay.game.position import Position
@@ -73,6 +74,33 @@ def _find_probability(problem: CollisionAvoidance, s: Array, plan: Sequence[int]
     return _sum_collisions(*_list_heights(problem, s, plan, MIN_STATE_PROBABILITY))
 
 
+def _describe_advisories(
+    problem: CollisionAvoidance, s: Array, action: int, labels: Labels
+) -> Iterator[str]:
+    """Yield the probability of a collision with each advisory that is kept, or a second later."""
+    count = round(float(s[3]))
+    plans = [[advisory] * count for advisory in range(len(labels))]
+    chances = [_find_probability(problem, s, plan) for plan in plans]
+    change = f"each change of advice costs {ADVISORY_CHANGE_COST:g}"
+    if max(chances) < MIN_PROBABILITY:
+        yield (
+            "Each advisory, kept until then, collides with a probability under "
+            f"{MIN_PROBABILITY:g}; {change}."
+        )
+    else:
+        texts = [f"{label} {number:.3f}" for label, number in zip(labels, chances, strict=True)]
+        probabilities = join_words(texts).replace(" ", " collides with probability ", 1)
+        yield f"Kept until then, {probabilities}."
+    safest = int(np.argmin(chances))
+    if chances[action] - chances[safest] >= MIN_PROBABILITY and count > 1:
+        later = [action, *[safest] * (count - 1)]
+        probability = _find_probability(problem, s, later)
+        yield (
+            f"One second of {labels[action]} and then {labels[safest]} gives {probability:.3f}; "
+            f"{change}, and a collision {COLLISION_COST:g}."
+        )
+
+
 def give_reasons(position: Position, action: int) -> list[str]:
     """Return the height at the pass, the probabilities of a collision, and the mean costs."""
     problem, labels = position.problem, position.labels
@@ -87,26 +115,10 @@ def give_reasons(position: Position, action: int) -> list[str]:
         f"Without gusts and advisories {pass_text} in {format_count(count, 'second')}; "
         f"a collision is under {COLLISION_DISTANCE:g} m."
     ]
-    plans = [[advisory] * count for advisory in range(len(labels))]
-    chances = [_find_probability(problem, position.state, plan) for plan in plans]
-    change = f"each change of advice costs {ADVISORY_CHANGE_COST:g}"
-    if max(chances) < MIN_PROBABILITY:
-        reasons.append(
-            "Each advisory, kept until then, collides with a probability under "
-            f"{MIN_PROBABILITY:g}; {change}."
-        )
+    if position.turns_left is not None and position.turns_left <= count:
+        reasons.append("The game ends before the pass, so it has no collision.")
     else:
-        texts = [f"{label} {number:.3f}" for label, number in zip(labels, chances, strict=True)]
-        probabilities = join_words(texts).replace(" ", " collides with probability ", 1)
-        reasons.append(f"Kept until then, {probabilities}.")
-    safest = int(np.argmin(chances))
-    if chances[action] - chances[safest] >= MIN_PROBABILITY and count > 1:
-        later = [action, *[safest] * (count - 1)]
-        probability = _find_probability(problem, position.state, later)
-        reasons.append(
-            f"One second of {labels[action]} and then {labels[safest]} gives {probability:.3f}; "
-            f"{change}, and a collision {COLLISION_COST:g}."
-        )
+        reasons += _describe_advisories(problem, position.state, action, labels)
     if position.agent is not None:
         costs = 0.0 - play_on(position, SIMULATED_GAMES).returns.mean(axis=1)
         pairs = zip(costs, labels, strict=True)

@@ -348,8 +348,14 @@ def check_causes(sentence: str, ranked: list[tuple[tuple[str, float], float]]) -
     return len(entries)
 
 
-def test_an_outcome_without_a_name_is_summarised_in_one_sentence() -> None:
-    game = make_game("collision-avoidance", seed=3)
+def test_an_outcome_without_a_name_is_summarised_in_one_sentence(tmp_path: Path) -> None:
+    file = tmp_path / "course.py"  # which has no reasons of its own
+    file.write_text(
+        "from dmplay.problems.collision_avoidance.agents import AGENTS\n"
+        "from dmplay.problems.collision_avoidance.rules import CollisionAvoidance\n"
+        "class Course(CollisionAvoidance): pass\n"
+    )
+    game = make_game(str(file), seed=3)
     outcomes = explain_action(game.hint_provider).sentences[1]
     assert re.fullmatch(
         r"\d+ outcomes are possible; what follows is worth about \S+ to \S+; "

@@ -2,7 +2,12 @@
 
 import pytest
 
+from dmplay.agents.base import AdviceQuestion
+from dmplay.core.session import Session
+from dmplay.core.uniforms import SeededUniforms
 from dmplay.game.hints.explanation import explain_action
+from dmplay.game.hints.hint_provider import HintProvider
+from dmplay.registry.problems import load_problem
 from tests.game.hints.reason_claims import CLAIMS, check_sentence, iter_positions
 
 
@@ -17,3 +22,11 @@ def test_each_claim_of_each_reason_is_true_in_the_dynamics(name: str) -> None:
             explained = provider.position.labels.index(str(explanation.data["action"]))
             for sentence in reasons:
                 assert check_sentence(provider.session, explained, sentence, CLAIMS[name])
+
+
+def test_no_reason_warns_of_a_collision_after_the_end_of_the_game() -> None:
+    problem = load_problem("collision-avoidance")
+    session = Session(problem, SeededUniforms(3), turn_limit=5)
+    explanation = explain_action(HintProvider(session, AdviceQuestion.of_session(session, 0)))
+    assert "The game ends before the pass, so it has no collision." in explanation.sentences
+    assert not any("probability" in sentence for sentence in explanation.sentences)
