@@ -9,7 +9,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import cast
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
@@ -38,13 +38,15 @@ from dmplay.game.position import ADVICE_WORK_LIMIT, SEARCH_AGENT
 from dmplay.registry import agents
 from dmplay.registry.problem_name_kinds import names_bot
 
+if TYPE_CHECKING:  # Most games end without being compared.
+    from dmplay.simulation.rollouts import Rollout
+
 COMPARED_GAMES = 100  # games of each agent that the score is compared with
 # In every problem, the returns of its 100 random games differ by at most 0.08 (Kolmogorov-Smirnov)
 # from those of 4,000 games.
 COMPARISON_SEED = 1_000_005
 MAX_COMPARED_TURNS = 2000  # turns after which a game of an agent must be over
 MAX_SECONDS = 1.0  # seconds of processor time of each part of a verdict that nobody waits for
-VALUED_GAMES = 100  # games of an agent whose mean score stands for its value
 MEDAL_TASK = TaskInfo("finding your medal", is_after_game=True)
 COMPARISON_TASK = TaskInfo("comparing your score with other games", is_after_game=True)
 RETURN_TOLERANCE = 1e-9  # differences of returns that count as equal
@@ -458,7 +460,7 @@ def find_medal(
     score, scale = session.seat_return(seat), problem.reward_scale
     if is_exact and choices:
         best = AgentValue("", max(verdict.moves[0].values.values()), is_exact=True)
-        return award_medal(choices.regret or 0.0, best, rule, random, VALUED_GAMES, scale)
+        return award_medal(choices.regret or 0.0, best, rule, random, COMPARED_GAMES, scale)
     provider = agents.find_hint_provider(problem, question)
     strong, name = rule, find_compared_agent(provider) if provider else SEARCH_AGENT
     if provider and name != SEARCH_AGENT:
@@ -467,7 +469,7 @@ def find_medal(
         strong = _value_policy(session, seat, name, policy, is_exact=False) or rule
     if strong is None:
         return None
-    return award_medal(strong.score - score, strong, rule, random, VALUED_GAMES, scale)
+    return award_medal(strong.score - score, strong, rule, random, COMPARED_GAMES, scale)
 
 
 def _value_policy(
@@ -490,17 +492,9 @@ def _value_policy(
         if score is not None:
             return AgentValue(name, score, is_exact=True)
     with suppress(DmplayError, ComputationStopped), stop_after_seconds(MAX_SECONDS):
-        from dmplay.simulation.rollouts import rollout  # imported only if a person finished a game
-
-        can_start_elsewhere = is_exact and problem.partially_observable
-        games = rollout(
-            problem,
-            policies,
-            episodes=VALUED_GAMES,
-            turn_limit=min(session.turn_limit or MAX_COMPARED_TURNS, MAX_COMPARED_TURNS),
-            seed=COMPARISON_SEED,
-            keep=("returns", "terminated"),
-            start_uniforms=None if can_start_elsewhere else session.initial_uniforms,
+        has_other_starts = is_exact and problem.partially_observable
+        games = _play_games(
+            session, policies, MAX_COMPARED_TURNS, has_same_start=not has_other_starts
         )
         can_only_fall = problem.reward_bounds is not None and problem.reward_bounds[1] <= 0.0
         has_same_limit = (session.turn_limit or math.inf) <= MAX_COMPARED_TURNS
@@ -589,21 +583,11 @@ def _count_games(session: Session, policies: Sequence[Policy], seat: int) -> tup
 
     None if a game goes on after MAX_COMPARED_TURNS and might still score more.
     """
-    from dmplay.simulation.rollouts import rollout  # imported only if a person finished a game
-
     problem, score = session.problem, session.seat_return(seat)
     # Without positive rewards, the return of a game that goes on can only fall.
     can_only_fall = problem.reward_bounds is not None and problem.reward_bounds[1] <= 0.0
     for turn_count in [*[len(session.turns) + 1] * can_only_fall, MAX_COMPARED_TURNS]:
-        games = rollout(
-            problem,
-            policies,
-            episodes=COMPARED_GAMES,
-            turn_limit=min(session.turn_limit or turn_count, turn_count),
-            seed=COMPARISON_SEED,
-            keep=("returns", "terminated"),
-            start_uniforms=session.initial_uniforms,
-        )
+        games = _play_games(session, policies, turn_count)
         difference = games.returns[:, seat] - score
         tolerance = RETURN_TOLERANCE * max(abs(score), problem.reward_scale)
         is_lower = difference < -tolerance
@@ -612,3 +596,20 @@ def _count_games(session: Session, policies: Sequence[Policy], seat: int) -> tup
         if has_same_limit or is_decided.all():
             return int(is_lower.sum()), int((np.abs(difference) <= tolerance).sum())
     return None
+
+
+def _play_games(
+    session: Session, policies: Sequence[Policy], turn_count: int, *, has_same_start: bool = True
+) -> "Rollout":
+    """Play COMPARED_GAMES of at most so many turns, from the start of this game or from any."""
+    from dmplay.simulation.rollouts import rollout  # imported only if a person finished a game
+
+    return rollout(
+        session.problem,
+        policies,
+        episodes=COMPARED_GAMES,
+        turn_limit=min(session.turn_limit or turn_count, turn_count),
+        seed=COMPARISON_SEED,
+        keep=("returns", "terminated"),
+        start_uniforms=session.initial_uniforms if has_same_start else None,
+    )
