@@ -21,9 +21,8 @@ def find_clock(game: Game) -> Clock | None:
     Raise BadParameter if a user's view returns something else.
     """
     make_clock = getattr(game.view_module, "clock", None)
-    if make_clock is None or game.predictor or len(game.human_seats) != len(game.player_names):
-        return None
-    if len(game.human_seats) != 1:
+    is_alone = len(game.human_seats) == len(game.player_names) == 1
+    if make_clock is None or game.predictor or not is_alone:
         return None
     clock = make_clock(game.view())
     if not isinstance(clock, Clock):
