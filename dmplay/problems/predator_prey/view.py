@@ -8,7 +8,7 @@ from rich.text import Text
 
 from dmplay.core.hexgrid import DIRECTIONS, Hex, format_hex, hex_neighbours
 from dmplay.core.session import View
-from dmplay.core.text import format_count
+from dmplay.core.text import format_count, format_number
 from dmplay.views.protocol import DrawOptions, FinishedGame, Lesson
 from dmplay.views.toolkit import hexgrid
 from dmplay.views.toolkit.action_hints_and_outcomes import format_probability
@@ -281,7 +281,9 @@ def _list_discounted_scores(view: View[PredatorPrey]) -> list[tuple[str, str]]:
     rewards = problem.resolve_events(states, any_actions, tuple(any_actions.T)).rewards
     weights = problem.discount ** np.arange(view.turns_played)
     sums = enumerate(np.sum(weights[:, None] * rewards, axis=0))
-    return [(f"score {get_agent_glyph(problem, seat)}", f"{total:.4g}") for seat, total in sums]
+    return [
+        (f"score {get_agent_glyph(problem, seat)}", format_number(total)) for seat, total in sums
+    ]
 
 
 def describe_turn(view: View[PredatorPrey]) -> str:

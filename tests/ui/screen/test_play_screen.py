@@ -992,3 +992,12 @@ def test_the_letters_of_the_steps_stay_on_the_map() -> None:
     current_game = make_game("hexworld", parameters={"rewards": []})
     for frame in play_keys(current_game, *"hlhlhlhl").frames:
         assert any(f"  {key}  │" in frame for key in "hlyubn")
+
+
+def test_title_panel_and_log_show_a_score_in_the_same_digits() -> None:
+    game = make_game("predator-prey", "human", "flee")
+    text = play_keys(game, *["l", "h"] * 3, size=(120, 30)).last
+    _, _, score = game.narrator.describe_turn(game.snapshot()).removesuffix(".").rpartition(" ")
+    assert len(score) > len("-4.686")
+    assert f"score (discounted) {score} " in text
+    assert f"score A  {score}" in text
