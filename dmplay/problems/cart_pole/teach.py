@@ -115,7 +115,7 @@ def _compare_ends(position: Position) -> str:
     if texts[LEFT] == texts[RIGHT]:
         return f"{condition}, {texts[LEFT]}, whichever push comes first."
     order = [RIGHT, LEFT] if counts[RIGHT] < counts[LEFT] else [LEFT, RIGHT]
-    first, second = (f"{texts[push]} with a push {SIDES[push]}" for push in order)
+    first, second = (f"{texts[push]} with {SIDES[push]}" for push in order)
     return f"{condition}, {first}, and {second}."
 
 

@@ -501,7 +501,7 @@ CLAIMS: dict[str, dict[str, Claim]] = {
         rf"The cart (?:is (\d+\.\d\d) m {SIDE} of the middle|rolls {SIDE} at (\d+\.\d\d) m/s): "
         rf"a push {SIDE} tips the pole {SIDE}(?:, and the cart turns back in (\d+) turns)?\.":
         check_cart,
-        rf"If regulate plays on, (?:{END} with a push {SIDE}, and {END} with a push {SIDE}|"
+        rf"If regulate plays on, (?:{END} with {SIDE}, and {END} with {SIDE}|"
         rf"{END}, whichever push comes first)\.": check_ends,
     },
     "mountain-car": {

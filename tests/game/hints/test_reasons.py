@@ -5,7 +5,7 @@ import pytest
 from dmplay.agents.base import AdviceQuestion
 from dmplay.core.session import Session
 from dmplay.core.uniforms import SeededUniforms
-from dmplay.game.hints.explanation import explain_action
+from dmplay.game.hints.explanation import MAX_SENTENCE_WORDS, explain_action
 from dmplay.game.hints.hint_provider import HintProvider
 from dmplay.registry.problems import load_problem
 from tests.game.hints.reason_claims import CLAIMS, check_sentence, iter_positions
@@ -21,6 +21,7 @@ def test_each_claim_of_each_reason_is_true_in_the_dynamics(name: str) -> None:
             assert explanation.sentences[: len(reasons)] == tuple(reasons)
             explained = provider.position.labels.index(str(explanation.data["action"]))
             for sentence in reasons:
+                assert len(sentence.split()) <= MAX_SENTENCE_WORDS
                 assert check_sentence(provider.session, explained, sentence, CLAIMS[name])
 
 
