@@ -48,7 +48,7 @@ VALUE_PATTERN = re.compile(rb'(?<=: )("[^"]*"|-?[\d.]+|null|\{\}|\[\])')
 @cache
 def find_lesson() -> LessonOutline:
     """Return the lesson of which an older version wrote the progress."""
-    return next(lesson for lesson in list_builtin_outlines() if lesson.number == 10)
+    return next(it for it in list_builtin_outlines() if it.name == "bayes-at-the-cradle")
 
 
 def draw_state_case(random: Random) -> Case:

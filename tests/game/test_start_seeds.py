@@ -21,7 +21,6 @@ from dmplay.game.game_series import GameController
 from dmplay.game.game_setup import resume_game, start_new_game
 from dmplay.game.launch_requests import GameRequest, ResumeRequest
 from dmplay.game.start_seeds import choose_daily_seed, draw_seed
-from dmplay.gym import Env
 from dmplay.registry.problems import load_problem
 from dmplay.servers.mcp.language_model_games import ModelGames
 from dmplay.simulation.rollouts import rollout
@@ -110,24 +109,34 @@ def draw_for_models(name: str) -> list[int]:
 
 def draw_in_environments(name: str) -> list[int]:
     """Return the new seeds of environments for programs that learn."""
+    from dmplay.gym import Env
+
     envs = [Env(name) for _ in range(GAMES)]
     for env in envs:
         env.reset()
     return [read_seed(env.session) for env in envs]
 
 
-DRAWS: dict[str, Callable[[str], list[int]]] = {
-    "agents": lambda name: [
-        start_new_game(GameRequest(name, agent="random")).seed for _ in range(GAMES)
-    ],
-    "games from Python": lambda name: [read_seed(dmplay.play(name).session) for _ in range(GAMES)],
-    "environments": draw_in_environments,
-    "assignments": draw_in_assignments,
-    "language models": draw_for_models,
-}
+def draw_for_agents(name: str) -> list[int]:
+    """Return the new seeds of games of agents."""
+    return [start_new_game(GameRequest(name, agent="random")).seed for _ in range(GAMES)]
 
 
-@pytest.mark.parametrize("draw", DRAWS.values(), ids=[*DRAWS])
+def draw_in_python(name: str) -> list[int]:
+    """Return the new seeds of games from Python."""
+    return [read_seed(dmplay.play(name).session) for _ in range(GAMES)]
+
+
+DRAWS = [
+    draw_for_agents,
+    draw_in_python,
+    pytest.param(draw_in_environments, marks=pytest.mark.extra("gymnasium")),
+    draw_in_assignments,
+    draw_for_models,
+]
+
+
+@pytest.mark.parametrize("draw", DRAWS)
 def test_other_games_keep_their_first_draw(stairs: str, draw: Callable[[str], list[int]]) -> None:
     problem, seeds = load_problem(stairs), draw(stairs)
     assert len({*seeds}) == GAMES

@@ -92,7 +92,7 @@ def test_a_title_that_reveals_the_seed_is_detected(
         self.stream.write(f"\x1b]0;{games[-1].seed}\x07")
 
     games: list[Game] = []
-    monkeypatch.setattr(Painter, "invalidate", titled)
+    monkeypatch.setattr(Painter, "mark_screen_unknown", titled)
 
     def play(side: Side) -> list[Response]:
         games.append(twins.begun(side, TRANSCRIPT_PATH))

@@ -969,7 +969,7 @@ def test_show_prints_the_calculation_of_the_answer() -> None:
 
 
 def test_a_wrong_cost_keeps_the_sign_that_was_typed() -> None:
-    run = LessonRun(find_lesson(load_lessons(""), "7"), 2)
+    run = LessonRun(find_lesson(load_lessons(""), "push-to-zero"), 2)
     assert run.check_answer("-1").lines[0].startswith("not yet. -1, a cost of 1, is too high. ")
     assert run.check_answer("1").lines[0].startswith("not yet. 1 is too high. ")
     assert run.check_answer("-0.01").lines[0].startswith("not yet. -0.01, a cost of 0.01, is too ")
@@ -980,7 +980,7 @@ def test_a_wrong_cost_keeps_the_sign_that_was_typed() -> None:
 
 
 def test_a_meal_at_one_half_pays_from_three_turns_on() -> None:
-    """Lesson 10 says so in a hint."""
+    """The lesson on beliefs says so in a hint."""
     position = open_position(PositionText("crying-baby", turns=10), Path())
     is_better = []
     for turns_left in range(1, 11):
@@ -996,7 +996,7 @@ def test_a_meal_at_one_half_pays_from_three_turns_on() -> None:
         ]
         is_better.append(values[0] > values[1])  # type: ignore[operator]  # numbers
     assert is_better == [False] * 2 + [True] * 8
-    hint = find_lesson(load_lessons(""), "10").steps[3].hint
+    hint = find_lesson(load_lessons(""), "bayes-at-the-cradle").steps[3].hint
     assert "at P(hungry) = 0.5, but not in the last two turns" in hint
 
 
