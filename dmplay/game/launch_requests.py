@@ -175,6 +175,8 @@ def request_from_header(
     seat_settings = [
         f"{name}={player}" for name, player in zip(header.seats, player_names, strict=True)
     ]
+    if [*player_names] == [HUMAN_PLAYER]:  # the default
+        seat_settings = []
     options = {name: getattr(header, name) for name in RECORDED_OPTIONS}
     return GameRequest(
         header.problem, format_settings(header.parameters), seats=seat_settings,

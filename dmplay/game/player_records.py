@@ -262,7 +262,7 @@ def find_standing(game: RecordedGame) -> Standing:
     record = find_game_record(game)
     score = session.seat_return(session.problem.agents.index(seat))
     best = record.best.discounted_return if record and record.best else None
-    if best is None or score > best:
+    if best is None or _is_higher(score, best):
         before = "your first" if best is None else f"{format_number(best)} before"
         return Standing((), f"new record: {format_number(score)}, {before}")
     return Standing((), f"your record: {format_number(best)}")
@@ -272,8 +272,14 @@ def _is_new_best(record: ProblemRecord) -> bool:
     """Return whether the best result of a record is better than the saved one."""
     best = next((entry.best for entry in load_records() if entry.key == record.key), None)
     return best is None or (
-        record.best is not None and record.best.discounted_return > best.discounted_return
+        record.best is not None
+        and _is_higher(record.best.discounted_return, best.discounted_return)
     )
+
+
+def _is_higher(score: float, best: float) -> bool:
+    """Return whether a score is higher than a saved one, which has ten digits."""
+    return score > best and not math.isclose(score, best, rel_tol=1e-9)
 
 
 def _is_verified(path: Path, record: ProblemRecord) -> bool:

@@ -126,3 +126,19 @@ def test_a_finished_game_ends_with_a_line_to_share(tmp_path: Path) -> None:
     assert command == "dmplay hexworld --turns 4 --seed 7"
     unfinished = run_dmplay(tmp_path, *arguments, "--force", stdin="e\nquit\n").stderr
     assert "share: " not in unfinished
+
+
+def test_an_equal_score_is_no_new_record(tmp_path: Path) -> None:
+    """The score has more digits than the file of records."""
+    arguments, moves = ("hexworld", "--seed", "7"), "e\nse\nse\nse\nse\nse\n"
+    first, second = (run_dmplay(tmp_path, *arguments, stdin=moves).stdout for _ in range(2))
+    assert "new record: 4.1949, your first" in first
+    assert "new record" not in second
+    assert "your record: 4.1949" in second
+
+
+def test_the_command_of_a_continued_game_names_no_default_player(tmp_path: Path) -> None:
+    path = tmp_path / "walk.dmt"
+    run_dmplay(tmp_path, "hexworld", "--seed", "7", "-o", path.name, stdin="e\nse\n")
+    result = run_dmplay(tmp_path, "resume", path.name, stdin="se\nse\nse\nse\n")
+    assert result.stderr.rstrip().endswith(": dmplay hexworld --seed 7")
