@@ -48,7 +48,7 @@ RECORD_HELP = ("PgUp", "turns", "after the game: list its turns")
 def handle_key(screen: PlayScreen, key: str) -> None:
     """Handle a key on the play screen; raise PlayerQuit if it quits.
 
-    Before a handover only Enter, Space and q work. On a page, keys turn the pages or close it.
+    Before a handover only Enter, Space and q work. On a page, keys turn it, or close it and act.
     """
     if screen.viewer:
         screen.handle_viewer_key(key)
@@ -60,12 +60,12 @@ def handle_key(screen: PlayScreen, key: str) -> None:
     if screen.controller.awaiting_handover and key != "q":
         if key in ("enter", "space"):
             screen.controller.complete_handover()
-    elif screen.modes.display_mode is Mode.PAGE:
-        _turn_page(screen, key)
-    else:
+    elif screen.modes.display_mode is not Mode.PAGE or _turn_page(screen, key):
         position = screen.game, len(screen.game.session.turns)
         with screen.show_errors_as_messages():
             _dispatch_key(screen, key)
+        if screen.modes.display_mode is Mode.PAGE:
+            screen.page_key = key
         if position != (screen.game, len(screen.game.session.turns)):
             screen.number_input.text = ""  # It was typed for another turn.
 
@@ -108,13 +108,19 @@ def _handle_prediction_key(screen: PlayScreen, key: str) -> None:
     screen.message = f"prediction: {screen.prediction_text}   ({screen.game.open_question})"
 
 
-def _turn_page(screen: PlayScreen, key: str) -> None:
-    """Turn the page forward or back, or close it after the last part or with any other key."""
-    rows = _scroll_rows(key)
-    if rows:
+def _turn_page(screen: PlayScreen, key: str) -> bool:
+    """Turn the page forward or back, or close it; return whether the key acts on the game too.
+
+    If the page has one part, the arrow and scroll keys do what they do in the game.
+    """
+    rows, turns = _scroll_rows(key), screen.page_count > 1 or key.startswith("wheel")
+    if rows and turns:
         screen.turn_page(-rows if isinf(rows) else -copysign(1, rows))
-    elif not (key in NEXT_PAGE_KEYS and screen.turn_page(1)):
-        screen.modes.handle_event(ModeEvent.CLOSED)
+        return False
+    if key in NEXT_PAGE_KEYS and screen.turn_page(1):
+        return False
+    screen.modes.handle_event(ModeEvent.CLOSED)
+    return key not in {"escape", "space", "enter", "q", screen.page_key, "down" if turns else ""}
 
 
 def _handle_number_key(screen: PlayScreen, key: str) -> bool:

@@ -85,6 +85,7 @@ class PlayScreen:
         self._recorded_overlay: tuple[object, ...] = ()
         self.page_rows: list[str] = []  # rows of a long message
         self.page_index = 0  # index of the visible page
+        self.page_key = ""  # the key that opened the page, and only closes it
         self._viewport = Viewport(80, 24)
         self._reset_for_game()
         if (
@@ -295,11 +296,15 @@ class PlayScreen:
         """Open the complete record of a finished game as a page."""
         self.open_page(list_record_lines(self.game, self.log))
 
+    @property
+    def page_count(self) -> int:
+        """The number of parts of the open page on this screen."""
+        return len(frame.split_pages(self._viewport, self.frame_state))
+
     def turn_page(self, page_count: float) -> bool:
         """Turn `page_count` pages forward, or back if negative; return whether it moved forward."""
         previous_index = self.page_index
-        last_index = len(frame.split_pages(self._viewport, self.frame_state)) - 1
-        self.page_index = int(min(max(previous_index + page_count, 0), last_index))
+        self.page_index = int(min(max(previous_index + page_count, 0), self.page_count - 1))
         return self.page_index > previous_index
 
     def toggle_coordinates(self) -> None:
@@ -440,7 +445,7 @@ class PlayScreen:
 
     def open_page(self, rows: list[str]) -> None:
         """Open a page of rows in place of the board."""
-        self.message, self.page_rows, self.page_index = "", rows, 0
+        self.message, self.page_rows, self.page_index, self.page_key = "", rows, 0, ""
         self.modes.handle_event(ModeEvent.PAGE_OPENED)
 
     def restart_log(self) -> None:

@@ -8,6 +8,7 @@ from dmplay.terminal.capabilities import Terminal
 from dmplay.ui.screen.footer import format_footer
 from dmplay.ui.screen.frame_state import FrameState, Viewport
 from dmplay.ui.screen.key_handlers import handle_key
+from dmplay.ui.screen.modes import Mode
 from dmplay.ui.screen.play_screen import PlayScreen
 from tests.support.screens import make_game, play_keys
 
@@ -69,6 +70,24 @@ def test_a_second_tab_explains_the_hint_as_y_does() -> None:
             handle_key(screen, key)
     assert by_tab.page_rows == by_y.page_rows
     assert by_tab.page_rows[0].startswith("why se in the state (7,2)")
+
+
+@pytest.mark.parametrize(
+    ("key", "turns", "mode"),
+    [
+        ("n", 1, Mode.BOARD),
+        ("W", 0, Mode.LOOKAHEAD),
+        ("?", 0, Mode.PAGE),
+        *((key, 0, Mode.BOARD) for key in ("tab", "escape", "space", "enter", "q")),
+    ],
+)
+def test_a_key_that_closes_the_reasons_also_acts_but_those_that_leave_only_close(
+    key: str, turns: int, mode: Mode
+) -> None:
+    screen = make_screen("hexworld")
+    for pressed in ("tab", "tab", key):
+        handle_key(screen, pressed)
+    assert (len(screen.game.session.turns), screen.modes.display_mode) == (turns, mode)
 
 
 def test_the_marks_show_the_regret_of_each_action() -> None:

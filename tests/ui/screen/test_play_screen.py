@@ -193,7 +193,7 @@ def test_help_names_every_action_and_every_key(key: str) -> None:
     assert "the command help lists them" in page
     for shown_key in "VCW":
         assert f"   {shown_key} " in result.frames[1]
-    assert "turn 0 " in result.last
+    assert "turn 1 " in result.last
     assert "actions:" not in result.last
 
 
