@@ -1,10 +1,12 @@
 """Medals: what a finished game lost, compared with agents that play from the same start.
 
 Gold is for at most 1 % of the loss of random play, silver for at most the loss of a rule of thumb,
-and bronze for at most that of random play. The loss is the regret if it is known exactly, else the
-score that a strong agent reaches more on average.
+and bronze for less than that of random play. The loss is the regret if it is known exactly, else
+the score that a strong agent reaches more on average. Where random play is about as good as the
+best, luck decides, and there is no medal.
 """
 
+import math
 from collections.abc import Mapping
 from typing import NamedTuple
 
@@ -13,6 +15,8 @@ from dmplay.game.hints.hint_provider import choose_decimals, format_fixed
 MEDALS = ("gold", "silver", "bronze")
 GOLD_SHARE = 0.01  # of the loss of random play
 LOSS_TOLERANCE = 1e-9  # of the scale of rewards
+CLEAR_STANDARD_ERRORS = 2.0  # smallest difference of mean scores that is no matter of luck
+NEGLIGIBLE_SHARE = 1e-3  # of the scale of rewards: a regret of random play that hardly matters
 
 
 class AgentValue(NamedTuple):
@@ -21,10 +25,14 @@ class AgentValue(NamedTuple):
     agent: str
     score: float
     is_exact: bool
+    error: float = 0.0  # the standard error of the mean score
 
 
 class Medal(NamedTuple):
-    """The medal that a game earned, '' if none, and the largest loss for each medal."""
+    """The medal that a game earned, '' if none, and the largest loss for each medal.
+
+    There are no limits if luck decides.
+    """
 
     name: str
     loss: float
@@ -35,6 +43,9 @@ class Medal(NamedTuple):
 
     def __str__(self) -> str:
         """Return the medal and the limits as one line."""
+        if not self.limits:
+            rival = self.best.agent or "the best"
+            return f"no medals here: luck decides; random play is about as good as {rival}"
         is_regret = self.best.is_exact
         numbers = {
             name: limit if is_regret else self.best.score - limit
@@ -80,15 +91,20 @@ def award_medal(  # noqa: PLR0913, PLR0917 - the values of the players
     """
     tolerance = LOSS_TOLERANCE * max(scale, abs(best.score))
     stake = best.score - random.score
-    if stake <= tolerance:
+    if best.is_exact and stake <= tolerance:
         return None
+    error = CLEAR_STANDARD_ERRORS * math.hypot(best.error, random.error)
+    if stake <= max(error, NEGLIGIBLE_SHARE * scale):
+        return Medal("", loss, best, {}, game_count, scale)
     limits = {"gold": (GOLD_SHARE * stake, "")}
     if rule and rule.agent == best.agent:  # no better agent is quick enough to be compared
         limits = {"silver": (0.0, rule.agent)}
     elif rule and limits["gold"][0] < best.score - rule.score < stake - tolerance:
         limits["silver"] = (best.score - rule.score, rule.agent)
     limits["bronze"] = (stake, random.agent)
-    earned = [name for name in MEDALS if name in limits and loss <= limits[name][0] + tolerance]
+    earned = [name for name, (limit, _) in limits.items() if loss <= limit + tolerance]
+    if loss >= stake - tolerance:  # no better than random play
+        earned = []
     values = [best, random, *[rule] * (rule is not None and "silver" in limits)]
     is_exact = all(value.is_exact for value in values if value)
     return Medal((earned or [""])[0], loss, best, limits, 0 if is_exact else game_count, scale)

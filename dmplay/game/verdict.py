@@ -499,7 +499,9 @@ def _value_policy(
         can_only_fall = problem.reward_bounds is not None and problem.reward_bounds[1] <= 0.0
         has_same_limit = (session.turn_limit or math.inf) <= MAX_COMPARED_TURNS
         if has_same_limit or can_only_fall or games.terminated.all():
-            return AgentValue(name, float(games.returns[:, seat].mean()), is_exact=False)
+            scores = games.returns[:, seat]
+            error = float(scores.std(ddof=1)) / math.sqrt(len(scores))
+            return AgentValue(name, float(scores.mean()), is_exact=False, error=error)
     return None
 
 

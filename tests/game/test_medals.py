@@ -78,6 +78,27 @@ def test_there_is_no_medal_if_random_play_loses_nothing() -> None:
     assert award_medal(0.0, AgentValue("", 1.0, is_exact=True), None, value, 100, 1.0) is None
 
 
+@pytest.mark.parametrize(("random_score", "has_limits"), [(1.0, True), (1.9, False), (2.5, False)])
+def test_luck_decides_if_mean_scores_differ_by_less_than_their_errors(
+    random_score: float, has_limits: bool
+) -> None:
+    strong = AgentValue("qmdp", 2.0, is_exact=False, error=0.1)
+    random = AgentValue("random", random_score, is_exact=False, error=0.1)
+    medal = award_medal(-1.0, strong, None, random, 100, 1.0)
+    assert medal is not None
+    assert medal.name == ("gold" if has_limits else "")
+    assert ("luck decides" in str(medal)) != has_limits
+
+
+def test_a_game_that_loses_as_much_as_random_play_earns_no_bronze() -> None:
+    best, random = AgentValue("", 1.0, is_exact=True), AgentValue("random", 0.0, is_exact=True)
+    losses = {1.0: "", 0.99: "bronze"}
+    for loss, name in losses.items():
+        medal = award_medal(loss, best, None, random, 100, 1.0)
+        assert medal is not None
+        assert medal.name == name
+
+
 def test_hints_and_undone_turns_cost_the_medal_and_the_end_says_so() -> None:
     game = make_game("crying-baby", turns=2)
     game.record_hint()
