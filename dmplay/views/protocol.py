@@ -64,7 +64,6 @@ class DrawOptions(NamedTuple):
     # whether to write its coordinates into each free hex; None where a hex has room for them
     show_coordinates: bool | None = False
     panel_columns: int = MIN_PANEL_COLUMNS + 2  # columns of the width that the side panel needs
-    hints_forbidden: bool = False  # whether the board must not offer hints
 
     @property
     def columns_beside_panel(self) -> int:

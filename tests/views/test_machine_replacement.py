@@ -94,14 +94,9 @@ def test_descriptions_include_the_belief_and_the_expected_rewards() -> None:
     )
 
 
-def test_the_board_offers_no_hint_in_a_game_that_forbids_hints() -> None:
-    offers = [
-        "Tab shows the best action by belief"
-        in fit_board(
-            machine_replacement,
-            make_view_after(),
-            DrawOptions(80, 24, allow_large=True, hints_forbidden=forbidden),
-        ).plain
-        for forbidden in (False, True)
-    ]
-    assert offers == [True, False]
+def test_the_board_has_the_probability_of_a_failure_and_of_a_defective_product() -> None:
+    board = fit_board(
+        machine_replacement, make_view_after(), DrawOptions(80, 24, allow_large=True)
+    ).plain
+    assert "a working part fails: 10% (m, e)" in board
+    assert "defective: 50%, 75% with 1, 2 failed" in board

@@ -226,7 +226,7 @@ def test_the_goal_depends_on_the_parameters_and_the_seat() -> None:
         "multicaregiver-crying-baby", 1
     )
     assert describe_start("predator-prey", 1, slip=0.0) == (
-        "avoid predators: being caught costs 100; moving is free; "
+        "avoid predators: being caught costs 100; moves and bumps into walls are free; "
         "once caught, you reappear on a random hex"
     )
 

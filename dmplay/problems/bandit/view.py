@@ -88,7 +88,12 @@ def _format_pulls(view: View[Bandit], options: DrawOptions) -> str:
 
 def goal_lines(view: View[Bandit]) -> list[str]:
     """Return the goal: wins, and the hidden chances of a win."""
-    return ["win often: a win pays 1", "a loss 0", "which bandit it is, is hidden"]
+    count = len(view.problem.bandits)
+    return [
+        "win often: pull the arm that wins most",
+        "a win pays 1, a loss 0",
+        f"one of the {count} rows of chances below is true, but hidden",
+    ]
 
 
 def lesson(view: View[Bandit]) -> Lesson:

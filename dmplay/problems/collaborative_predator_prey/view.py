@@ -291,8 +291,12 @@ def goal_lines(view: View[CollaborativePredatorPrey]) -> list[str]:
     """Return the goal: the rewards of the team, and the information it lacks."""
     slips = hexgrid.describe_slips(view.problem.slip)
     verb = "sense" if view.player_label == "you" else "senses"
+    sees = "nobody sees where anybody is, not even yourself"
+    if view.problem.sighted:
+        sees = "nobody sees the prey or the others"
     return [
-        "find the hidden prey",
+        "step onto the hidden prey",
+        sees,
         f"a catch pays each predator {CAPTURE_REWARD:g}",
         f"other turns cost {-MOVE_REWARD:g}",
         f"{view.player_label} {verb} the prey at most one hex away",

@@ -207,8 +207,11 @@ def goal_lines(view: View[CaregiverProblem]) -> list[str]:
     problem = view.problem
     feeding, singing, _ = problem.action_rewards[view.seat]
     you = "you " * (len(problem.agents) > 1)
+    goal = "keep the baby sated (not hungry)"
+    if you:
+        goal = f"with {problem.agents[1 - view.seat]}, keep the baby sated"
     return [
-        "keep the baby sated (not hungry)",
+        goal,
         f"hunger costs {-problem.hungry_reward:g}",
         f"feeding costs {you}{-feeding:g}",
         f"singing costs {you}{-singing:g}",

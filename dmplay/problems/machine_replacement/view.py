@@ -29,7 +29,7 @@ from dmplay.views.toolkit.belief_bars import (
     draw_true_state,
     format_belief,
 )
-from dmplay.views.toolkit.canvas import Canvas
+from dmplay.views.toolkit.canvas import Canvas, format_percent
 
 from .rules import MachineReplacement
 
@@ -44,11 +44,8 @@ TALL_TRIANGLE_ROWS, REGRET_BAR_COLUMNS = 11, 8  # rows of the tall triangle; col
 # rows of the largest triangle; rows of a triangle from which a chart of the belief is beside it
 MAX_TRIANGLE_ROWS, MIN_CHART_TRIANGLE_ROWS, MAX_CHART_ROWS = 40, 30, 12
 REGRET_COLUMN = 21  # first column of the regrets
-TRIANGLE_LEGEND = (
-    "● belief now, · earlier beliefs",
-    "corner: you are sure of the number",
-    "Tab shows the best action by belief",
-)
+TRIANGLE_LEGEND = "● belief now; corner: you are sure"
+ACTION_EFFECTS = ("", "shows a product", "repairs parts", "new parts")  # by action
 REGION_LEGEND = ("● belief now; letters: best action", "at each belief, for the turns left")
 REGION_STYLES = ("dim", "cyan", "magenta", "yellow")  # style of each action's key
 MAX_PLANNED_TURNS = 40  # maximum turns planned for the regions
@@ -134,10 +131,11 @@ def _draw_large_board(
         key, name, reward = rewards_by_action[action]
         canvas.write_text(0, row, f"{key} {name:<11} {reward:+.3f}")
         regret = format_regret_with_bar(options, action, REGRET_BAR_COLUMNS)
+        effect = ACTION_EFFECTS[action] if options.regret is None else ""
+        canvas.write_text(REGRET_COLUMN, row, effect, "dim")
         canvas.write_text(REGRET_COLUMN, row, regret, "yellow")
     draw_true_state(canvas, y + 7, STATE_NAMES, options)
-    has_hints = view.rewards is None and not options.hints_forbidden  # not after the end
-    default_legend = TRIANGLE_LEGEND if has_hints else TRIANGLE_LEGEND[:-1]
+    default_legend = (TRIANGLE_LEGEND, *_describe_effects(view.problem, options))
     turns_left = math.inf if view.turn_limit is None else view.turn_limit - view.turns_played
     limit_note = (f"(for {MAX_PLANNED_TURNS} turns; more are left)",)
     region_legend = REGION_LEGEND + limit_note * (turns_left > MAX_PLANNED_TURNS)
@@ -148,6 +146,14 @@ def _draw_large_board(
         _draw_belief_chart(view, canvas, top, min(size - top - 4, MAX_CHART_ROWS), options)
     _draw_tall_triangle(view, canvas, BELIEF_COLUMNS + 2, size, options)
     return canvas.to_text()
+
+
+def _describe_effects(problem: MachineReplacement, options: DrawOptions) -> tuple[str, ...]:
+    """Return rows with the probabilities of a failure and of a defective product."""
+    _, one_failed, both_failed = problem.tables.observation_model[1, :, 1]
+    clues = f"{format_percent(one_failed)}, {format_percent(both_failed)}"
+    keys = ", ".join(list_action_keys(KEYS, options)[:2])
+    return f"{_describe_wear(problem)} ({keys})", f"defective: {clues} with 1, 2 failed"
 
 
 def _draw_belief_chart(
@@ -249,25 +255,24 @@ def _draw_small_triangle(canvas: Canvas, x: int, belief: Reals) -> None:
 
 
 def goal_lines(view: View[MachineReplacement]) -> list[str]:
-    """Return the rewards of production and of the other actions, as clauses."""
+    """Return the goal, the rewards by failed parts, and the failures, as clauses."""
     labels, rewards = view.problem.actions[0].labels, view.problem.tables.rewards[:, :, 0]
-    intact, one_failed, two_failed = (f"{pay:.3g}" for pay in rewards[:, 0])
+    intact, one_failed, two_failed = (f"{pay:g}" for pay in rewards[:, 0])
     pairs = zip(labels, rewards.T, strict=True)
-    clauses = [f"{label} {_format_reward_bound(pays)}" for label, pays in pairs]
+    clauses = [f"{label} {_format_rewards_by_failures(pays)}" for label, pays in pairs]
     return [
-        f"keep earning: {labels[0]} pays {intact}",
+        f"earn much: manufacture pays {intact}",
         f"{one_failed} with 1 failed part, {two_failed} with 2",
-        "failures are hidden",
-        *clauses[:0:-1],
+        _describe_wear(view.problem),
+        "failures are hidden, and only examine gives a clue",
+        "interrupt repairs failed parts, replace puts in new parts",
+        f"pay with 0, 1, 2 failed: {', '.join(clauses[1:])}",
     ]
 
 
-def _format_reward_bound(rewards: Reals) -> str:
-    """Return an action's reward, the largest one if it depends on the state, or its cost."""
-    largest, varies = float(rewards.max()), bool(np.ptp(rewards))
-    if largest < 0:
-        return f"costs {-largest:.3g}{' or more' * varies}"
-    return f"pays {'at most ' * varies}{largest:.3g}"
+def _describe_wear(problem: MachineReplacement) -> str:
+    """Return a clause with the probability that a working part fails in a turn of production."""
+    return f"a working part fails: {format_percent(problem.tables.transition[1, 0, 2])}"
 
 
 def lesson(view: View[MachineReplacement]) -> Lesson:

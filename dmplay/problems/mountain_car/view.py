@@ -223,7 +223,7 @@ def goal_lines(view: View[MountainCar]) -> list[str]:
     """Return the position to reach, the cost of a turn and the difficulty, as clauses."""
     return [
         f"reach the flag at {_describe_flag(view)}",
-        "each turn costs 1",
+        "each turn until then costs 1",
         "weak engine: rock back and forth",
     ]
 

@@ -198,15 +198,16 @@ def goal_lines(view: View[PredatorPrey]) -> list[str]:
         unit = "" if problem.prey == 1 else " per prey"
         sharing_clause = ", shared by the predators there" if problem.predators > 1 else ""
         return [
-            "catch the prey",
+            f"step onto {'the' if problem.prey == 1 else 'a'} prey",
             f"starting a turn on its hex pays 1{unit}{sharing_clause}",
             "other turns cost 1",
             *slips,
+            "a bump into a wall costs nothing more",
             f"a caught prey loses {-DEVOURED_REWARD:g} and reappears at random",
         ]
     return [
         f"avoid predators: being caught costs {-DEVOURED_REWARD:g}",
-        "moving is free",
+        "moves and bumps into walls are free",
         *slips,
         "once caught, you reappear on a random hex",
     ]

@@ -13,12 +13,11 @@ describe_turn, describe_situation = payoff_table.describe_turn, payoff_table.des
 
 
 def goal_lines(view: View[RockPaperScissors]) -> list[str]:
-    """Return the rule and the rewards of the winner and the loser, as clauses."""
+    """Return the goal, the rule and the rewards of the winner and the loser, as clauses."""
     win_reward = view.problem.payoffs.max()
     return [
-        "rock beats scissors",
-        "scissors beat paper",
-        "paper beats rock",
+        f"win more rounds than {view.problem.agents[1 - view.seat]}",
+        "rock beats scissors, scissors paper, paper rock",
         f"the winner gets {win_reward:g}, the loser {-win_reward:g}",
         "both choose at the same time",
     ]

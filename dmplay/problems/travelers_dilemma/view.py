@@ -44,9 +44,11 @@ MIN_LINE_CLAIM_COUNT = 6  # number of claims in the table below which the line s
 
 
 def goal_lines(view: View[TravelersDilemma]) -> list[str]:
-    """Return the payment rule and the range of claims, as clauses."""
+    """Return the goal, the payment rule with an example, and the range of claims, as clauses."""
+    low, high = MAX_CLAIM - 2 * BONUS_DOLLARS, MAX_CLAIM
     return [
-        "both get the lower claim",
+        "get many dollars: both get the lower claim",
+        f"claims {low:g} and {high:g} pay {low + BONUS_DOLLARS:g} and {low - BONUS_DOLLARS:g}",
         f"the lower claimant gets {BONUS_DOLLARS:g} more, the higher {BONUS_DOLLARS:g} less",
         f"claim {MIN_CLAIM} to {MAX_CLAIM}",
     ]

@@ -347,7 +347,6 @@ class Frame:
             motion_progress=state.motion_progress,
             show_coordinates=state.show_coordinates,
             panel_columns=max(MIN_PANEL_COLUMNS + 2 - (viewport.width - width), 0),
-            hints_forbidden=game.hints_forbidden,
         )
         return game.draw_board(options, snapshot)
 
