@@ -102,12 +102,13 @@ def _play_by_rule_of_thumb(problem: Problem, rule: RuleOfThumb) -> None:
 
 
 def _give_reasons(problem: Problem) -> None:
-    """Ask for the reasons for each legal action at the start of a game."""
+    """Ask for the reasons for each legal action, or the hint's number, at the start of a game."""
     setup = puzzle_mining.list_setups(problem)[0]
     game = puzzle_mining.open_game(_reload_problem(problem), setup, 0)
     position = Position.of_session(game.session, game.question)
-    for action in position.legal_actions:
-        list_reasons(position, action)
+    for action in position.legal_actions if position.labels else [position.choose()[0]]:
+        if action is not None:
+            list_reasons(position, action)
 
 
 def _check_puzzle_day(problem: Problem) -> None:

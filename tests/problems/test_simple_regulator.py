@@ -2,8 +2,11 @@ import numpy as np
 import pytest
 
 import dmplay
+from dmplay.agents.base import AdviceQuestion
 from dmplay.core.session import Session
 from dmplay.errors import BadParameter
+from dmplay.game.hints.explanation import explain_action
+from dmplay.game.hints.hint_provider import HintProvider
 from dmplay.problems.simple_regulator import linear_policy_evaluation as linear_gaussian_evaluation
 from dmplay.problems.simple_regulator.linear_policy_evaluation import (
     OPTIMAL_POLICY,
@@ -88,3 +91,21 @@ def test_undiscounted_differs_only_in_the_discount() -> None:
 def test_a_formatted_state_is_parsed_back_bit_for_bit() -> None:
     s = PROBLEM.sample_initial_states(np.array([[0.123456789, 0.987654321]]))[0]
     assert (PROBLEM.parse_state(PROBLEM.format_state(s)) == s).all()
+
+
+@pytest.mark.parametrize(
+    ("turns", "push", "words"),
+    [
+        (20, None, "0.1 costs 0.01 more and a mean of 0.5 costs 0.25 more"),
+        (20, 0.75, "to 1. A push of -0.25 brings it to 0, which costs 1.000 less in the next turn"),
+        (1, 0.75, "It is the last turn, so no push changes the score."),
+    ],
+)
+def test_the_reasons_for_a_push_tell_what_it_costs(
+    turns: int, push: float | None, words: str
+) -> None:
+    session = Session(PROBLEM, dmplay.SeededUniforms(1), turn_limit=turns)
+    session.initial_state = np.array([0.25])
+    explanation = explain_action(HintProvider(session, AdviceQuestion(0, turns)), push)
+    assert explanation.sentences[0].startswith("This turn costs 0.062 whatever you push")
+    assert words in str(explanation)

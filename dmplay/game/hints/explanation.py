@@ -80,8 +80,8 @@ def explain_action(provider: HintProvider, action: float | None = None) -> Expla
             "about": hint.game,
         }
         sentences, numbers = explain_by_simulation(provider, explained, hint.action)
-        has_labels = bool(provider.position.labels)
-        reasons = list_reasons(provider.position, int(explained)) if has_labels else ()
+        position = provider.position
+        reasons = list_reasons(position, int(explained) if position.labels else explained)
         data |= {**numbers, **({"reasons": [*reasons]} if reasons else {})}
         return Explanation(label, (*reasons, *sentences), data)
     return _ValueExplainer(provider, hint, int(explained)).explain(label)

@@ -7,11 +7,12 @@ from dmplay.game.position import Position
 from dmplay.registry.problem_module_exports import find_export, locate_export
 
 
-def list_reasons(position: Position, action: int) -> tuple[str, ...]:
+def list_reasons(position: Position, action: float) -> tuple[str, ...]:
     """Return sentences on an action from REASONS, a function of a position and an action.
 
-    They are true of this action in this position, and use only what the seat knows. Empty if the
-    problem's code defines none. Raise BadParameter if it returns anything but a list of texts.
+    The action is an index, or a number if the actions are numbers. The sentences are true of this
+    action in this position, and use only what the seat knows. Empty if the problem's code defines
+    none. Raise BadParameter if it returns anything but a list of texts.
     """
     problem = position.problem
     give_reasons = find_export(problem, "REASONS")

@@ -1,7 +1,10 @@
-"""Quantities of the simple regulator."""
+"""Reasons for a push, and quantities of the simple regulator."""
 
-from dmplay.core.text import format_count
+import numpy as np
+
+from dmplay.core.text import format_count, join_words
 from dmplay.core.typed_text import parse_number
+from dmplay.game.position import Position
 from dmplay.tutor.positions import PositionInGame
 from dmplay.tutor.quantity import Quantity
 from dmplay.tutor.truth import Truth, format_number
@@ -10,6 +13,9 @@ from .linear_policy_evaluation import OPTIMAL_POLICY, LinearGaussianPolicy, eval
 from .rules import SimpleRegulator
 
 MAX_LISTED_TURNS = 12  # of a sum that is written out
+MIN_EXCESS = 0.0005  # smaller costs are not told apart
+MIN_MISS = 1e-6  # smaller distances from 0 are rounding errors
+MISSES = (0.1, 0.5)  # distances of an aim from 0 whose costs are told
 POLICY_BOUNDS = {"theta1": (-10.0, 10.0), "state": (-1e6, 1e6)}
 
 
@@ -64,6 +70,35 @@ def noise_cost(position: PositionInGame, turns_left: int) -> Truth:
     )
 
 
+def give_reasons(position: Position, action: float) -> list[str]:
+    """Return the cost that is fixed already, the aim of a push, and the cost of another aim."""
+    problem = position.problem
+    assert isinstance(problem, SimpleRegulator)
+    number = float(position.state[0])
+    fixed = f"This turn costs {number * number:.3f} whatever you push: the number is there already."
+    if position.turns_left == 1:
+        return [fixed, "It is the last turn, so no push changes the score."]
+    best = float(problem.actions[0].clip_actions(np.array(-number)))
+    aim, best_aim = number + action, number + best
+    text = f"A push of {_format_place(action)} brings the mean of the next number to "
+    text += _format_place(aim)
+    excess = aim * aim - best_aim * best_aim
+    if excess >= MIN_EXCESS:
+        better = f"A push of {_format_place(best)} brings it to {_format_place(best_aim)}"
+        less = f"which costs {excess:.3f} less in the next turn on average"
+        return [fixed, f"{text}.", f"{better}, {less}."]
+    if abs(best_aim) >= MIN_MISS:
+        return [fixed, f"{text}; no push brings it nearer to 0."]
+    costs = [f"a mean of {miss:g} costs {miss * miss:.2g} more" for miss in MISSES]
+    chance = f"chance alone costs {problem.noise**2:.2g} on average; "
+    return [fixed, f"{text}.", f"In the next turn, {chance}{join_words(costs)}."]
+
+
+def _format_place(number: float) -> str:
+    """Return a number or a push as text, without a rounding error."""
+    return f"{round(number, 4) + 0.0:g}"
+
+
 def _evaluate_policy(
     position: PositionInGame, theta1: float, state: float, turns_left: int
 ) -> float:
@@ -78,6 +113,7 @@ def _get_regulator(position: PositionInGame) -> SimpleRegulator:
     return position.problem
 
 
+REASONS = give_reasons
 QUANTITIES = {
     "linear-policy-value": Quantity(linear_policy_value, POLICY_BOUNDS),
     "linear-policy-loss": Quantity(linear_policy_loss, POLICY_BOUNDS),
