@@ -21,6 +21,7 @@ from dmplay.core.work_budget import Budget
 from dmplay.errors import BadParameter, BudgetExceeded
 
 MAX_SITUATIONS = 20_000  # situations and outcomes of a turn
+MAX_NUMBERS = 4_000_000  # in the states and memories of a turn's outcomes, such as long beliefs
 MEMORY_DECIMALS = 9  # memories that differ by less are equal: beliefs after turns in another order
 NEGLIGIBLE_SHARE = 1e-7  # of the scale of rewards: what is left of a game that may go on for ever
 
@@ -68,7 +69,8 @@ def compute_expected_return(
             index, share, outcome = enumerate_possible_outcomes(problem, s[rows], actions)
         except (BadParameter, BudgetExceeded):
             return None
-        if len(index) > MAX_SITUATIONS:
+        row_size = sum(array[0].size for memory in memories for array in memory)
+        if len(index) > MAX_SITUATIONS or len(index) * row_size > MAX_NUMBERS:
             return None
         p = chances[index] * share
         total += weight * float(p @ outcome.rewards[:, seat])
