@@ -391,7 +391,8 @@ class _ValueExplainer:
             if not is_only_one:
                 text = f"All {len(self._legal_actions)} actions are equally good."
                 if self._hint.values_basis.accuracy.is_estimate:
-                    text = "These values do not tell which action is better."
+                    number = "either" if len(self._legal_actions) == 2 else "any"
+                    text = f"By these values, {number} action is fine."
             return None, text, ""
         other_value = self._values[rule.action]
         name = self._format_action(rule.action)
@@ -436,9 +437,9 @@ class _ValueExplainer:
         ):
             name = self._format_action(other.action) if self._action == other.action else "it"
             yield (
-                f"the next observation is worth {self._format(other.information_value)} after "
-                f"{name}, and {self._format(best.information_value)} after "
-                f"{self._format_action(best.action)}"
+                "what you then observe helps you to choose later: that is worth "
+                f"{self._format(other.information_value)} after {name}, and "
+                f"{self._format(best.information_value)} after {self._format_action(best.action)}"
             )
         difference, later = self._compare_now_and_later(best, other)
         has_causes = later or _has_different_rewards(best) or _has_different_rewards(other)

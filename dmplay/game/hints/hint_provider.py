@@ -8,6 +8,8 @@ from functools import cached_property
 from math import ceil, floor, isfinite, log10
 from typing import TypeVar
 
+import numpy as np
+
 from dmplay.agents.base import AdviceQuestion
 from dmplay.core.action_values import UNKNOWN_BASIS, Accuracy, ActionValues, ValuesBasis
 from dmplay.core.arrays import Reals
@@ -35,6 +37,9 @@ SAMPLED_VALUES = "mean return (standard error)"
 HINT_OVERLAYS = ("values", "policy")  # overlays that count as hints
 MIN_DECIMALS, MAX_DECIMALS = 2, 6  # decimals of printed values
 MIN_FIXED = 1e-4  # smaller values are printed with an exponent
+MAX_SUMMARY_CHARS = 120  # a longer hint leaves the assumptions to its explanation
+SAME_BOUND_SHARE = 0.01  # bounds that differ by a smaller share of their range are not told apart
+ASSUMPTIONS_HELP = "why lists its assumptions"
 WHOLE_NUMBER_SPREAD = 100.0  # values that differ by this or more are printed without decimals
 INTERVAL_RESOLUTION = 1e-4  # resolution of a printed real-valued action, as a share of its interval
 
@@ -101,6 +106,7 @@ class Hint:
     action: float | None = None  # the recommended action; None if several are equally good
     action_name: str = ""  # the name of `action` with all digits
     game: str = ""  # the turns and the other players that the values are about
+    short_basis: str = ""  # the basis without the assumptions of the agent; '' if it has none
 
     def __str__(self) -> str:
         """Return the hint on one line."""
@@ -110,13 +116,32 @@ class Hint:
     @property
     def summary(self) -> str:
         """The hint without values, for a screen that already marks them."""
-        return f"hint {self.recommendation}"
+        if not self.short_basis or len(self.recommendation) <= MAX_SUMMARY_CHARS:
+            return f"hint {self.recommendation}"
+        name, _, details = self.short_basis.partition(", ")  # the end may be cut
+        return f"hint by {name}: {self._choice_text} ({details})"
 
     @property
     def recommendation(self) -> str:
         """The recommended action after the name of the agent and its assumptions."""
         name, _, details = self.basis.partition(", ")
-        return f"by {name}{f' ({details})' if details else ''}: {self.recommended_action}"
+        return f"by {name}{f' ({details})' if details else ''}: {self._choice_text}"
+
+    @property
+    def _choice_text(self) -> str:
+        """The recommended action, and those that bounds do not tell from it."""
+        close = self._list_close_actions()
+        text = f"{' or '.join(close)}: no real difference"
+        return f"{self.recommended_action}; {text}" if close else self.recommended_action
+
+    def _list_close_actions(self) -> list[str]:
+        """Return the recommended action and those that bounds do not tell from it; [] if none."""
+        if self.values is None or self.action is None or not self.values_basis.accuracy.is_bound:
+            return []
+        actions, q = self._actions_by_value, self.values.q
+        least = max(SAME_BOUND_SHARE * np.ptp(q[actions]), self.values_basis.resolution)
+        close = [a for a in actions if abs(q[a] - q[int(self.action)]) <= least]
+        return [self.labels[action] for action in close] if len(close) > 1 else []
 
     @cached_property
     def values_text(self) -> str:
@@ -313,6 +338,7 @@ class HintProvider:
             action,
             "" if action is None else position.format_action(action),
             self.describe_game(),
+            self._describe_short_basis(position),
         )
         self._cached_hint = (*self._turn_key, hint)
         return str(hint)
@@ -395,6 +421,14 @@ class HintProvider:
                 basis.tie_rule if is_tie else "",
             ]
         return ", ".join(filter(None, parts))
+
+    def _describe_short_basis(self, position: Position) -> str:
+        """Return the hint agent and the game of its values; '' if that is all there is to tell."""
+        assert position.agent
+        method = position.agent.basis.method or position.agent.base_name
+        name, _, assumptions = method.partition(", ")
+        parts = [name, self.describe_game(), ASSUMPTIONS_HELP]
+        return ", ".join(filter(None, parts)) if assumptions else ""
 
     def format_values(self) -> Hint:
         """Return the value of each legal action, without a recommendation."""

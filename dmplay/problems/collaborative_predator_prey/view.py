@@ -9,7 +9,7 @@ import numpy as np
 from rich.text import Text
 
 from dmplay.core.arrays import Reals
-from dmplay.core.hexgrid import DIRECTIONS, Hex, format_hex, hex_neighbours, move_destinations
+from dmplay.core.hexgrid import Hex, format_hex, hex_neighbours, move_destinations
 from dmplay.core.session import View
 from dmplay.views.generic import format_last_observation
 from dmplay.views.protocol import DrawOptions, FinishedGame, Lesson
@@ -192,11 +192,12 @@ def _format_caption(
             ),
         ]
     if options.regret is not None:
-        keys = [hexgrid.get_direction_key(options, a) for a in range(len(DIRECTIONS))]
         columns = options.width
         if options.columns_beside_panel >= REGRET_ROW_COLUMNS:
             columns = options.columns_beside_panel
-        return format_regret_rows(options._replace(width=columns), keys)
+        return format_regret_rows(
+            options._replace(width=columns), view.problem.actions[view.seat].labels
+        )
     observation_text = f"sensed {format_last_observation(view)}"
     if view.beliefs is None:
         return [f"{observation_text}. belief: not shown"]

@@ -82,7 +82,11 @@ def _compare_arrivals(position: Position) -> str:
     ]
     if len({*texts}) == 1:
         turns = format_count(counts[0], "turn")
-        return f"{condition} reaches the goal in {turns}, whichever action comes first."
+        text = f"{condition} reaches the goal in {turns}, whichever action comes first."
+        values = position.values()
+        if values is not None and values.regrets[position.legal_actions].any():
+            text += " Differences of the values by parts of a turn come from the estimate."
+        return text
     parts = [f"{text} with {label}" for text, label in zip(texts, position.labels, strict=True)]
     turns = join_words(parts).replace(" with", " turns with", 1)
     return f"{condition} reaches the goal in {turns}."

@@ -441,7 +441,10 @@ def test_looking_is_worth_the_difference_between_a_sure_call_and_a_blind_one() -
         "tails with probability 0.50 (P(heads) = 0.00, then worth 1.00)."
     )
     assert comparison == "The action heads, the next best, is worth 0.00, 0.50 less than look."
-    assert reason == "The next observation is worth 0.00 after it, and 0.50 after look."
+    assert reason == (
+        "What you then observe helps you to choose later: "
+        "that is worth 0.00 after it, and 0.50 after look."
+    )
 
 
 def test_the_explanation_counts_as_a_hint_and_is_forbidden_with_hints() -> None:

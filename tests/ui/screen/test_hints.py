@@ -90,6 +90,21 @@ def test_a_key_that_closes_the_reasons_also_acts_but_those_that_leave_only_close
     assert (len(screen.game.session.turns), screen.modes.display_mode) == (turns, mode)
 
 
+def test_a_long_hint_leaves_its_assumptions_to_the_reasons_and_names_close_actions() -> None:
+    screen = make_screen("collaborative-predator-prey", "human", "sweep")
+    handle_key(screen, "tab")
+    choice = "hint by qmdp: se; se or sw: no real difference"
+    assert screen.message == f"{choice} (50 turns left, with sweep, why lists its assumptions)"
+    handle_key(screen, "tab")
+    assert "as if you see all positions" in " ".join(screen.page_rows)
+
+
+def test_of_two_equal_estimates_either_action_is_fine() -> None:
+    screen = make_screen("cart-pole")
+    handle_key(screen, "Y")
+    assert "By these values, either action is fine." in screen.page_rows
+
+
 def test_the_marks_show_the_regret_of_each_action() -> None:
     play_screen = make_screen("hexworld")
     handle_key(play_screen, "tab")
