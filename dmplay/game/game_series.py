@@ -149,7 +149,7 @@ class GameController:
             return
         self.finished_games[recorder] = self._game.problem_name
         if self._on_game_end:
-            medal = self._game.verdict.medal
+            medal = self._game.verdict.earned_medal
             self._on_game_end(recorder, medal.name if medal else "")
 
     def take_write_notice(self) -> str:

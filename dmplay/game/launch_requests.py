@@ -59,6 +59,7 @@ class GameRequest:
     is_seed_visible: bool = True  # whether the seed may be shown before the end
     has_fresh_seed: bool = False  # whether the seed was drawn for this game
     lesson_goal: str = ""  # the goal in a lesson, which then judges the finished game itself
+    is_guided: bool = False  # the notes of a lesson advise help
     shows_belief: bool = True  # False if a lesson asks the player to keep the belief itself
 
     def load_problem(self) -> "LoadedProblem":

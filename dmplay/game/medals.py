@@ -61,10 +61,27 @@ class Medal(NamedTuple):
         measure = "regret" if is_regret else "score"
         line = f"{self.name or 'no'} medal: {measure} {format_fixed(result, decimals)}; "
         parts[0] = parts[0].replace(" ", f" for at {'most' if is_regret else 'least'} ", 1)
-        line += ", ".join(parts)
+        parts[-1] = parts[-1].replace(" ", f" {'below' if is_regret else 'above'} ", 1)
+        line += ", ".join(["no gold here"] * ("gold" not in numbers) + parts)
         if not self.game_count:
             return line
         return f"{line}; mean scores of {self.game_count} games from this start"
+
+    def describe_score(self) -> str:
+        """Return the rank of the score among the mean scores of agents; '' without limits."""
+        if not self.limits:
+            return ""
+        best = self.best.agent
+        _, rule = self.limits.get("silver", (0.0, best))
+        degree = "as good as" if self.loss <= 0 else "close to"
+        ranks = {
+            "gold": f"score {degree} the average of {best}",
+            "silver": f"score above the average of {rule}, below that of {best}",
+            "bronze": f"score above the average of random play, below that of {rule}",
+        }
+        if rule == best:
+            ranks["silver"] = ranks["gold"]
+        return ranks.get(self.name, "score not above the average of random play")
 
     @property
     def data(self) -> dict[str, object]:

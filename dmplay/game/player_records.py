@@ -251,7 +251,7 @@ def find_standing(game: RecordedGame) -> Standing:
             aids = list_aids(read_transcript(recorder.path))
     seat = _find_person_seat(session.problem, game.player_names)
     if aids or game.request is None:
-        return Standing(aids)
+        return Standing(aids, is_guided=game.request is not None and game.request.is_guided)
     reason = "" if is_saved else "this game is not saved"
     if problems.depends_on_location(game.problem_name):
         reason = "dmplay keeps records of built-in and installed problems"

@@ -24,7 +24,8 @@ def format_share_line(game: Game, *, ascii_only: bool) -> str:
         return ""
     score = format_number(game.session.seat_return(game.human_seats[0]))
     parts = [f"{game.problem_name} seed {game.seed}", f"score {score}"]
-    parts += [f"{verdict.medal.name} medal"] if verdict.medal and verdict.medal.name else []
+    medal = verdict.earned_medal
+    parts += [f"{medal.name} medal"] if medal and medal.name else []
     parts += [f"with {' and '.join(verdict.standing.aids)}"] if verdict.standing.aids else []
     parts += [_format_marks(game, ASCII_MARKS if ascii_only else MARKS)] if verdict.moves else []
     return f"{', '.join(parts)}: {request.format_command(game.problem_name, game.seed)}"

@@ -33,7 +33,7 @@ from dmplay.game.hints.review import (
     run_review,
     total_regret,
 )
-from dmplay.game.medals import AgentValue, Medal, award_medal
+from dmplay.game.medals import GOLD_SHARE, AgentValue, Medal, award_medal
 from dmplay.game.position import ADVICE_WORK_LIMIT, SEARCH_AGENT
 from dmplay.registry import agents
 from dmplay.registry.problem_name_kinds import names_bot
@@ -52,6 +52,14 @@ COMPARISON_TASK = TaskInfo("comparing your score with other games", is_after_gam
 RETURN_TOLERANCE = 1e-9  # differences of returns that count as equal
 RANDOM_AGENT = "random"
 UNREPEATABLE_PLAYERS = (*SCRIPTED_PLAYERS, SEARCH_AGENT)  # too slow, or only for one game
+AVERAGE_LUCK = 0.1  # of the regret of random play: less luck is average
+CHOICE_WORDS = (  # by the share of the regret of random play that is not exceeded
+    (GOLD_SHARE, "excellent choices"),
+    (0.2, "good choices"),
+    (0.5, "mixed choices"),
+    (1.0, "weak choices"),
+    (math.inf, "choices no better than random"),
+)
 COSTLY_MARKS = (("??", 0.5), ("?!", 0.2))  # marks, and the share of the stake lost from which on
 NATURAL_END_REASONS = ("terminal", "horizon", "turn limit")
 
@@ -97,13 +105,30 @@ class SeatChoices:
         numbers = [self.regret, self.luck or 0.0, self.start_value or 0.0]
         decimals = choose_decimals(numbers, self.scale)
         regret_text = format_fixed(self.regret, decimals)
-        cost = f"; expected score lost: {regret_text} (regret)" * (self.regret > 0)
-        rows = [f"{prefix}choices: {share}{cost}"]
+        worst = f"worst: {_describe_worst(self.worst)}" if self.worst else ""
         if self.luck is not None and self.start_value is not None:
-            rows.append(f"{prefix}{self._explain_score(self.start_value, self.luck, decimals)}")
-        if self.worst:
-            rows.append(f"{prefix}worst: {_describe_worst(self.worst)}")
-        return rows
+            explanation = self._explain_score(self.start_value, self.luck, decimals)
+            choices = "; ".join(filter(None, [share, worst]))
+            return [f"{prefix}choices: {choices}", f"{prefix}{explanation}"]
+        cost = f"; expected score lost: {regret_text} (regret)" * (self.regret > 0)
+        return [f"{prefix}choices: {share}{cost}", *[f"{prefix}{worst}"] * bool(worst)]
+
+    def describe_quality(self, medal: Medal | None) -> str:
+        """Return the quality of choices with a known regret, and the luck; '' if unknown.
+
+        The measure is the regret of random play, the limit of a bronze medal.
+        """
+        stake, _ = medal.limits.get("bronze", (0.0, "")) if medal else (0.0, "")
+        if self.regret is None:
+            return ""
+        share = self.regret / stake if stake else math.nan
+        words = next((text for limit, text in CHOICE_WORDS if share <= limit), "")
+        if self.best_count == self.count:
+            words = "perfect choices"
+        if not (words and stake) or self.luck is None:
+            return words
+        is_average = abs(self.luck) < AVERAGE_LUCK * stake
+        return f"{words}, {'average' if is_average else 'good' if self.luck > 0 else 'bad'} luck"
 
     def _explain_score(self, start_value: float, luck: float, decimals: int) -> str:
         """Return the score as the sum of its parts, which add up as printed.
@@ -154,11 +179,10 @@ class ScoreComparison:
     lower_count: int
     equal_count: int = 0
 
-    def describe(self, *, has_verb: bool) -> str:
+    def describe(self) -> str:
         """Return the number of lower games, and that of equal ones if there are any."""
-        verb = "scored less than you " if has_verb else ""
         equal_text = f" ({self.equal_count} equal)" * (self.equal_count > 0)
-        return f"{self.agent_name} {verb}in {self.lower_count}{equal_text}"
+        return f"{self.agent_name} in {self.lower_count}{equal_text}"
 
     @property
     def agent_name(self) -> str:
@@ -172,6 +196,7 @@ class Standing:
 
     aids: tuple[str, ...] = ()  # such as "2 hints"
     record: str = ""
+    is_guided: bool = False  # The notes of a lesson advised the help.
 
 
 NO_STANDING = Standing()
@@ -193,24 +218,39 @@ class Verdict:
     def lines(self) -> list[str]:
         """The verdict in lines of text, the most important first."""
         has_several_seats = len(self.choices) > 1
+        rows = [f"verdict: {self.summary}"] if self.summary else []
         aids = " and ".join(self.standing.aids)
-        rows = [f"no medal and no record, because of {aids}"] if aids else []
-        rows += [str(self.medal)] if self.medal else []
-        rows += [self.standing.record] if self.standing.record and not aids else []
+        if aids and not self.standing.is_guided:
+            would_be = f"would be {self.medal.name}; " if self.medal and self.medal.name else ""
+            rows.append(f"{would_be}no medal and no record, because of {aids}")
+        elif not aids:
+            rows += [str(self.medal)] if self.medal else []
+            rows += [self.standing.record] if self.standing.record else []
         rows += [
             row
             for choices in self.choices
             for row in choices.format_choice_lines(f"{choices.seat} " if has_several_seats else "")
         ]
         if self.comparisons:
-            parts = [
-                comparison.describe(has_verb=index == 0)
-                for index, comparison in enumerate(self.comparisons)
-            ]
+            # An agent with the same random numbers tells more than the games of a strong one.
+            compared = self.comparisons[:1] if self.ghost_line else self.comparisons
+            parts = ", ".join(comparison.describe() for comparison in compared)
             games = format_count(self.comparisons[0].game_count, "game")
-            rows.append(f"in {games} from the same start, {', '.join(parts)}")
+            rows.append(f"in {games} from the same start, you beat {parts}")
         rows += [self.ghost_line] if self.ghost_line else []
         return rows + ([f"review: {self.error}"] if self.error else [])
+
+    @property
+    def summary(self) -> str:
+        """The quality of the choices and the luck, or else the rank of the score; '' if unknown."""
+        if len(self.choices) == 1 and self.choices[0].regret is not None:
+            return self.choices[0].describe_quality(self.medal)
+        return self.medal.describe_score() if self.medal else ""
+
+    @property
+    def earned_medal(self) -> Medal | None:
+        """The medal, which a game with help does not earn."""
+        return None if self.standing.aids else self.medal
 
     @cached_property
     def marks(self) -> dict[int, str]:
@@ -236,7 +276,7 @@ class Verdict:
         """The verdict as data."""
         return {
             "seats": {choices.seat: choices.data for choices in self.choices},
-            "medal": self.medal and self.medal.data,
+            "medal": self.earned_medal and self.earned_medal.data,
             "aids": [*self.standing.aids],
             "marks": {str(turn): mark for turn, mark in sorted(self.marks.items())},
             "comparisons": [
@@ -302,10 +342,9 @@ def iter_verdicts(
     comparisons = run_cancellable(COMPARISON_TASK, lambda: compare_score(session, questions))
     verdict = replace(verdict, comparisons=comparisons)
     yield verdict
-    if not standing.aids:
-        medal = run_cancellable(MEDAL_TASK, lambda: find_medal(session, questions, verdict))
-        verdict = replace(verdict, medal=medal)
-        yield verdict
+    medal = run_cancellable(MEDAL_TASK, lambda: find_medal(session, questions, verdict))
+    verdict = replace(verdict, medal=medal)
+    yield verdict
     ghost_line = ""
     with _stop_quietly_after(
         max_seconds

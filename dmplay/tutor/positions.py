@@ -206,5 +206,6 @@ def make_game_request(
         settings=format_settings(position.parameters),
         seats=seats[1:],
         lesson_goal="" if task.notes else f"goal: {task.goal}",
+        is_guided=bool(task.notes),
         shows_belief=task.shows_belief,
     )

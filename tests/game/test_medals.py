@@ -99,6 +99,23 @@ def test_a_game_that_loses_as_much_as_random_play_earns_no_bronze() -> None:
         assert medal.name == name
 
 
+@pytest.mark.parametrize(
+    ("loss", "rank"),
+    [(-1.0, "as good as the average of optimal"), (0.05, "close to the average of optimal"),
+     (2.0, "above the average of rule, below that of optimal"),
+     (9.0, "above the average of random play, below that of rule"),
+     (10.0, "not above the average of random play")],
+)  # fmt: skip
+def test_a_score_without_known_regret_is_ranked_among_mean_scores(loss: float, rank: str) -> None:
+    best, rule, random = (
+        AgentValue(name, score, is_exact=False, error=0.1)
+        for name, score in (("optimal", 10.0), ("rule", 8.0), ("random", 0.0))
+    )
+    medal = award_medal(loss, best, rule, random, 100, 1.0)
+    assert medal is not None
+    assert medal.describe_score() == f"score {rank}"
+
+
 def test_hints_and_undone_turns_cost_the_medal_and_the_end_says_so() -> None:
     game = make_game("crying-baby", turns=2)
     game.record_hint()
@@ -107,8 +124,11 @@ def test_hints_and_undone_turns_cost_the_medal_and_the_end_says_so() -> None:
     game.choose(0.0)
     game.choose(2.0)
     verdict = game.compute_verdict()
-    assert verdict.medal is None
-    assert verdict.lines[0] == "no medal and no record, because of 1 hint and 1 undo"
+    assert verdict.earned_medal is None
+    assert verdict.lines[:2] == [
+        f"verdict: {verdict.summary}",
+        "would be bronze; no medal and no record, because of 1 hint and 1 undo",
+    ]
 
 
 def test_a_game_against_other_players_than_the_default_ones_is_no_record(tmp_path: Path) -> None:

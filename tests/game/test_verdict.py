@@ -125,13 +125,12 @@ def test_luck_and_regret_in_the_crying_baby_are_those_of_a_search_of_all_beliefs
 
 def test_the_lines_of_a_game_of_hexworld() -> None:
     assert judge(play("hexworld", ["e", "e", "w"])).lines == [
-        "bronze medal: regret 4.07; gold for at most 0.05, silver 0.12 (nearest-exit), bronze 4.59 "
-        "(random)",
-        "choices: best action 1 of 3 times; expected score lost: 4.07 (regret)",
+        "verdict: weak choices, bad luck",
+        "bronze medal: regret 4.07; gold for at most 0.05, silver 0.12 (nearest-exit), "
+        "bronze below 4.59 (random)",
+        "choices: best action 1 of 3 times; worst: turn 1, chose e, not se: 3.20 lost",
         "score -0.90 = 3.75 (average of best play) - 4.07 (regret) - 0.58 (bad luck)",
-        "worst: turn 1, chose e, not se: 3.20 lost",
-        "in 100 games from the same start, random scored less than you in 54 (19 equal), optimal "
-        "in 0 (26 equal)",
+        "in 100 games from the same start, you beat random in 54 (19 equal)",
         "same seed: optimal scored 8.1, you -0.9",
     ]
 
@@ -309,15 +308,12 @@ def test_equal_scores_are_not_better() -> None:
     assert comparison.agent == "random"
     assert comparison.lower_count == (returns < score).sum()
     assert comparison.equal_count == (returns == score).sum()
-    assert (
-        ScoreComparison("random", 100, 0).describe(has_verb=True)
-        == "random scored less than you in 0"
-    )
+    assert ScoreComparison("random", 100, 0).describe() == "random in 0"
 
 
 def test_a_score_that_every_game_has_is_equal_and_not_worse() -> None:
     game = play("cart-pole", ["left"], turns=1)  # a pole cannot fall in one turn
-    assert [item.describe(has_verb=False) for item in judge(game).comparisons] == [
+    assert [item.describe() for item in judge(game).comparisons] == [
         "random in 0 (100 equal)",
         "regulate in 0 (100 equal)",
     ]

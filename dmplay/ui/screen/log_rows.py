@@ -12,6 +12,7 @@ from dmplay.ui.screen.frame_state import Viewport
 from dmplay.ui.screen.text_wrapping import wrap_line, wrap_lines
 
 MIN_LOG_ROWS = 2  # rows
+MARK_LEGEND = {"??": "lost very much", "?!": "lost much"}
 
 
 def list_verdict_lines(game: Game) -> list[str]:
@@ -19,6 +20,9 @@ def list_verdict_lines(game: Game) -> list[str]:
     predictions = game.predictor.summary if game.predictor else ""
     lines = [f"over: {game.narrator.describe_result()}", *game.verdict.lines]
     lines += [predictions] if predictions else []
+    marks = {*game.verdict.marks.values()}
+    legend = [f"{mark} {text}" for mark, text in MARK_LEGEND.items() if mark in marks]
+    lines += [f"marks in the log: {', '.join(legend)}"] if legend else []
     return [*map(escape_unprintable, lines)]
 
 

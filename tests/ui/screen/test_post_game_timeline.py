@@ -69,13 +69,13 @@ EXPECTED_FRAMES: dict[tuple[str, Sequence[str], tuple[int, int], bool], str] = {
 @ you, ◆ good exit, ✗ bad exit
 
  over: you took no exit in 4 turns. your score -1.539 (undiscounted -2).
- bronze medal: regret 5.97; gold for at most 0.07, bronze 6.73 (random)
- choices: best action 1 of 4 times; expected score lost: 5.97 (regret)
+ verdict: weak choices, bad luck
+ bronze medal: regret 5.97; gold for at most 0.07, bronze below 6.73 (random)
+ choices: best action 1 of 4 times; worst: turn 1, chose w, not se: 5.05 lost
  score -1.54 = 5.78 (average of best play) - 5.97 (regret) - 1.35 (bad luck)
- worst: turn 1, chose w, not se: 5.05 lost
- in 100 games from the same start, random scored less than you in 52 (5 equal),
-   optimal in 9
+ in 100 games from the same start, you beat random in 52 (5 equal)
  same seed: optimal scored 8.1, you -1.539
+ marks in the log: ?? lost very much
 
  Enter look back  PgUp log  X worst  Tab hint  ? help  q quit  : command""",
     ("hexworld", ("enter", "left"), LARGE_SIZE, False): """\
@@ -123,14 +123,14 @@ moves into a wall: ne -0.624, nw -0.624, sw -0.624, se -0.624    w      -0.48
  over: the baby went hungry for 1 of 5 turns; you
    fed it 2 times. your score -19.423
    (undiscounted -21).
+ verdict: mixed choices, bad luck
  silver medal: regret 3.29; gold for at most
    0.08, silver 3.36 (feed-when-crying), bronze
-   7.78 (random)
- choices: best action 2 of 5 times; expected
-   score lost: 3.29 (regret)
+   below 7.78 (random)
+ choices: best action 2 of 5 times; worst: turn
+   4, chose feed, not ignore: 2.83 lost
  score -19.42 = -13.47 (average of best play) -
    3.29 (regret) - 2.66 (bad luck)
- worst: turn 4, chose feed, not ignore: 2.83 lost
 
  Enter look back  PgUp log  ? help  q quit""",
     ("crying-baby", ("left", "left"), SMALL_SIZE, False): """\
@@ -185,15 +185,15 @@ true state: sated
 
  over: the baby went hungry for 1 of 5 turns; you fed it 2 times. your score
    -19.423 (undiscounted -21).
+ verdict: mixed choices, bad luck
  silver medal: regret 3.29; gold for at most 0.08, silver 3.36
-   (feed-when-crying), bronze 7.78 (random)
- choices: best action 2 of 5 times; expected score lost: 3.29 (regret)
+   (feed-when-crying), bronze below 7.78 (random)
+ choices: best action 2 of 5 times; worst: turn 4, chose feed, not ignore: 2.83
+   lost
  score -19.42 = -13.47 (average of best play) - 3.29 (regret) - 2.66 (bad luck)
- worst: turn 4, chose feed, not ignore: 2.83 lost
- in 100 games from the same start, random scored less than you in 92, optimal
-   in 25
+ in 100 games from the same start, you beat random in 92
  same seed: optimal scored -15, you -19.423
-
+ marks in the log: ?? lost very much
  turn 5. chose sing, heard quiet. belief: sated 0.989, hungry 0.011. reward
    -0.5. score -19.423.
 
