@@ -138,8 +138,9 @@ class LessonPlayer(LineDialog):
         self._print_lines("")
         if isinstance(step.task, Prediction) and step.task.shows_board:
             self._print_board(self._run.position)
-        self._print_heading(f"{number}.")
-        self._print_paragraph(step.text)
+        if not (self._terminal.full_screen and isinstance(step.task, GameTask) and step.task.notes):
+            self._print_heading(f"{number}.")  # The notes say what to do.
+            self._print_paragraph(step.text)
         if isinstance(step.task, GameTask):
             self._play_games(step.task)
         else:
@@ -177,7 +178,10 @@ class LessonPlayer(LineDialog):
         return False
 
     def _offer_next_lesson(self) -> None:
-        """Name the next lesson that is not finished; on a terminal, Enter opens it."""
+        """Name the next lesson that is not finished; on a terminal, Enter opens it.
+
+        After the first game it is only named.
+        """
         numbers = [0, *(lesson.number for lesson in self._lessons)]  # 0 of the first game
         position = numbers.index(self._run.lesson.number)
         lessons = [*self._lessons[position:], *self._lessons[:position]]
@@ -186,7 +190,7 @@ class LessonPlayer(LineDialog):
             return
         words = " ".join(filter(None, ("dmplay learn", self._source, str(following.number))))
         self._print_lines(f"next: {escape_newlines(words)} ({following.title})")
-        if self._terminal.full_screen:
+        if self._terminal.full_screen and self._run.lesson.number:  # not a beginner's first game
             with suppress(DialogLeft), exit_on_signals():
                 self._read_choice(f"Enter opens lesson {following.number}, q leaves> ")
                 self.next_lesson = following

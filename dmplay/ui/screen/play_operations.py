@@ -239,10 +239,17 @@ def leave_to_learn(screen: PlayScreen) -> None:
 
 
 def quit_game(screen: PlayScreen) -> None:
-    """Raise PlayerQuit; if more than MAX_UNSAVED_TURNS would be lost, only warn the first time."""
-    recorder = screen.game.recorder
-    unsaved_turns = 0 if recorder and not recorder.write_error else len(screen.game.session.turns)
-    if unsaved_turns <= MAX_UNSAVED_TURNS or screen.modes.display_mode is Mode.QUIT_WARNING:
+    """Raise PlayerQuit; only warn the first time if a beginner's game, or much, would be lost.
+
+    Much are more than MAX_UNSAVED_TURNS.
+    """
+    session, recorder = screen.game.session, screen.game.recorder
+    unsaved_turns = 0 if recorder and not recorder.write_error else len(session.turns)
+    is_explained = screen.has_notes and not session.over
+    if screen.modes.display_mode is Mode.QUIT_WARNING or not (
+        is_explained or unsaved_turns > MAX_UNSAVED_TURNS
+    ):
         raise PlayerQuit
     screen.modes.handle_event(ModeEvent.QUIT_WARNED)
-    screen.message = f"{unsaved_turns} turns are not saved; press q again to quit"
+    text = "this game is not over" if is_explained else f"{unsaved_turns} turns are not saved"
+    screen.message = f"{text}; press q again to quit"

@@ -297,6 +297,11 @@ class PlayScreen:
         self.open_page(list_record_lines(self.game, self.log))
 
     @property
+    def has_notes(self) -> bool:
+        """Return whether a lesson explains this game to a beginner."""
+        return bool(self._notes)
+
+    @property
     def page_count(self) -> int:
         """The number of parts of the open page on this screen."""
         return len(frame.split_pages(self._viewport, self.frame_state))

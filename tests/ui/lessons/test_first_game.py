@@ -88,6 +88,17 @@ def test_the_screen_says_what_to_do_at_each_moment(size: tuple[int, int], tmp_pa
     assert under_way in read_screen(screen, size)
 
 
+def test_q_asks_once_before_it_leaves_a_beginners_game(tmp_path: Path) -> None:
+    task = load_first_game().steps[0].task
+    assert isinstance(task, GameTask)
+    screen = open_screen(task, tmp_path)
+    for key in ("q", "n", "q"):
+        handle_key(screen, key)
+    assert screen.message == "this game is not over; press q again to quit"
+    with pytest.raises(PlayerQuit):
+        handle_key(screen, "q")
+
+
 def test_what_the_first_game_says_of_its_map_is_true() -> None:
     [step] = load_first_game().steps
     assert isinstance(step.task, GameTask)
@@ -153,7 +164,8 @@ def test_the_gallery_begins_with_the_first_game_until_it_was_finished(tmp_path: 
     with Terminal(folder=tmp_path) as terminal:
         terminal.until("> Your first game").ready().press(ENTER, "Your goal is the exit").calm()
         terminal.press("n", "Walk on").press("n", "You stand on an exit").press("n", "is over")
-        terminal.calm().press("q", "Your first game is finished.").press("q\r", "Enter goes back")
+        terminal.calm().press("q", "Your first game is finished.").until("Enter goes back")
+        assert "right." not in terminal.text
         terminal.press(ENTER, "> hexworld").calm()
         assert "Your first game" not in terminal.text
         terminal.until("record 8.1 in 3 turns, seed 7")
