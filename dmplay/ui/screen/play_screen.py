@@ -490,4 +490,4 @@ class PlayScreen:
         if self.viewer:
             self.viewer.abandon_task()
         self.game.recreate_agents()
-        self.message = "cancelled, but the computation still runs; it slows dmplay until you quit"
+        self.message = "cancelled; play on. The computation still runs to its end in the background"
