@@ -585,6 +585,11 @@ class Game:
                 reason = "this step of the lesson allows no hints"
             raise BadParameter(f"{command}: {reason}")
 
+    @property
+    def had_help(self) -> bool:
+        """True if a person had a hint, or undid a turn."""
+        return bool(self.undo_count or sum(self.session.hint_counts.values()))
+
     def record_hint(self) -> None:
         """Count a hint for the viewing person and record it in the transcript."""
         if self.viewing_seat not in self.human_seats:

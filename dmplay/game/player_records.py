@@ -234,6 +234,18 @@ def list_aids(transcript: Transcript) -> tuple[str, ...]:
     return tuple(text for text, applies in texts.items() if applies)
 
 
+def can_earn_medal(game: RecordedGame) -> bool:
+    """Return whether a game can earn a medal unless the player uses help.
+
+    A guided game cannot, because its notes advise help.
+    """
+    request = game.request
+    if request is None or request.lesson_goal or request.is_guided:
+        return False
+    is_alone = [*game.player_names].count(HUMAN_PLAYER) == 1
+    return is_alone and not (request.reveal or request.branched)
+
+
 def find_standing(game: RecordedGame) -> Standing:
     """Return the help that a finished game had, and a sentence on the record of its player."""
     if [*game.player_names].count(HUMAN_PLAYER) != 1:

@@ -53,7 +53,7 @@ def handle_key(screen: PlayScreen, key: str) -> None:
     if screen.viewer:
         screen.handle_viewer_key(key)
         return
-    screen.message = ""
+    screen.message, screen.loses_medal = "", False
     screen.animation.stop()
     if key != "q":
         screen.modes.handle_event(ModeEvent.KEY_PRESSED)

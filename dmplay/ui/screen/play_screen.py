@@ -39,6 +39,7 @@ if TYPE_CHECKING:  # Most games need no algorithms.
     from dmplay.game.watching import WatchedSteps
 
 MAX_POSITION_COLUMNS = 40  # columns of the row that shows the position in a replay
+LOST_MEDAL, SHORT_LOST_MEDAL = "this game now counts for no medal", "no medal now"
 OVERLAYS = ("", "values", "policy", "states")
 OVERLAY_LABELS = {
     "values": "values",
@@ -76,6 +77,7 @@ class PlayScreen:
         self.learns_from_game = False  # whether the player left to find better actions
         self.modes = ScreenModes()
         self.message = ""
+        self.loses_medal = False  # whether the last key was the first help of the game
         self.lookahead_message = ""  # the previewed action in words
         self.progress_message = ""  # progress of the running task, shown in place of the message
         self.overlay_index = 0
@@ -100,6 +102,7 @@ class PlayScreen:
         """Reset the state that belongs to one game, when a new game starts."""
         game = self.game
         self._event_log = EventLog(game)
+        self._had_help = game.had_help
         self.number_input = NumberInput()  # number that the player is typing
         self.key_prefix = ""  # first arrow of a diagonal
         self.prediction_text = ""  # prediction that the player is typing
@@ -162,10 +165,17 @@ class PlayScreen:
         self._record_overlay_hint()
         self._report_write_notice()
         viewport = self.measure_viewport(painter)
+        self._announce_help()
         frame_text = frame.compose_frame(
             self.timeline or self.game, viewport, self.frame_state, self.log
         )
         painter.paint(frame_text, find_cursor(frame_text))
+
+    def _announce_help(self) -> None:
+        """Say once, beside the message, that the game counts for no medal because of help."""
+        if self.game.had_help and not self._had_help:
+            self.loses_medal = player_records.can_earn_medal(self.game)
+        self._had_help = self.game.had_help
 
     def _report_write_notice(self) -> None:
         """Log once that the transcript cannot be written, or is written again."""
@@ -197,7 +207,7 @@ class PlayScreen:
         is_unstarted = self.modes.play_mode is Mode.REALTIME and not self.clock.is_started
         start_hint = CLOCK_START_HINT if is_unstarted and game.choosing_seat is not None else ""
         state = FrameState(
-            self.progress_message or self._shorten_message or start_hint,
+            self.progress_message or self._shorten_message_with_notice or start_hint,
             OVERLAYS[self.overlay_index] if can_overlay else "",
             self.page_rows if self.modes.display_mode is Mode.PAGE else (),
             self.page_index,
@@ -223,6 +233,16 @@ class PlayScreen:
         session = self.game.session
         phase = LOOKING_BACK if self.timeline else OVER if session.over else PLAYING
         return find_note(self._notes, session, phase)
+
+    @property
+    def _shorten_message_with_notice(self) -> str:
+        """The message, and after the first help that it costs the medal."""
+        message = self._shorten_message
+        if not self.loses_medal:
+            return message
+        free_columns = self._viewport.width - len(message) - 3
+        notice = LOST_MEDAL if len(LOST_MEDAL) < free_columns else SHORT_LOST_MEDAL
+        return "   ".join(filter(None, [message, notice]))
 
     @property
     def _shorten_message(self) -> str:

@@ -12,6 +12,7 @@ from dmplay.game.game import Game
 from dmplay.game.game_series import GameController
 from dmplay.game.key_bindings import KEY_SYMBOLS
 from dmplay.game.launch_requests import split_shell_words
+from dmplay.game.player_records import can_earn_medal
 from dmplay.registry.builtin_names import problem_names
 from dmplay.registry.problems import is_problem_name
 from dmplay.ui.shell import game_commands as of_game
@@ -194,6 +195,9 @@ def _show_help(controller: GameController, argument: str) -> str:
 
 
 BOOK_NOTE = "The sections are those of the book Algorithms for Decision Making."
+HELP_COST = (
+    "After a hint, an overlay, a what-if or an undo, a game counts for no medal and no record."
+)
 FIRST_LISTED = {"hint", "undo", "watch"}  # commands whose keys the help page lists first
 
 
@@ -223,6 +227,7 @@ def format_help_page(game: Game, screen_keys: Sequence[tuple[str, str, str]]) ->
             f"  {displayed_key:<10}  {name:<11}   {help_}"
             for displayed_key, name, help_ in [*first, *screen_keys, *others]
         ),
+        *[HELP_COST] * can_earn_medal(game),
         *["agents named in hints and in the result"] * bool(agents),
         *(f"  {name:<11}   {summary}" for name, summary in agents),
         *[f"  {'':<11}   {BOOK_NOTE}"] * any("section" in summary for _, summary in agents),

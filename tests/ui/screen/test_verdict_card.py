@@ -10,6 +10,7 @@ from dmplay.game.game_setup import start_new_game
 from dmplay.game.launch_requests import GameRequest
 from dmplay.ui.screen.busy_keys import BusyKeyAction, classify_busy_key
 from dmplay.ui.screen.frame_state import Viewport
+from dmplay.ui.screen.key_handlers import handle_key
 from dmplay.ui.screen.log_rows import list_verdict_lines
 from dmplay.ui.screen.play_screen import PlayScreen
 from dmplay.ui.screen.text_wrapping import wrap_lines
@@ -130,3 +131,23 @@ def test_enter_during_the_review_of_a_hunt_looks_back(tmp_path: Path) -> None:
         terminal.until("turn 50: chose e")
         terminal.press(ESCAPE, "choices: best action")
         assert terminal.press("q").ended() == 0
+
+
+@pytest.mark.parametrize(
+    ("keys", "is_guided"), [(["tab"], False), (["l", "backspace"], False), (["tab"], True)]
+)
+def test_the_first_help_of_a_game_says_once_that_it_costs_the_medal(
+    keys: list[str], is_guided: bool, tmp_path: Path
+) -> None:
+    request = GameRequest("hexworld", seed=7, is_guided=is_guided, record_path=tmp_path / "g.dmt")
+    screen = PlayScreen(GameController(start_new_game(request)), BASE_TERMINAL)
+    recorder = FrameRecorder()
+    recorder.columns, recorder.rows = 80, 24
+    texts = list[bool]()
+    for key in [*keys, "escape", *keys]:
+        handle_key(screen, key)
+        screen.paint(recorder)
+        texts.append("no medal" in recorder.frame.plain)
+    expected = [False] * len(texts)
+    expected[len(keys) - 1] = not is_guided
+    assert texts == expected
