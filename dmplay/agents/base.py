@@ -21,6 +21,11 @@ from dmplay.errors import BadParameter
 MAX_TABULAR_STATES = 1000  # maximum number of states for which a table of all states is computed
 
 
+def summarize_agent(agent_class: object) -> str:
+    """Return the first line of an agent's description."""
+    return (agent_class.__doc__ or "").partition("\n")[0]
+
+
 def address_opponent(description: str) -> str:
     """Return the description of an agent as its opponent reads it: with "you" for the opponent."""
     return description.replace("the opponent's", "your").replace("the opponent", "you")

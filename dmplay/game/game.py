@@ -35,7 +35,7 @@ from dmplay.game.narration import Narrator
 from dmplay.game.position import Position
 from dmplay.game.saves import SaveRemoval
 from dmplay.game.seat_snapshot import SeatSnapshot
-from dmplay.game.seats import list_scripts, shorten_player_name
+from dmplay.game.seats import list_other_players, list_scripts, shorten_player_name
 from dmplay.game.verdict import Standing, Verdict, compute_verdict
 from dmplay.registry.agents import load_roster
 from dmplay.registry.problem_name_kinds import names_bot
@@ -135,6 +135,11 @@ class Game:
     def strict(self) -> bool:
         """True if turns cannot be undone."""
         return self.request is not None and bool(self.request.strict)
+
+    @property
+    def other_players(self) -> list[tuple[str, str, str]]:
+        """The agents that play beside the people: (agent, player, rule), as text."""
+        return list_other_players(self.session, self.player_names)
 
     @property
     def hints_forbidden(self) -> bool:

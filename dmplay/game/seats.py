@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from dmplay.agents.base import SCRIPTED_PLAYERS, SeatPolicy
+from dmplay.agents.base import SCRIPTED_PLAYERS, SeatPolicy, address_opponent, summarize_agent
 from dmplay.agents.script import Script
 from dmplay.core.policy import Policy
 from dmplay.core.problem import Problem
@@ -53,6 +53,23 @@ def list_scripts(session: Session, player_names: Sequence[str]) -> tuple[Script,
             if name in SCRIPTED_PLAYERS
         ]
     return tuple(scripts)
+
+
+def list_other_players(session: Session, player_names: Sequence[str]) -> list[tuple[str, str, str]]:
+    """Return (agent, player, rule) for each agent that plays beside the people.
+
+    The rule is the first line of the description of its policy, as a clause that calls the opponent
+    "you"; '' without a description.
+    """
+    if not list_human_seats(player_names):
+        return []
+    seats = zip(session.problem.agents, player_names, session.seated_policies, strict=True)
+    return [
+        (agent, shorten_player_name(name), f"{rule[:1].lower()}{rule[1:]}".rstrip("."))
+        for agent, name, seated in seats
+        if seated and isinstance(seated.policy, SeatPolicy)
+        for rule in [address_opponent(summarize_agent(type(seated.policy)))]
+    ]
 
 
 def shorten_player_name(player: str) -> str:

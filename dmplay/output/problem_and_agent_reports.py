@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from dmplay.agents.base import SeatPolicy
+from dmplay.agents.base import SeatPolicy, summarize_agent
 from dmplay.core.problem import Problem
 from dmplay.core.problem_summary import problem_summary
 from dmplay.core.spaces import Interval, Labels, TextLine
@@ -82,7 +82,7 @@ def load_problem_info(name: str, keys: KeyPreferences = DEFAULT_KEY_PREFERENCES)
             for name, meaning in problems.parameter_meanings(problem).items()
         },
         variants=[variant or "standard" for variant in problems.load_variants(name) or [""]],
-        players={name: _first_doc_line(make) for name, make in _list_agents(problem).items()},
+        players={name: summarize_agent(make) for name, make in _list_agents(problem).items()},
         keys=dict(resolve_key_maps(problem, keys).first_player_keys),
     )
 
@@ -104,11 +104,6 @@ def _describe_observations(problem: Problem) -> SpaceDescription:
     if isinstance(space, Labels):
         return list(space)
     return "a line of text" if isinstance(space, TextLine) else format_count(space.size, "number")
-
-
-def _first_doc_line(agent_class: object) -> str:
-    """Return the first line of an agent's docstring."""
-    return (agent_class.__doc__ or "").partition("\n")[0]
 
 
 def _describe_actions(actions: Labels | Interval) -> SpaceDescription:
@@ -156,7 +151,7 @@ def load_agent_infos(name: str) -> list[AgentInfo]:
     return [
         AgentInfo(
             agent,
-            _first_doc_line(agent_class),
+            summarize_agent(agent_class),
             agents.default_parameters(agent_class),
             agents.parameter_meanings(agent_class),
             agent in advises,

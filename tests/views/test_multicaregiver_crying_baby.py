@@ -48,8 +48,8 @@ belief as if caregiver2 acted at random"""
 
 def test_the_description_states_the_assumed_policy_of_the_other_caregiver() -> None:
     assert multicaregiver_crying_baby.describe_situation(make_view_after()) == (
-        "heard nothing yet. belief: sated 0.500, hungry 0.500. caregiver2 is hidden; the belief "
-        "assumes uniformly random actions."
+        "heard nothing yet. belief as if caregiver2 acted at random: sated 0.500, hungry 0.500. "
+        "what caregiver2 does is hidden."
     )
 
 
@@ -66,7 +66,7 @@ a sated baby cries: 0%, with or without a song
 an unfed sated baby gets hungry: 50%"""
     )
     assert multicaregiver_crying_baby.describe_situation(view) == (
-        "heard crying. caregiver2 is hidden."
+        "heard crying. what caregiver2 does is hidden."
     )
 
 

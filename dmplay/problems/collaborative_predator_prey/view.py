@@ -16,7 +16,7 @@ from dmplay.views.protocol import DrawOptions, FinishedGame, Lesson
 from dmplay.views.toolkit import hexgrid
 from dmplay.views.toolkit.action_hints_and_outcomes import format_regret_rows
 from dmplay.views.toolkit.belief_bars import format_sparkline
-from dmplay.views.toolkit.canvas import format_percent
+from dmplay.views.toolkit.canvas import format_percent, measure_text
 from dmplay.views.toolkit.hexgrid import HexCell, HexSize
 
 from .rules import CAPTURE_REWARD, MOVE_REWARD, CollaborativePredatorPrey
@@ -124,9 +124,10 @@ def _iter_shaded_maps(
     map_options = options._replace(height=options.height - len(caption))
     sizes = [hexgrid.TALL_SIZE]
     for drawing in hexgrid.iter_maps(problem.hexes, draw_cell, map_options, extra_sizes=sizes):
+        board = drawing if adjacent or not options.show_keys else _add_compass(drawing, options)
         for row in caption:
-            drawing.append(f"\n{row[: options.width]}", "dim")
-        yield drawing
+            board.append(f"\n{row[: options.width]}", "dim")
+        yield board
 
 
 def _get_agent_glyph(view: View[CollaborativePredatorPrey], walker: int) -> str:
@@ -204,8 +205,21 @@ def _format_caption(
     viewer, full_glyph = view.player_label, "#" if options.ascii else "█"
     position_text = viewer if own_hex else f"where {viewer} may be"
     legend = f"@ {position_text}, {full_glyph} where the prey may be"
-    legends = f"{legend} (more is likelier)", legend, f"@ {viewer}, {full_glyph} likely prey"
-    return [next((text for text in legends if len(text) <= options.width), observation_text)]
+    legends = f"{legend} (more: likelier)", legend, f"@ {viewer}, {full_glyph} likely prey"
+    width = min(max(options.columns_beside_panel, len(legend)), options.width)
+    return [next((text for text in legends if len(text) <= width), observation_text)]
+
+
+def _add_compass(drawing: Text, options: DrawOptions) -> Text:
+    """Return a map with the keys of the directions at its right, if there is room."""
+    e, ne, nw, w, sw, se = (hexgrid.get_direction_key(options, a) for a in range(6))
+    compass, x = [f" {nw} {ne}", f"{w} @ {e}", f" {sw} {se}"], measure_text(drawing)[0] + 3
+    if x + max(map(len, compass)) > options.columns_beside_panel:
+        return drawing
+    rows = drawing.split("\n")
+    for row, keys in zip(rows, compass, strict=False):
+        row.append(f"{'':{x - len(row)}}{keys}", "green")
+    return Text("\n").join(rows)
 
 
 def _iter_numbered_maps(
@@ -292,7 +306,7 @@ def goal_lines(view: View[CollaborativePredatorPrey]) -> list[str]:
     """Return the goal: the rewards of the team, and the information it lacks."""
     slips = hexgrid.describe_slips(view.problem.slip)
     verb = "sense" if view.player_label == "you" else "senses"
-    sees = "nobody sees where anybody is, not even yourself"
+    sees = f"nobody sees where anybody is{', not even yourself' * (view.player_label == 'you')}"
     if view.problem.sighted:
         sees = "nobody sees the prey or the others"
     return [

@@ -293,7 +293,9 @@ def describe_belief(view: View[CaregiverProblem]) -> str:
     """Return the belief as a sentence, the likeliest state first; '' if there is none."""
     if view.beliefs is None:
         return ""
-    return f"belief: {format_belief(view.problem.state_names, view.belief)}."
+    partners = view.problem.agents[: view.seat] + view.problem.agents[view.seat + 1 :]
+    assumption = "".join(f" as if {partner} acted at random" for partner in partners)
+    return f"belief{assumption}: {format_belief(view.problem.state_names, view.belief)}."
 
 
 def describe_end(game: FinishedGame[CaregiverProblem]) -> str:

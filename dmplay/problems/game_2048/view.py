@@ -256,7 +256,7 @@ def _draw_tile(canvas: Canvas, position: tuple[int, int], text: str, tile: Drawn
 def goal_lines(view: View[Game2048]) -> list[str]:
     """Return the scoring rule, the end of the game and the probability of a new 2, as clauses."""
     return [
-        "score as many points as you can",
+        "score as many points as possible",
         "a merge of equal tiles pays the new tile",
         "no slide possible: game over",
         f"{format_percent(view.problem.p_two)} of new tiles are 2, the others 4",

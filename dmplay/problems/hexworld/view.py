@@ -76,9 +76,14 @@ def iter_boards(view: View[HexWorld], options: DrawOptions) -> Iterator[Text]:
             return key_cell
         if hex_ == ghost:
             return HexCell("&", note, "&", "dim")
+        key = ""
+        if options.show_keys and hex_ in adjacent and position_now:
+            key = hexgrid.get_direction_key(options, adjacent.index(hex_))
+        if key and mark == glyph and options.allow_large:
+            mark = f"{glyph} {key}"[:5]
         has_space = not (options.overlay and (mark or size.text_rows < 2)) and reward is None
-        if options.show_keys and has_space and hex_ in adjacent and position_now:
-            mark, style = hexgrid.get_direction_key(options, adjacent.index(hex_)), style or "green"
+        if key and has_space:
+            mark, style = key, style or "green"
         return HexCell(mark, note, dot, style)
 
     yield from hexgrid.iter_maps(problem.hexes, make_cell, options, _format_caption(view, options))

@@ -40,7 +40,6 @@ def iter_boards(view: View[MulticaregiverCryingBaby], options: DrawOptions) -> I
 
 
 def describe_situation(view: View[MulticaregiverCryingBaby]) -> str:
-    """Return a description of the last observation, the belief and its assumption."""
-    text, name = crying_baby.describe_situation(view), view.problem.agents[1 - view.seat]
-    belief = "" if view.beliefs is None else "; the belief assumes uniformly random actions"
-    return f"{text} {name} is hidden{belief}."
+    """Return a description of the last observation, the belief and the hidden partner."""
+    partner = view.problem.agents[1 - view.seat]
+    return f"{crying_baby.describe_situation(view)} what {partner} does is hidden."

@@ -31,6 +31,7 @@ PanelFacts = tuple[tuple[str, str], ...]  # (name, value) rows of the side panel
 # rows of the screen; a tuple if the same rows appear in several frames
 ScreenRows = Sequence[ScreenLine]
 BLANK_ROW = " "
+HIDDEN_REWARD, HIDDEN_REWARD_REASON = ("reward", "hidden"), "it would tell the state"
 
 
 def compose_frame(
@@ -355,8 +356,10 @@ class Frame:
         game, state = self._game, self._state
         shows_hint = not game.session.over and game.human_seats and not game.hints_forbidden
         record = [("record", state.best_return)] if state.best_return else []
-        facts = [*game.view_module.panel_rows(snapshot.view), *record, *_ghost_facts(game)]
-        return (*facts, *(_hint_facts(state.hint) if shows_hint else []))
+        rows = _explain_hidden_reward(game.view_module.panel_rows(snapshot.view))
+        facts = [*rows, *record, *_ghost_facts(game)]
+        facts += _hint_facts(state.hint) if shows_hint else []
+        return (*facts, *_rule_facts(game))  # last, so that a full panel leaves out the rules
 
 
 def has_goal_row(viewport: Viewport) -> bool:
@@ -517,6 +520,25 @@ def _ghost_facts(game: Game) -> list[tuple[str, str]]:
         return []
     lead = format_number(ghost.player_lead, sign="+")
     return [("ghost", format_number(ghost.score)), ("lead", lead)]
+
+
+def _explain_hidden_reward(facts: list[tuple[str, str]]) -> list[tuple[str, str]]:
+    """Return the panel facts of a view, with the reason below a hidden reward."""
+    reason = [(HIDDEN_REWARD_REASON, "")]
+    return [*chain(*([fact, *reason * (fact == HIDDEN_REWARD)] for fact in facts))]
+
+
+def _rule_facts(game: Game) -> list[tuple[str, str]]:
+    """Return the panel facts of the other players: their names and their rules."""
+    agents_by_rule: dict[tuple[str, str], list[str]] = {}
+    for agent, *rule in game.other_players:
+        name, clause = map(escape_unprintable, rule)
+        agents_by_rule.setdefault((name, clause), []).append(agent)
+    rows = [
+        [(", ".join(agents), name), (clause, "")]
+        for (name, clause), agents in agents_by_rule.items()
+    ]
+    return [row for row in chain(*rows) if row[0]]
 
 
 def _hint_facts(hint: Hint | None) -> list[tuple[str, str]]:

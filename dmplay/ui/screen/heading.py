@@ -110,17 +110,21 @@ def remaining_goal_lines(
     All clauses if `goal_viewport` is None, because there is no goal row then.
     """
     clauses = _goal_clauses(game, snapshot)
-    remaining = clauses[
-        _count_fitting_clauses(clauses, goal_viewport.width) if goal_viewport else 0 :
-    ]
-    forms = [
-        CLAUSE_SEPARATOR.join(remaining[:clause_count])
-        for clause_count in range(len(remaining), 0, -1)
-    ]
-    fitting = (
-        form for form in forms if len(wrap_lines([form], log_viewport)) <= log_viewport.height
-    )
-    return [next(fitting, forms[-1])] if forms else []
+    if goal_viewport:
+        remaining = clauses[_count_fitting_clauses(clauses, goal_viewport.width) :]
+    else:  # Then there is hardly a side panel either, which has the other players' rules.
+        rules = [
+            escape_unprintable(f"{agent} ({name}) {rule}")
+            for agent, name, rule in game.other_players[:1]
+            if rule
+        ]
+        remaining = [*clauses[:1], *rules, *clauses[1:]]
+    fitting = remaining[:1]
+    for clause in remaining[1:]:
+        text = CLAUSE_SEPARATOR.join([*fitting, clause])
+        if len(wrap_lines([text], log_viewport)) <= log_viewport.height:
+            fitting.append(clause)
+    return [CLAUSE_SEPARATOR.join(fitting)] if fitting else []
 
 
 def _goal_clauses(game: Game, snapshot: SeatSnapshot) -> list[str]:

@@ -17,11 +17,7 @@ from dmplay.registry.builtin_names import problem_names
 from dmplay.registry.problems import is_problem_name
 from dmplay.ui.shell import game_commands as of_game
 from dmplay.ui.shell import game_management_commands
-from dmplay.ui.shell.help_introduction import (
-    describe_other_players,
-    lesson_lines,
-    list_advising_agents,
-)
+from dmplay.ui.shell.help_introduction import lesson_lines, list_advising_agents
 
 CommandFunction = Callable[[GameController, str], str]
 MAX_LINE_CHARS = 100_000  # maximum characters of a typed or piped line
@@ -219,7 +215,10 @@ def format_help_page(game: Game, screen_keys: Sequence[tuple[str, str, str]]) ->
     agents = list_advising_agents(game)
     return [
         *lesson_lines(game, shows_map=True),
-        *describe_other_players(game),
+        *(
+            f"{agent} is played by {name}{rule and f', which {rule}'}."
+            for agent, name, rule in game.other_players
+        ),
         "",
         f"actions: {actions_text}",
         "keys (press Shift for a capital letter)",

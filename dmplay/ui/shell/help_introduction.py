@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from dmplay.agents.base import SeatPolicy, address_opponent
+from dmplay.agents.base import summarize_agent
 from dmplay.core.problem import ContinuousStates, Problem
 from dmplay.core.session import Session
 from dmplay.core.spaces import Interval
@@ -38,17 +38,6 @@ def lesson_lines(game: Game, *, shows_map: bool = False) -> list[str]:
     return [f"{content.role}.{mark}", f"{content.objective}.", f"{cost}.", *hidden_rewards, example]
 
 
-def describe_other_players(game: Game) -> list[str]:
-    """Return a sentence on each agent that plays beside the people: its name and its policy."""
-    return [
-        f"{agent} is played by {name}: {address_opponent(_read_summary(type(seated.policy)))}"
-        for agent, name, seated in zip(
-            game.problem.agents, game.player_names, game.session.seated_policies, strict=True
-        )
-        if game.human_seats and seated and isinstance(seated.policy, SeatPolicy)
-    ]
-
-
 def list_advising_agents(game: Game) -> list[tuple[str, str]]:
     """Return the name and description of each agent that hints and the result may name."""
     seat = game.viewing_seat
@@ -60,12 +49,7 @@ def list_advising_agents(game: Game) -> list[tuple[str, str]]:
     names = dict.fromkeys((provider.base_name, find_compared_agent(provider), RANDOM_AGENT))
     available = load_roster(game.problem, seat).agents
     summaries = {name: available.get(name.partition(":")[0]) for name in names}
-    return [(name, _read_summary(agent)) for name, agent in summaries.items() if agent]
-
-
-def _read_summary(policy_class: type[SeatPolicy]) -> str:
-    """Return the first line of the description of a policy."""
-    return (policy_class.__doc__ or "").partition("\n")[0]
+    return [(name, summarize_agent(agent)) for name, agent in summaries.items() if agent]
 
 
 def describe_example_turn(problem: Problem, seat: int, lesson: Lesson) -> str:

@@ -985,7 +985,7 @@ def test_help_lists_the_keys_of_the_pace_only_if_something_moves_by_itself() -> 
 def test_help_describes_the_agent_that_plays_the_other_seat() -> None:
     current_game = make_game("rock-paper-scissors", "human", "frequency")
     text = " ".join(play_keys(current_game, "?").last.split())
-    assert "agent2 is played by frequency: " in text
+    assert "agent2 is played by frequency, which counts your actions" in text
 
 
 def test_the_letters_of_the_steps_stay_on_the_map() -> None:
@@ -1001,3 +1001,31 @@ def test_title_panel_and_log_show_a_score_in_the_same_digits() -> None:
     assert len(score) > len("-4.686")
     assert f"score (discounted) {score} " in text
     assert f"score A  {score}" in text
+
+
+def test_the_panel_describes_the_rule_of_a_built_in_agent_and_of_a_file(tmp_path: Path) -> None:
+    file = tmp_path / "echo.py"
+    file.write_text(
+        "from dmplay.agents.base import SeatPolicy\n"
+        "class Echo(SeatPolicy):\n"
+        '    """Copies the opponent\'s first action."""\n'
+        "    def choose(self, memory, uniforms):\n"
+        "        return 0.0, memory\n",
+        encoding="utf-8",
+    )
+    for player, rule in (
+        ("tit-for-tat", "cooperates first, then repeats your last action"),
+        (f"{file}:Echo", "copies your first action"),
+    ):
+        game = make_game("prisoners-dilemma", "human", player)
+        screen_text = compose_frame(game, Viewport(120, 30), FrameState(), []).plain
+        assert rule in screen_text
+
+
+def test_the_panel_says_why_a_reward_is_hidden() -> None:
+    baby_screen, catch_screen = (
+        compose_frame(make_game(name), Viewport(80, 24), FrameState(), []).plain
+        for name in ("crying-baby", "catch")
+    )
+    assert "it would tell the state" in baby_screen
+    assert "it would tell the state" not in catch_screen

@@ -109,7 +109,7 @@ def test_the_mark_on_the_map_is_named_on_the_screen_but_not_in_lines() -> None:
 
 def test_the_description_of_the_other_player_speaks_to_you() -> None:
     page = " ".join(play_keys(make_game("prisoners-dilemma", "human", "grim"), "?").last.split())
-    assert "agent2 is played by grim: Cooperates until either agent defects" in page
+    assert "agent2 is played by grim, which cooperates until either agent defects" in page
     game = make_game("prisoners-dilemma", "human", "tit-for-tat")
     assert "then repeats your last action." in " ".join(play_keys(game, "?").last.split())
 
