@@ -27,6 +27,7 @@ MAX_LISTED_OUTCOMES = 3  # maximum number of outcomes that are listed one by one
 MAX_OUTCOME_CHARS, MAX_OUTCOME_WORDS = 32, 4  # longer names of outcomes are left out
 SURE_PROBABILITY = 0.9995  # a probability that is printed as certain
 MAJOR_SHARE = 0.5  # share of a difference that one reason must explain
+CLOSE_RATING_SHARE = 1e-3  # ratings that differ by a smaller share are called nearly equal
 MIN_LEAD = 1e-9  # smaller leads of a probability over the next one are rounding errors
 MIN_BELIEF_CHANGE = 0.005  # smaller changes of a probability are not mentioned
 MAX_SENTENCE_WORDS = 25
@@ -382,7 +383,8 @@ class _ValueExplainer:
                 subject = f"By these values, {self._format_action(best)}"
             is_rating = self._hint.values_basis.accuracy is Accuracy.RATING
             verb, comparative = ("rated", "higher") if is_rating else ("worth", "more")
-            text = f"{subject} is {verb} {self._format(gap)} {comparative}."
+            text = f"{subject} is {verb} {self._format(gap)} {comparative}"
+            text += self._describe_closeness(value, self._values[self._action])
             return RuleChoice(best, ""), text, self._describe_reason(self._action)
         rule = self._choose_alternative()
         if rule is None:
@@ -399,9 +401,16 @@ class _ValueExplainer:
         text = (
             f"The action {name}, {rule.text}, is {self._value_verb} "
             f"{self._format(other_value)}, {self._format(value - other_value)} less than "
-            f"{self._format_action(best)}."
+            f"{self._format_action(best)}"
         )
+        text += self._describe_closeness(value, other_value)
         return rule, text, self._describe_reason(rule.action)
+
+    def _describe_closeness(self, best_value: float, value: float) -> str:
+        """Return the end of a sentence on two values, which says whether ratings differ little."""
+        is_rating = self._hint.values_basis.accuracy is Accuracy.RATING
+        is_close = is_rating and best_value - value < CLOSE_RATING_SHARE * abs(best_value)
+        return ", which is nearly equal." if is_close else "."
 
     def _describe_reason(self, action: int) -> str:
         """Return a sentence with the reason why an action is worth less than the best one.

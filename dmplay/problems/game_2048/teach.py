@@ -108,16 +108,17 @@ def _list_next_boards(problem: Game2048, after: Array) -> tuple[Array, Reals]:
 
 def _describe_corner(facts: dict[int, SlideFacts], action: int, labels: Sequence[str]) -> str:
     """Return the corner of the largest tile after a slide, and whether other slides keep it."""
-    slide_facts, others = facts[action], {a: fact for a, fact in facts.items() if a != action}
-    different = [
-        labels[a] for a, fact in others.items() if bool(fact.corner) != bool(slide_facts.corner)
-    ]
+    slide_facts = facts[action]
+    different = [a for a, fact in facts.items() if bool(fact.corner) != bool(slide_facts.corner)]
     corner_text = f"in the {slide_facts.corner} corner" if slide_facts.corner else "in no corner"
     text = f"The largest tile, {slide_facts.largest}, is then {corner_text}"
     if not different:
         return f"{text}."
     contrast = "in no corner" if slide_facts.corner else "in one"
-    return f"{text}; after {join_words(different)} it is {contrast}."
+    largest, *more = sorted({facts[a].largest for a in different})
+    tile = "it" if largest == slide_facts.largest else f"the largest, {largest},"
+    tile = "the largest" if more else tile  # a merge changes which one that is
+    return f"{text}; after {join_words([labels[a] for a in different])} {tile} is {contrast}."
 
 
 def _is_best_in_something(facts: dict[int, SlideFacts], action: int) -> bool:

@@ -9,10 +9,11 @@ from dmplay.core.text import format_count, join_words
 from dmplay.game.hints.action_simulation import play_on
 from dmplay.game.position import Position
 
-from .agents import COAST, LEFT, RIGHT
+from .agents import COAST, LEFT, RIGHT, Optimal
 from .rules import MountainCar
 
 MAX_DRIVE_TURNS = 300  # in one direction, until the car rolls back or reaches the goal
+GRID_NOTE = "The values are interpolated between points of a grid, so they can differ from this."
 MIN_SPEED_CHANGE = 1e-12  # smaller changes are rounding errors
 
 
@@ -20,7 +21,11 @@ def give_reasons(position: Position, action: int) -> list[str]:
     """Return the effect of an action on the speed, and the turns to the goal after each one."""
     assert isinstance(position.problem, MountainCar)
     reasons = [*_describe_drive(position.problem, position.state, action)]
-    return reasons + [_compare_arrivals(position)] * (position.agent is not None)
+    if position.agent is not None:
+        reasons.append(_compare_arrivals(position))
+        if isinstance(position.agent.policy, Optimal):
+            reasons.append(GRID_NOTE)
+    return reasons
 
 
 def _describe_drive(problem: MountainCar, s: Array, action: int) -> Iterator[str]:
@@ -82,11 +87,7 @@ def _compare_arrivals(position: Position) -> str:
     ]
     if len({*texts}) == 1:
         turns = format_count(counts[0], "turn")
-        text = f"{condition} reaches the goal in {turns}, whichever action comes first."
-        values = position.values()
-        if values is not None and values.regrets[position.legal_actions].any():
-            text += " Differences of the values by parts of a turn come from the estimate."
-        return text
+        return f"{condition} reaches the goal in {turns}, whichever action comes first."
     parts = [f"{text} with {label}" for text, label in zip(texts, position.labels, strict=True)]
     turns = join_words(parts).replace(" with", " turns with", 1)
     return f"{condition} reaches the goal in {turns}."

@@ -19,6 +19,7 @@ from dmplay.core.session import SeatedPolicy, Session
 from dmplay.core.uniforms import SeededUniforms
 from dmplay.game.hints.hint_provider import HintProvider
 from dmplay.problems.collaborative_predator_prey.rules import CollaborativePredatorPrey
+from dmplay.problems.mountain_car.agents import VALUE_GRID, compute_action_values, solve_on_grid
 from dmplay.registry import agents
 
 MAX_TURNS, MAX_HIDDEN_TURNS = 40, 8  # few if games with the same history are to be sampled
@@ -199,6 +200,17 @@ def check_arrivals(session: Session, action: int, match: re.Match[str]) -> Itera
             yield (same or counts[index]) == (str(count) if is_there else "too many")
 
 
+def check_grid(session: Session, action: int, match: re.Match[str]) -> Iterator[bool]:
+    """Yield whether the value of an action is between those of the four points around."""
+    problem, values = session.problem, solve_on_grid(session.problem, VALUE_GRID).values
+    after = problem.step(session.state[None], np.array([[action]]), np.zeros((1, 0)))
+    around = VALUE_GRID.find_surrounding_points(after.state)
+    points = [around.first_points[0] + offset for offset, _ in around.corner_weights]
+    corners = values[points] * problem.discount * ~problem.terminal(after.state)
+    value = compute_action_values(problem, session.state[None])[0, action] - after.rewards[0, 0]
+    yield bool(corners.min() - 1e-9 <= value <= corners.max() + 1e-9)
+
+
 # collision-avoidance
 
 
@@ -339,7 +351,7 @@ def step_and_pay(session: Session, action: int) -> float:
 
 def check_corner(session: Session, action: int, match: re.Match[str]) -> Iterator[bool]:
     """Yield whether the largest tile is in a corner after a slide, and after the others."""
-    largest, corner, others, contrast = match.groups()
+    largest, corner, others, tile, contrast = match.groups()
     labels = session.action_labels(0)
     for a in list_legal(session):
         board, _ = slide_by_hand(get_tiles(session), labels[a])
@@ -353,6 +365,8 @@ def check_corner(session: Session, action: int, match: re.Match[str]) -> Iterato
         else:
             is_other = labels[a] in re.split(r", | and ", others or "")
             yield is_in_one == (contrast == "in one" if is_other else corner is not None)
+            value = largest if tile == "it" else (tile or "").partition(", ")[2].rstrip(",")
+            yield not is_other or not value or int(value) == board.max()
 
 
 def check_room(session: Session, action: int, match: re.Match[str]) -> Iterator[bool]:
@@ -512,6 +526,8 @@ CLAIMS: dict[str, dict[str, Claim]] = {
         r"If optimal plays on, the car (?:reaches the goal in (?:(\d+|too many) turns with left, "
         r"(\d+|too many) with coast and (\d+|too many) with right|(\d+) turns?, whichever action "
         r"comes first)|does not reach the goal within (\d+) turns?)\.": check_arrivals,
+        r"The values are interpolated between points of a grid, so they can differ from this\.":
+        check_grid,
     },
     "collision-avoidance": {
         r"Without gusts and advisories you pass (\d+) m (above|below) the intruder in (\d+) "
@@ -529,7 +545,8 @@ CLAIMS: dict[str, dict[str, Claim]] = {
     "2048": {
         r"([A-Z][a-z]+) merges (nothing|[\d+, and]+?)(?:, for (\d+) points)?\.": check_merges,
         r"The largest tile, (\d+), is then in (?:the ([a-z ]+)|no) corner"
-        r"(?:; after ([a-z, ]+) it is (in one|in no corner))?\.": check_corner,
+        r"(?:; after ([a-z, ]+?) (it|the largest(?:, \d+,)?) is (in one|in no corner))?\.":
+        check_corner,
         r"([A-Z][a-z]+|Each slide) leaves (.*)\.": check_room,
         r"The new tile then leaves at most one slide with probability (.*)\.": check_tightness,
         r"The best merge of the next slide then pays (.*)\.": check_next_merges,

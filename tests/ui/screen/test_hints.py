@@ -99,6 +99,12 @@ def test_a_long_hint_leaves_its_assumptions_to_the_reasons_and_names_close_actio
     assert "as if you see all positions" in " ".join(screen.page_rows)
 
 
+def test_ratings_that_differ_by_a_small_share_are_nearly_equal() -> None:
+    screen = make_screen("2048")
+    handle_key(screen, "Y")
+    assert "20 less than left, which is nearly equal." in " ".join(screen.page_rows)
+
+
 def test_of_two_equal_estimates_either_action_is_fine() -> None:
     screen = make_screen("cart-pole")
     handle_key(screen, "Y")
