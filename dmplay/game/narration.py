@@ -118,8 +118,8 @@ class Narrator:
     def describe_result(self, *, names_seat: bool = False) -> str:
         """Return the result as text: how the game ended, and the scores of each seat.
 
-        The score of a person who plays alone is "your score", unless `names_seat`. For a paused
-        game, return only the number of turns.
+        The score of the only person is "your score", that of a team "your team's score", unless
+        `names_seat`. For a paused game, return only the number of turns.
         """
         session = self.session
         if self.is_paused:
@@ -127,11 +127,15 @@ class Narrator:
         agents = session.problem.agents
         seat_sums = zip(agents, session.returns(), session.total_rewards(), strict=True)
         is_discounted = session.problem.discount < 1.0
-        is_alone = len(agents) == 1 and bool(self.human_seats) and not names_seat
+        names = [*agents]
+        if len(self.human_seats) == 1 and not names_seat:
+            names[self.human_seats[0]] = "your"
+        if self.human_seats and session.problem.shared_reward and not names_seat:
+            names = ["your team's" if len(agents) > 1 else "your"]
         scores = "; ".join(
-            f"{'your' if is_alone else agent} score {format_number(round_number(r))}"
+            f"{name} score {format_number(round_number(r))}"
             + f" (undiscounted {format_number(round_number(t))})" * is_discounted
-            for agent, r, t in seat_sums
+            for name, (_, r, t) in zip(names, seat_sums, strict=False)
         )
         summary = f"{self.describe_end(names_seat=names_seat)}."
         if not session.turns and session.end_reason == "terminal":

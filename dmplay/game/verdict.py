@@ -78,7 +78,7 @@ class SeatChoices:
     score: float
     regret: float | None = None  # discounted to the start, as the score is
     worst: ReviewedAction | None = None  # the choice that lost most of the score, if any did
-    start_value: float | None = None  # expected score under optimal play, if the luck is known
+    start_value: float | None = None  # expected score under optimal play
     luck: float | None = None  # score - (start value - regret)
     scale: float = 1.0  # of the problem's rewards
     unjudged_count: int = 0  # choices of which estimates do not tell whether they are the best
@@ -111,6 +111,8 @@ class SeatChoices:
             choices = "; ".join(filter(None, [share, worst]))
             return [f"{prefix}choices: {choices}", f"{prefix}{explanation}"]
         cost = f"; expected score lost: {regret_text} (regret)" * (self.regret > 0)
+        if self.start_value is not None:
+            cost += f"; average of best play: {format_fixed(self.start_value, decimals)}"
         return [f"{prefix}choices: {share}{cost}", *[f"{prefix}{worst}"] * bool(worst)]
 
     def describe_quality(self, medal: Medal | None) -> str:
@@ -401,14 +403,17 @@ def _assess_seat(
     regret = total_regret(moves)
     worst = max(moves, key=lambda move: move.discounted_regret)
     choices = replace(choices, regret=regret, worst=worst if worst.regret else None)
-    if not _is_luck_known(session, moves):
+    if moves[0].turn > 1:
         return choices
     start_value = max(moves[0].values.values())
+    choices = replace(choices, start_value=start_value)
+    if not _is_luck_known(session, moves):
+        return choices
     luck = choices.score - (start_value - regret)
     is_zero = abs(luck) <= RETURN_TOLERANCE * max(
         abs(start_value), abs(choices.score), choices.scale
     )
-    return replace(choices, start_value=start_value, luck=0.0 if is_zero else luck)
+    return replace(choices, luck=0.0 if is_zero else luck)
 
 
 def has_exact_verdict(session: Session, question: AdviceQuestion) -> bool:

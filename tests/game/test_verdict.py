@@ -171,7 +171,9 @@ def test_a_flawless_game_has_no_worst_action() -> None:
     (choices,) = judge(play("prisoners-dilemma", ["cooperate", "defect"], "tit-for-tat")).choices
     assert (choices.best_count, choices.count, choices.regret) == (2, 2, 0.0)
     assert choices.worst is None
-    assert choices.format_choice_lines() == ["choices: best action 2 of 2 times"]
+    assert choices.format_choice_lines() == [
+        "choices: best action 2 of 2 times; average of best play: -1.00"
+    ]
 
 
 @pytest.mark.parametrize(

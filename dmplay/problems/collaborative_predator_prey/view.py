@@ -26,6 +26,7 @@ MAX_DESCRIBED_HEXES = 4  # likeliest hexes described in words
 REGRET_ROW_COLUMNS = 58  # columns of a row with the regrets of six directions
 PREY_SHADE_COUNT = 4  # of the prey's probability, the darkest for the likeliest hex
 MAX_PERCENT_HEXES = 3  # number of likeliest hexes that show a percentage
+MAX_LISTED_CATCHES = 8  # turns with a catch that the end of a game lists
 MIN_CERTAIN_PROBABILITY = 1 - 1e-9
 
 
@@ -416,6 +417,9 @@ def describe_situation(view: View[CollaborativePredatorPrey]) -> str:
 
 
 def describe_end(game: FinishedGame[CollaborativePredatorPrey]) -> str:
-    """Return the number of turns in which the team caught the prey."""
-    count = int((game.rewards[:, game.seat] == CAPTURE_REWARD).sum())
-    return f"{game.team} caught the prey in {count} of {game.turns}"
+    """Return the number of turns in which the team caught the prey, and the first of them."""
+    turns = (np.flatnonzero(game.rewards[:, game.seat] == CAPTURE_REWARD) + 1).tolist()
+    more = [", ..."] * (len(turns) > MAX_LISTED_CATCHES)
+    numbers = "".join([", ".join(map(str, turns[:MAX_LISTED_CATCHES])), *more])
+    where = f": turn{'s' * (len(turns) > 1)} {numbers}" if turns else ""
+    return f"{game.team} caught the prey in {len(turns)} of {game.turns}{where}"

@@ -299,8 +299,10 @@ def describe_belief(view: View[CaregiverProblem]) -> str:
 
 
 def describe_end(game: FinishedGame[CaregiverProblem]) -> str:
-    """Return the number of turns with a hungry baby, and how often the player fed it."""
+    """Return the number of turns with a hungry baby, and how often each agent fed it."""
     hungry = int((game.states[:-1] == 1).sum())
-    fed = int((game.actions[:, game.seat] == FEED).sum())
-    feedings = format_count(fed, "time")
-    return f"the baby went hungry for {hungry} of {game.turns}; {game.player} fed it {feedings}"
+    counts = (game.actions == FEED).sum(axis=0).tolist()
+    feedings = format_count(counts.pop(game.seat), "time")
+    others = [name for seat, name in enumerate(game.problem.agents) if seat != game.seat]
+    parts = [f"{game.player} fed it {feedings}", *map("{} {}".format, others, counts)]
+    return f"the baby went hungry for {hungry} of {game.turns}; {', '.join(parts)}"

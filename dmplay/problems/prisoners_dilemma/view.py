@@ -40,11 +40,14 @@ def lesson(view: View[PrisonersDilemma]) -> Lesson:
 
 
 def describe_end(game: FinishedGame[PrisonersDilemma]) -> str:
-    """Return the number of rounds in which both cooperated, and in which each defected."""
+    """Return the rounds in which both cooperated and each defected, and the years of each."""
     rounds, defections = format_count(len(game.actions), "round"), game.actions.sum(axis=0)
     both = int((game.actions == 0).all(axis=1).sum())
     other = 1 - game.seat
+    name, years = game.problem.agents[other], -game.rewards.sum(axis=0)
     return (
         f"both cooperated in {both} of {rounds}; {game.player} defected in "
-        f"{defections[game.seat]}, {game.problem.agents[other]} in {defections[other]}"
+        f"{defections[game.seat]}, {name} in {defections[other]}; "
+        f"prison: {game.player} {format_count(years[game.seat], 'year', 'g')}, {name} "
+        f"{years[other]:g}"
     )

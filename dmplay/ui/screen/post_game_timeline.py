@@ -172,7 +172,10 @@ class GameTimeline(Game):
         """
         turns = self.worst_turns
         if not turns:
-            raise BadParameter("no choice of this game has a known regret")
+            moves = [move for moves in self._moves_by_turn for move in moves]
+            if moves and all(move.is_judged and move.regret is not None for move in moves):
+                raise BadParameter("nothing to improve: no choice of this game lost anything")
+            raise BadParameter("no choice has a known regret; ← and → show each turn")
         is_repeated = self.shown_worst_turn == current and current in turns
         index = turns.index(current) + 1 if is_repeated else 0
         self.shown_worst_turn = turns[index % len(turns)]
