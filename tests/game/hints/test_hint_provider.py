@@ -96,7 +96,8 @@ def play_varied_turns(game: Game, seat: int) -> Iterator[int]:
 
 def parse_hint(hint: str) -> tuple[str, dict[str, str]]:
     """Parse a hint into the recommended action and the text of each value."""
-    match = re.fullmatch(r"hint by ([^:]+): (\S+?)(?:\. [a-z, ]+: (.*))?", hint)
+    remark = r"(?:; [a-z ]+: no real difference)?(?: \(.* why lists its assumptions\))?"
+    match = re.fullmatch(rf"hint by ([^:]+): (\S+?){remark}(?:\. [a-z, ]+: (.*))?", hint)
     assert match, hint
     pairs = [pair.rsplit(" ", 1) for pair in (match[3] or "").split(", ") if pair]
     return match[2], dict(pairs)
