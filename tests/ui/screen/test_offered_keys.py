@@ -124,20 +124,24 @@ def list_offers(row: str) -> Iterator[tuple[str, str]]:
 @pytest.mark.parametrize("mode", MODES)
 @pytest.mark.parametrize("name", problem_names())
 def test_each_offered_key_does_something(name: str, mode: str, tmp_path: Path) -> None:
+    screen = open_screen(name, mode, tmp_path)
     offers = dict[str, str]()
     for viewport in SIZES:
-        offers |= dict(list_offers(draw(open_screen(name, mode, tmp_path), viewport)[-1]))
+        offers |= dict(list_offers(draw(screen, viewport)[-1]))
+    screen.game.finish()
     assert {"?", "q"} <= offers.keys() or (mode == "page" and "Esc" in offers)
     for symbol, meaning in offers.items():
         assert meaning == "an action" or meaning in MEANINGS.get(symbol, {"turns", "change it"})
-        screen = open_screen(name, mode, tmp_path)
-        before, play_mode = draw(screen, SIZES[1]), screen.modes.play_mode
         if symbol == ":":
             continue  # the event loop opens the row of commands
+        screen = open_screen(name, mode, tmp_path)
+        before, play_mode = draw(screen, SIZES[1]), screen.modes.play_mode
         try:
             press(screen, KEYS_BY_SYMBOL.get(symbol, symbol))
         except PlayerQuit:
             continue
+        finally:
+            screen.game.finish()
         has_changed = screen.modes.play_mode is not play_mode or draw(screen, SIZES[1]) != before
         assert has_changed, f"{symbol} {meaning}"
         assert not REFUSAL.search(screen.message), f"{symbol} {meaning}: {screen.message}"
