@@ -403,6 +403,9 @@ class _ValueExplainer:
             f"{self._format(other_value)}, {self._format(value - other_value)} less than "
             f"{self._format_action(best)}"
         )
+        printed = self._round_as_printed(value) - self._round_as_printed(other_value)
+        if self._format(printed) != self._format(value - other_value):
+            text += " before rounding"  # The printed numbers seem to differ otherwise.
         text += self._describe_closeness(value, other_value)
         return rule, text, self._describe_reason(rule.action)
 

@@ -377,7 +377,10 @@ def test_defection_pays_now_and_is_punished_by_tit_for_tat() -> None:
 def test_an_explanation_prints_the_difference_that_the_board_shows() -> None:
     game = make_game("hexworld")  # 7.0444 - 6.2791 = 0.7653, but 7.04 - 6.28 = 0.76
     sentences = explain_action(game.hint_provider).sentences
-    assert sentences[2] == "The action sw, the next best, is worth 6.28, 0.77 less than se."
+    assert (
+        sentences[2]
+        == "The action sw, the next best, is worth 6.28, 0.77 less than se before rounding."
+    )
     assert "b=sw ▄-0.77" in play_keys(make_game("hexworld"), "tab", size=(120, 24)).last
 
 
