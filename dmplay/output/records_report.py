@@ -5,7 +5,7 @@ from json import dumps
 from dmplay.core.text import align_columns, format_json_report, format_number
 from dmplay.game.player_records import ProblemRecord, load_records
 
-HEADINGS = ("problem", "seat", "record", "turns", "seed", "day", "last", "medal", "remark")
+HEADINGS = ("problem", "seat", "record", "turns", "seed", "day", "last", "best medal", "remark")
 
 
 def report_records(*, json: bool) -> str:

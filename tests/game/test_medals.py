@@ -150,7 +150,7 @@ def test_a_user_names_a_rule_of_thumb_and_records_list_the_medal(tmp_path: Path)
     assert "feed-when-crying" in end
     columns = run_dmplay(tmp_path, "records").stdout.splitlines()
     assert columns[0].split() == [
-        "problem", "seat", "record", "turns", "seed", "day", "last", "medal", "remark",
+        "problem", "seat", "record", "turns", "seed", "day", "last", "best", "medal", "remark",
     ]  # fmt: skip
     assert columns[1].split()[-1] in ("gold", "silver", "bronze", "-")
 

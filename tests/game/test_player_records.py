@@ -322,6 +322,7 @@ def test_records_are_reported_as_a_table_and_as_json() -> None:
         "seed",
         "day",
         "last",
+        "best",
         "medal",
         "remark",
     ]

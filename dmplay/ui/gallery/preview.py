@@ -123,7 +123,7 @@ def your_game_rows(
     if record and record.best:
         rows.append(_format_labelled_row("record", _format_result(record.best)))
     if record and record.medal:
-        rows.append(_format_labelled_row("medal", record.medal))
+        rows.append(_format_labelled_row("best medal", record.medal))
     if record and record.last != record.best:
         rows.append(_format_labelled_row("last", _format_result(record.last)))
     if unfinished_game:
