@@ -46,6 +46,7 @@ class GameController:
         # called between turns that need no player
         self.on_intermediate_turn: Callable[[], object] = lambda: None
         # runs CLI words; called at each end
+        self.last_unaided_game: Game | None = None  # that a person finished without help
         self.cli_interpreter, self._on_game_end = cli_interpreter, on_game_end
         self._game: Game | None = None
         self._game_key: GameKey | None = None  # the key of the current game
@@ -148,6 +149,8 @@ class GameController:
             self._game.recorder = None  # The next game may have a file of the same name.
             return
         self.finished_games[recorder] = self._game.problem_name
+        if self._game.verdict.has_facts and not self._game.verdict.standing.aids:
+            self.last_unaided_game = self._game
         if self._on_game_end:
             medal = self._game.verdict.earned_medal
             self._on_game_end(recorder, medal.name if medal else "")

@@ -199,6 +199,9 @@ def print_epilogue(controller: GameController, *, ascii_only: bool = False) -> N
         resume_command = format_resume_command(controller.game) if is_current else ""
         lines += [f"resume: {resume_command}"] if resume_command else []
     share_line = ""
+    earlier = controller.last_unaided_game
+    if earlier and earlier is not controller.game:  # A second try does not replace its result.
+        lines.append(f"share: {format_share_line(earlier, ascii_only=ascii_only)}")
     if controller.has_game and not sealed:
         share_line = format_share_line(controller.game, ascii_only=ascii_only)
     if share_line:

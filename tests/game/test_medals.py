@@ -169,6 +169,14 @@ def test_a_finished_game_ends_with_a_line_to_share(tmp_path: Path) -> None:
     assert "share: " not in unfinished
 
 
+def test_a_second_try_leaves_the_line_to_share_of_the_first(tmp_path: Path) -> None:
+    moves = "e\nsw\nse\nse\nbranch 0\nse\nse\nse\nse\n"
+    shell = run_dmplay(tmp_path, "shell", stdin=f"play hexworld --seed 7\n{moves}")
+    shares = [row for row in shell.stderr.splitlines() if row.startswith("share: ")]
+    assert ["medal" in row for row in shares] == [True, False]
+    assert all("hexworld seed 7, score " in row for row in shares)
+
+
 def test_an_equal_score_is_no_new_record(tmp_path: Path) -> None:
     """The score has more digits than the file of records."""
     arguments, moves = ("hexworld", "--seed", "7"), "e\nse\nse\nse\nse\nse\n"
