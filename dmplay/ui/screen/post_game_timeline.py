@@ -199,7 +199,10 @@ class GameTimeline(Game):
             (f"{noun} each turn ", f"  [ ] = next turn; most in {turns}"),
             (f"{noun} ", f"  most in {turns}"),
         ]
-        prefix, suffix = captions[width < MIN_CAPTION_COLUMNS]
+        free_columns = [width - len("".join(pair)) - MARGIN_COLUMNS for pair in captions]
+        # The short caption, if the bars of all turns fit only beside it.
+        is_short = free_columns[0] < self.turn_count <= free_columns[1]
+        prefix, suffix = captions[is_short or width < MIN_CAPTION_COLUMNS]
         bar_columns = max(width - len(prefix) - len(suffix) - MARGIN_COLUMNS, 1)
         first = max(min(self.turns_played - bar_columns // 2, self.turn_count - bar_columns), 0)
         max_regret = max(regrets)

@@ -151,3 +151,12 @@ def test_the_first_help_of_a_game_says_once_that_it_costs_the_medal(
     expected = [False] * len(texts)
     expected[len(keys) - 1] = not is_guided
     assert texts == expected
+
+
+def test_the_bars_of_eight_turns_fit_beside_a_shorter_caption(tmp_path: Path) -> None:
+    request = GameRequest("rock-paper-scissors", seed=7, turns=8, record_path=tmp_path / "g.dmt")
+    screen = PlayScreen(GameController(start_new_game(request)), BASE_TERMINAL)
+    _press_keys(screen, "8*r")
+    handle_key(screen, "X")
+    (row,) = (row for row in draw(screen, (80, 24)) if "value lost" in row)
+    assert "…" not in row
