@@ -87,7 +87,7 @@ class PartnerBeliefPolicy(BeliefPolicy):
         """This policy with a partner that acts at random in each of its nodes."""
         policy, chances = replace(self), self.partner_machine.probabilities
         uniform = np.full_like(chances, 1.0 / chances.shape[1])
-        vars(policy)["machine"] = self.partner_machine._replace(probabilities=uniform)
+        vars(policy)["partner_machine"] = self.partner_machine._replace(probabilities=uniform)
         return policy
 
     @property

@@ -15,7 +15,7 @@ from dmplay.game.game_setup import format_resume_command, start_game
 from dmplay.game.saves import SaveRemoval
 from dmplay.game.share_line import format_share_line
 from dmplay.registry import problems
-from dmplay.terminal.capabilities import current_terminal, read_line
+from dmplay.terminal.capabilities import Terminal, current_terminal, read_line
 from dmplay.terminal.signals import exit_on_signals
 from dmplay.transcript.recorder import Recorder
 from dmplay.tutor.progress import current_day
@@ -57,7 +57,7 @@ def _play_game(controller: GameController, command: PlayCommand, reporter: Repor
         )
     controller.set_game(start_game(command.request))
     code, has_invalid_line = 0, False
-    with _end_game_on_exit(controller, ascii_only=terminal.ascii, quiet=quiet):
+    with _end_game_on_exit(controller, terminal, quiet=quiet):
         if terminal.full_screen and not quiet:
             screen = PlayScreen(controller, terminal, command.speed, command.realtime_rate)
             code = show_game(screen)
@@ -75,7 +75,7 @@ def run_shell(controller: GameController, command: ShellCommand) -> int:
     terminal = current_terminal(command.terminal_options)
     shell = Shell(controller, terminal, command.speed)
     code, has_invalid_line = 0, False
-    with _end_game_on_exit(controller, ascii_only=terminal.ascii):
+    with _end_game_on_exit(controller, terminal):
         if command.commands:
             has_invalid_line = run_script(shell, command.commands, "command", echo=False)
         elif terminal.full_screen and command.opens_gallery:
@@ -159,7 +159,7 @@ def _run_gallery_lesson(shell: Shell, gallery: Gallery, word: str) -> int:
 
 @contextlib.contextmanager
 def _end_game_on_exit(
-    controller: GameController, *, ascii_only: bool, quiet: bool = False
+    controller: GameController, terminal: Terminal, *, quiet: bool = False
 ) -> Iterator[None]:
     """Run the block, end the game however the player leaves, and print where it is saved."""
     try:
@@ -172,7 +172,7 @@ def _end_game_on_exit(
                 raise
     finally:
         if not quiet:
-            print_epilogue(controller, ascii_only=ascii_only)
+            print_epilogue(controller, ascii_only=terminal.ascii or not terminal.full_screen)
         report_removed_saves(controller.save_removal)
 
 

@@ -86,7 +86,7 @@ def test_a_turn_uses_three_uniforms_in_every_state() -> None:
 
 def test_a_predator_senses_the_prey_on_its_own_and_adjacent_hexes() -> None:
     s = np.array([PROBLEM.parse_state(text) for text in ("(2,0) (3,0) (2,0)", "(1,1) (4,0) (2,0)")])
-    assert PROBLEM.observe(s).tolist() == [[PREY, PREY], [PREY, NOTHING]]  # type: ignore[attr-defined]
+    assert PROBLEM.get_observations(s).tolist() == [[PREY, PREY], [PREY, NOTHING]]  # type: ignore[attr-defined]
 
 
 def test_a_sighted_predator_also_observes_its_hex() -> None:

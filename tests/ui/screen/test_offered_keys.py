@@ -25,7 +25,9 @@ SIZES = (Viewport(80, 24), Viewport(50, 14), Viewport(200, 60))
 KEYS_BY_SYMBOL = {symbol: key for key, symbol in KEY_SYMBOLS.items()} | {
     "Tab": "tab", "Bksp": "backspace", "Enter": "enter", "Esc": "escape", "Space": "space",
 }  # fmt: skip
-REFUSAL = re.compile(r"no such key|nothing to|cannot|forbids|no turn|has no|no hint|^M: ")
+REFUSAL = re.compile(
+    r"no such key|nothing to (?!improve)|cannot|forbids|no turn|has no|no hint|^M: "
+)
 # one meaning for each key that is no action, in every problem and in every state of the screen
 MEANINGS = {
     "Tab": {"hint", "why"},

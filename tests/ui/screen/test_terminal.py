@@ -75,7 +75,7 @@ def test_crying_baby_is_played_by_letters_and_shows_its_state_at_the_end(tmp_pat
     arguments = ("crying-baby", "--seed", "7", "--turns", "3", "-o", "game.dmt")
     with Terminal(*arguments, folder=tmp_path) as terminal:
         terminal.ready().press("f", "turn 1/3").press("s", "turn 2/3")
-        assert "state" not in terminal.text
+        assert "true state" not in terminal.text
         assert "return" not in terminal.text
         terminal.press("i", "over: the baby went hungry for ")
         terminal.press("\r", "true state: sated").until("turn 3: chose ignore, the best action.")
@@ -196,7 +196,7 @@ def test_the_command_prompt_runs_commands_and_escape_closes_it(tmp_path: Path) -
 
 def test_help_opens_over_the_board_and_any_key_closes_it(tmp_path: Path) -> None:
     with Terminal("hexworld", "--seed", "7", folder=tmp_path) as terminal:
-        terminal.ready().press("?", "page 1 of 2").press(" ", "The key : opens a line")
+        terminal.ready().press("?", "page 1 of 3").press("  ", "The key : opens a line")
         terminal.press("x", lambda: "commands, typed" not in terminal.text).until("turn 0 ")
         assert terminal.press(CTRL_D).ended() == 0
 
