@@ -256,7 +256,13 @@ def _draw_past_throws(view: View[Catch], canvas: Canvas, y: int, options: DrawOp
 
 def goal_lines(view: View[Catch]) -> list[str]:
     """Return the goal: the reward of a catch, and the hidden proficiency."""
-    return ["throw far: a catch pays 1 per metre", "a drop 0", "the catcher's skill is hidden"]
+    first, second, *_, last = DISTANCES
+    return [
+        "throw far: a catch pays 1 per metre",
+        "a drop 0",
+        "the catcher's skill is hidden",
+        f"a throw is {first:g} to {last:g} metres, in steps of {second - first:g}",
+    ]
 
 
 def lesson(view: View[Catch]) -> Lesson:

@@ -320,9 +320,10 @@ def _describe_pass_outcome(view: View[CollisionAvoidance]) -> str:
 
 
 def goal_lines(view: View[CollisionAvoidance]) -> list[str]:
-    """Return the goal: the distance to keep from the intruder, and the costs."""
+    """Return the goal: the distance to keep from the intruder, an action's effect, the costs."""
     return [
         f"pass the intruder A at least {COLLISION_DISTANCE:g} m above or below",
+        "no-advisory keeps the rate",
         f"a collision costs {COLLISION_COST:g}",
         f"each change of the advisory costs {ADVISORY_CHANGE_COST:g}",
     ]

@@ -224,7 +224,7 @@ def goal_lines(view: View[MountainCar]) -> list[str]:
     return [
         f"reach the flag at {_describe_flag(view)}",
         "each turn until then costs 1",
-        "weak engine: rock back and forth",
+        "where the engine is too weak, rock back and forth",
     ]
 
 
@@ -232,7 +232,7 @@ def lesson(view: View[MountainCar]) -> Lesson:
     """Return the three sentences that introduce the problem: role, objective and costs."""
     return Lesson(
         "You are a car in a valley; its engine pulls left or right, or coasts, and is too weak to "
-        "climb out directly",
+        "climb out from the bottom",
         f"You want to reach the flag at {_describe_flag(view)}: rock back and forth to gain speed",
         "Every turn costs 1 until you reach it, whatever the engine does",
         "right",

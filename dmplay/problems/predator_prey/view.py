@@ -236,7 +236,7 @@ def lesson(view: View[PredatorPrey]) -> Lesson:
             f"You want to reach a prey: if you begin a turn on its hex, you get 1{sharing_clause}; "
             f"you stay there, and the prey loses {-DEVOURED_REWARD:g} and reappears on a random hex"
         )
-        costs = f"Any other turn costs {-MOVE_REWARD:g}, and {slips}"
+        costs = f"Any other turn costs {-MOVE_REWARD:g}, also one with a bump, and {slips}"
     else:
         objective = "You want to avoid the hexes of predators"
         costs = (

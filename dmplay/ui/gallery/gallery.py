@@ -166,7 +166,10 @@ class Gallery:
         if not rows:
             rows.append(Text(" no problem matches"))
         first_row = min(max(cursor_index - body_height // 2, 0), max(len(rows) - body_height, 0))
-        return rows[first_row : first_row + body_height]
+        end = first_row + body_height
+        if cursor_index + 1 < end < len(rows):
+            rows[end - 1] = Text(f" ({len(rows) - end + 1} more rows)", style="dim")
+        return rows[first_row:end]
 
     def _format_preview(self, width: int, body_height: int) -> list[Text]:
         """Return the preview of the selected problem, or the reason why there is none."""
@@ -221,7 +224,11 @@ class Gallery:
     def _key_row(self, viewport: Viewport) -> Text:
         """Return the row of keys; if not all of them fit, those of low priority are left out."""
         row = Text(" ", style="dim")
-        footer_keys = [key for key in GALLERY_KEYS if key.footer_label]
+        footer_keys = [
+            key
+            for key in GALLERY_KEYS
+            if key.footer_label and (self._unfinished_games or key.footer_label != "resume")
+        ]
         for min_priority in range(5):  # Drop keys of low priority first.
             text = "  ".join(
                 f"{key.label} {key.footer_label}"

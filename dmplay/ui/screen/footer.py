@@ -53,7 +53,7 @@ class ActionKey(NamedTuple):
     def text(self) -> str:
         """The key, label and regret between blanks; '' if the action is illegal."""
         key = KEY_SYMBOLS.get(self.key, self.key)
-        label = self.label if self.key == self.label else "=".join(filter(None, (key, self.label)))
+        label = key if self.key == self.label else "=".join(filter(None, (key, self.label)))
         return f" {label}{self.regret_text} " * self.is_legal
 
 

@@ -144,7 +144,7 @@ class PlayScreen:
         if game.choosing_seat is None or not (self.realtime_rate or find_clock(game)):
             return ()
         if not self.realtime_rate:
-            return ("P clock",)
+            return ("P real-time",)
         return ("P pause" if self.is_clock_fixed else "P stop", "+ faster", "- slower")
 
     @property

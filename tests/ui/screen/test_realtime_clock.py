@@ -124,7 +124,7 @@ def read_footer(screen: PlayScreen) -> str:
 
 
 def test_p_starts_slow_motion_and_stops_it(timed_screen: PlayScreen) -> None:
-    assert "P clock" in read_footer(timed_screen)
+    assert "P real-time" in read_footer(timed_screen)
     handle_key(timed_screen, "P")
     assert "slow motion" in timed_screen.message
     assert "P stop  + faster  - slower" in read_footer(timed_screen)
