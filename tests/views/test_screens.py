@@ -159,7 +159,7 @@ true positions: @ predator1, B predator2, o prey"""),
  ╲ ╱ ╲ ╱ ╲ ╱ ╲ ╱ ╲ ╱ ╲ ╱
   │█9%│███│@██│███│███│
    ╲ ╱ ╲ ╱ ╲ ╱ ╲ ╱ ╲ ╱
-hint: best n; b -0.26; h -0.52; y -0.78; u -1.04"""),
+hint: best se; sw -0.26; w -0.52; nw -0.78"""),
     "tiles half on their way, two of them to the same cell": (
         get_view(SLID_TILE_GAME),
         SMALL_OPTIONS._replace(height=10, motion_progress=0.5),

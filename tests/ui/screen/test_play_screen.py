@@ -18,6 +18,7 @@ from dmplay.core.uniforms import SeededUniforms
 from dmplay.game.game import Game
 from dmplay.game.game_series import GameController
 from dmplay.game.game_setup import start_game, start_new_game
+from dmplay.game.key_bindings import KEY_SYMBOLS
 from dmplay.game.launch_requests import GameRequest, ResumeRequest
 from dmplay.game.playback import Playback
 from dmplay.game.seats import HUMAN
@@ -899,7 +900,7 @@ def test_the_footer_shows_every_action_and_the_help_key(problem: str, width: int
     current_game = make_game(problem)
     row = format_footer(current_game, Viewport(width, 24)).plain
     for key, label, legal in current_game.keyboard.list_actions_with_keys(current_game.view()):
-        text = label if key == label else f"{key}={label}"
+        text = KEY_SYMBOLS.get(key, label) if key == label else f"{key}={label}"
         assert (text if legal else f"[{text}]") in row
     assert "? help" in row
 
