@@ -309,8 +309,8 @@ def test_a_key_starts_a_new_game_on_the_screen(key: str, tmp_path: Path) -> None
     assert verify_and_read_end(tmp_path / "game.dmt") == ("quit", 1)
 
 
-def test_the_transcript_opens_as_a_page_that_any_key_closes(tmp_path: Path) -> None:
-    screens = play_keys(create_controller(tmp_path).game, "h", "T", "h", "S")
+def test_the_transcript_opens_as_a_page_that_escape_closes(tmp_path: Path) -> None:
+    screens = play_keys(create_controller(tmp_path).game, "h", "T", "escape", "S")
     assert "1 turn in" in screens.frames[2]
     assert 'actions: {"agent": "w"}' in screens.frames[2]
     assert "turn 1 " in screens.frames[3]
