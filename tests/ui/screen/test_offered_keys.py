@@ -37,7 +37,7 @@ MEANINGS = {
     "PgUp": {"log", "change it"},  # the second where a number is typed
     "W": {"whatif"},
     "Space": {"step", "next"},
-    "P": {"play", "clock", "stop"},
+    "P": {"play", "real-time", "stop"},
     "+": {"faster"},
     "-": {"slower"},
     "X": {"worst"},
