@@ -460,9 +460,9 @@ def compare_score(
     """Return the counts of games of random play and of a strong agent that scored less or equal.
 
     They are games from the same start, hidden states included, with the same turn limit and other
-    players; their later random numbers differ.
-    Empty unless the game ended by its rules, the same players played all turns, and all people have
-    the same reward. A comparison that takes too long is left out.
+    players; their later random numbers differ. Empty unless the game ended by its rules, the same
+    players played all turns, and all people have the same reward. A comparison that takes too long
+    is left out.
     """
     human_seats = [question.seat for question in questions]
     if not _is_comparable(session, questions):
@@ -486,7 +486,7 @@ def find_medal(
     """
     if len(questions) != 1 or not _is_comparable(session, questions):
         return None
-    (question,), problem, roster = questions, session.problem, None
+    (question,), problem = questions, session.problem
     seat = question.seat
     roster = agents.load_roster(problem, seat)
     choices = verdict.choices[0] if verdict.choices else None
