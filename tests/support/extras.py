@@ -8,8 +8,10 @@ MODULES_OF_EXTRAS = {
     "gymnasium": ["gymnasium"],
     "mcp": ["mcp"],
     "openspiel": ["pyspiel"],
+    "pandas": ["pandas"],
     "pettingzoo": ["pettingzoo", "pygame"],
     "plot": ["matplotlib"],
+    "polars": ["polars"],
 }
 
 
