@@ -117,6 +117,12 @@ def export(
 
 def review(
     file: options.TranscriptPath,
+    seat: Annotated[
+        str,
+        typer.Option(
+            metavar="SEAT", help="seat to review (default: those of people, or all without people)"
+        ),
+    ] = "",
     write: Annotated[
         bool,
         typer.Option("--write", help="also write the review into FILE, in lines that begin with #"),
@@ -125,7 +131,7 @@ def review(
     peek: options.Peek = False,
     json: options.JsonFlag = False,
 ) -> object:
-    """Show the best actions, and what each choice of a person lost.
+    """Show the best actions, and what each choice of a player lost.
 
     The return of a game is the sum of its rewards; with a discount, later rewards count
     less. The regret of a choice is the expected return after the best action minus the
@@ -138,4 +144,4 @@ def review(
     from dmplay.game.launch_requests import ReplayRequest
     from dmplay.output.review_report import report_review
 
-    return report_review(ReplayRequest(file, trust, peek), write=write, json=json)
+    return report_review(ReplayRequest(file, trust, peek), seat=seat, write=write, json=json)

@@ -21,6 +21,7 @@ from dmplay.game.hints.review import ReviewedAction, review_actions, total_regre
 from dmplay.game.seats import HUMAN, list_human_seats, list_scripts
 from dmplay.game.transcript_verification import load_transcript_problem, verify
 from dmplay.registry import agents
+from dmplay.registry.problem_name_kinds import names_bot
 from dmplay.transcript.concealment import RESUMABLE_END_REASONS, is_concealed
 from dmplay.transcript.format import NATURAL_END_REASONS, REPEATED_UNIFORMS_PREFIX
 from dmplay.transcript.reader import Transcript, read_transcript
@@ -103,7 +104,7 @@ def grade_files(
     trusted: bool = False,
     progress: Callable[[float], object] = lambda share: None,
 ) -> GradingReport:
-    """Return a grade for each person in each file, or for the first seat if only agents played.
+    """Return a grade for each person in each file, else for each program, else for the first seat.
 
     If `trusted` is true, the assignment's own problem and agents are imported. Nothing else that a
     file names ever is. Raise BadParameter if it is true and there is no assignment.
@@ -130,14 +131,14 @@ def grade_files(
 def _grade_file(
     file: Path,
     assignment: Assignment | None,
-    unreviewable_problems: set[tuple[object, ...]],
+    unreviewable_games: set[tuple[object, ...]],
     *,
     trusted: bool,
 ) -> Iterator[_GradedGame]:
-    """Yield the grades of one file, one for each person.
+    """Yield the grades of one file, one for each person, program or first agent.
 
-    A problem in which no action can be valued within the work limit is added to
-    `unreviewable_problems`.
+    The kind of game in which no action can be valued within the work limit is added to
+    `unreviewable_games`.
     """
     try:
         transcript = read_transcript(file)
@@ -165,7 +166,8 @@ def _grade_file(
     uniforms_key = (*variant, header.seed, header.episode)
     has_ended = transcript.end_block is not None
     is_seed_visible = has_ended or header.peeked or not list_human_seats(names)
-    for seat in list_human_seats(names) or [0]:
+    bots = [seat for seat, name in enumerate(names) if names_bot(name)]
+    for seat in list_human_seats(names) or bots or [0]:
         is_valid = report.is_ok and not is_concealed(transcript, problem)
         agent, seed = problem.agents[seat], header.seed if is_seed_visible else None
         end_reason = transcript.end_reason or "unfinished"
@@ -180,11 +182,12 @@ def _grade_file(
         if is_valid:
             question = AdviceQuestion.of_session(session, seat, names, list_scripts(session, names))
             question = replace(question, earlier_turns=header.turns_before_these_players)
-            can_review = variant not in unreviewable_problems
+            game_kind = (*variant, seat, *names)
+            can_review = game_kind not in unreviewable_games
             grade = _add_regret(grade, session, question, can_review=can_review)
             is_unreviewable = grade.regret is None and NO_REGRET_REMARK not in grade.remarks
-            if grade.occupant == HUMAN and grade.is_finished and is_unreviewable:
-                unreviewable_problems.add(variant)
+            if grade.is_finished and is_unreviewable:
+                unreviewable_games.add(game_kind)
         turn_keys = [(turn.actions.tobytes(), turn.uniforms.tobytes()) for turn in session.turns]
         yield _GradedGame(grade, uniforms_key, (*variant, seat, *turn_keys))
 
@@ -234,8 +237,6 @@ def _add_regret(
     seat = question.seat
     if grade.is_finished:
         grade = grade._replace(discounted_return=float(session.returns()[seat]))
-    if question.players[seat] != HUMAN:
-        return grade
     reviewed: list[ReviewedAction] = []
     with suppress(DmplayError), limit_total_work(REVIEW_WORK_LIMIT):
         if can_review and grade.is_finished:
@@ -252,7 +253,8 @@ def _add_regret(
         scopes = (move.basis.scope for move in reviewed)
         remarks += dict.fromkeys(f"regret ({scope})" for scope in scopes if scope)
         remarks += [ESTIMATED_REMARK] * any(move.is_estimated for move in reviewed)
-    remarks += [f"same actions as {name}" for name in _iter_matching_agents(session, seat)]
+    if seat in list_human_seats(question.players) or names_bot(question.players[seat]):
+        remarks += [f"same actions as {name}" for name in _iter_matching_agents(session, seat)]
     return grade._replace(remarks=tuple(remarks))
 
 

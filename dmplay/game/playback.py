@@ -6,6 +6,7 @@ from pathlib import Path
 from dmplay.agents.base import SCRIPTED_PLAYERS
 from dmplay.agents.script import Script
 from dmplay.core.notebook_display import NotebookDisplay
+from dmplay.core.problem import find_seat
 from dmplay.core.session import Session
 from dmplay.core.text import format_count
 from dmplay.errors import BadParameter, DmplayError
@@ -141,10 +142,17 @@ class Playback(NotebookDisplay, Game):
         number = turns[-1]["turn"] if turns else 0
         return number if isinstance(number, int) else 0
 
-    def review_choices(self) -> list[ReviewedAction]:
-        """Play to the end of the file, and return the review of each choice of people."""
+    def review_choices(self, seat: str = "") -> list[ReviewedAction]:
+        """Play to the end of the file, and return the review of each choice of one seat.
+
+        Without a seat, these are the choices of people and language models, or of all agents if
+        agents alone played.
+        """
         list(self.iter_agent_turns())
-        questions = [self.advice_question(seat) for seat in list_human_seats(self.player_names)]
+        problem = self.session.problem
+        seats = list_human_seats(self.player_names) or [*range(len(problem.agents))]
+        seats = [find_seat(problem, seat)] if seat else seats
+        questions = [self.advice_question(reviewed_seat) for reviewed_seat in seats]
         return list(review_actions(self.session, questions, can_sample=True))
 
     def redo(self) -> None:
@@ -175,10 +183,13 @@ class Playback(NotebookDisplay, Game):
                 self._attach_session(self._make_session_before(self._next_index))
 
 
-def review(path: Path | str, *, trusted: bool = False, peek: bool = False) -> list[ReviewedAction]:
-    """Return each choice of the people in a recorded game, with its values and its regret.
+def review(
+    path: Path | str, *, seat: str = "", trusted: bool = False, peek: bool = False
+) -> list[ReviewedAction]:
+    """Return each choice of a seat in a recorded game, with its values and its regret.
 
-    Code that the file names is imported only if it is `trusted`. `peek` shows hidden information of
-    an unfinished game.
+    Without a seat, these are the choices of people and language models, or of all agents if agents
+    alone played. Code that the file names is imported only if it is `trusted`. `peek` shows hidden
+    information of an unfinished game.
     """
-    return Playback(Path(path), trusted=trusted, peek=peek).review_choices()
+    return Playback(Path(path), trusted=trusted, peek=peek).review_choices(seat)

@@ -6,12 +6,13 @@ from dmplay.errors import BadParameter
 from dmplay.game.hints.review import REVIEW_NOTE_PREFIX, format_notes, format_table
 from dmplay.game.launch_requests import ReplayRequest
 from dmplay.game.playback import Playback
-from dmplay.game.seats import list_human_seats
 from dmplay.terminal.progress import ProgressBar
 from dmplay.transcript.verification_report import describe_peeks_and_hints
 
 
-def report_review(recording: ReplayRequest, *, write: bool = False, json: bool = False) -> str:
+def report_review(
+    recording: ReplayRequest, *, seat: str = "", write: bool = False, json: bool = False
+) -> str:
     """Return the review of a transcript as text or JSON; if `write`, also save it in the file.
 
     Raise BadParameter if a review of an unfinished game is to be saved.
@@ -19,7 +20,7 @@ def report_review(recording: ReplayRequest, *, write: bool = False, json: bool =
     path = recording.path
     with ProgressBar(f"reviewing {escape_newlines(str(path))}", quiet=json):
         game = Playback(path, trusted=recording.trusted, peek=recording.peek)
-        reviewed_actions = game.review_choices()
+        reviewed_actions = game.review_choices(seat)
     if write and game.transcript.end_block is None:
         raise BadParameter(f"{path}: the game is unfinished; a review is saved only after the end")
     if write:
@@ -32,9 +33,6 @@ def report_review(recording: ReplayRequest, *, write: bool = False, json: bool =
         return format_json_report(
             {"actions": rows_by_action, "peeked": peeked, "help": hint_counts}
         )
-    rows = (
-        format_table(reviewed_actions)
-        if list_human_seats(game.player_names)
-        else ["review: no person plays in this game"]
+    return "\n".join(
+        [*format_table(reviewed_actions), *describe_peeks_and_hints(hint_counts, peeked=peeked)]
     )
-    return "\n".join([*rows, *describe_peeks_and_hints(hint_counts, peeked=peeked)])

@@ -55,26 +55,23 @@ def _build_belief_panel(game: Playback, seat: int) -> LinePanel:
 
 
 def plot_regret(recording: ReplayRequest) -> Plot:
-    """Return the regret of each choice of people by turn, a panel for each seat.
+    """Return the regret of each choice by turn, a panel for each seat of a person, else for each.
 
     The regret of an action is how much lower the expected return of the game is after it than after
     the best action.
     """
     game = Playback(recording.path, trusted=recording.trusted, peek=recording.peek)
     reviewed_actions = game.review_choices()
-    if not list_human_seats(game.player_names):
-        raise BadParameter("regret: no person plays in this game; expected choices of a person")
     if not any(action.regret is not None for action in reviewed_actions):
         raise BadParameter(f"regret: no exact values of {game.problem_name}; try dmplay review")
-    panels = [
-        _build_regret_panel(game.session.problem, seat, reviewed_actions)
-        for seat in dict.fromkeys(action.seat for action in reviewed_actions)
-    ]
-    total = total_regret(reviewed_actions)
-    first = reviewed_actions[0]
-    notes = [
-        f"total regret {format_score(total)} in {format_count(len(reviewed_actions), 'choice')}"
-    ]
+    first, panels, notes = reviewed_actions[0], list[LinePanel](), list[str]()
+    seats = [*dict.fromkeys(action.seat for action in reviewed_actions)]
+    for seat in seats:
+        actions = [action for action in reviewed_actions if action.seat == seat]
+        panels.append(_build_regret_panel(game.session.problem, seat, actions))
+        player = f" of {seat}" * (len(seats) > 1)
+        total, count = format_score(total_regret(actions)), format_count(len(actions), "choice")
+        notes.append(f"total regret{player} {total} in {count}")
     game_text = ", ".join(filter(None, (first.basis.scope, first.about)))
     notes += [f"the values in turn {first.turn} are about: {game_text}"] if game_text else []
     return Plot(f"{_format_title(game)}: regret by turn", panels, notes=notes)
@@ -84,7 +81,7 @@ def _build_regret_panel(
     problem: Problem, seat: str, reviewed_actions: list[ReviewedAction]
 ) -> LinePanel:
     """Return the bars of one seat's regrets."""
-    actions = [item for item in reviewed_actions if item.seat == seat and item.regret is not None]
+    actions = [item for item in reviewed_actions if item.regret is not None]
     turns = np.array([action.turn for action in actions], float)
     regrets = np.array([action.discounted_regret for action in actions], float)
     highest = float(regrets.max(initial=0.0))

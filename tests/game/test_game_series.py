@@ -265,7 +265,7 @@ def test_a_review_is_for_people_after_the_game_and_is_saved_with_it(tmp_path: Pa
         "1     feed    ignore  0.05    0.05 #",
         "review: best action 0 of 2 times, total expected regret (discounted value lost) "
         "4.55, largest in turn 2",
-        "regret = value of the best action minus value of yours",
+        "regret = value of the best action minus value of the chosen one",
         "discounted = the regret as it counts in the score",
     ]
     controller.end_game()

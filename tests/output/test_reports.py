@@ -154,12 +154,23 @@ def test_a_saved_game_is_listed_with_names_relative_to_the_current_folder(
         format_list("gams", 80)
 
 
-def test_a_review_reports_a_game_without_people(tmp_path: Path) -> None:
-    start_new_game(
-        GameRequest("hexworld", seed=7, agent="random", turns=1, record_path=tmp_path / "g.dmt")
-    ).finish()
-    message = report_review(ReplayRequest(tmp_path / "g.dmt"))
-    assert message == "review: no person plays in this game"
+def test_a_review_of_agents_has_all_seats_or_the_named_one(tmp_path: Path) -> None:
+    path = tmp_path / "g.dmt"
+    request = GameRequest(
+        "prisoners-dilemma", seed=7, agent="random", other_agent="tit-for-tat", turns=4,
+        record_path=path,
+    )  # fmt: skip
+    game = start_new_game(request)
+    list(game.iter_agent_turns())
+    game.finish()
+    text = report_review(ReplayRequest(path))
+    assert [line.partition(":")[0] for line in text.splitlines() if line.startswith("review")] == [
+        "review of agent1",
+        "review of agent2",
+    ]
+    assert {choice.seat for choice in dmplay.review(path, seat="agent2")} == {"agent2"}
+    with pytest.raises(UnknownName, match="unknown seat 'agent3'"):
+        report_review(ReplayRequest(path), seat="agent3")
 
 
 @pytest.mark.parametrize("width", [40, 50, 80, 100, 200])

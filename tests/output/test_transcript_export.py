@@ -193,7 +193,7 @@ def test_a_review_values_every_action_and_is_written_as_notes(transcript_path: P
         "2     w       sw    0.58    0.52 ##############",
         "review: best action 0 of 2 times, total expected regret (discounted value lost) 1.30, "
         "largest in turn 1",
-        "regret = value of the best action minus value of yours",
+        "regret = value of the best action minus value of the chosen one",
         "discounted = the regret as it counts in the score",
     ]
     assert verify(transcript_path).is_ok

@@ -120,9 +120,9 @@ def test_the_bars_of_regret_are_those_of_the_review(tmp_path: Path) -> None:
     assert plot.notes[1] == "the values in turn 1 are about: 4 turns left"
 
 
-def test_regret_is_about_the_choices_of_people() -> None:
-    with pytest.raises(BadParameter, match="regret: no person plays in this game"):
-        plot_regret(ReplayRequest(BABY_GAME))
+def test_the_regret_of_agents_is_drawn_if_no_person_plays() -> None:
+    plot = plot_regret(ReplayRequest(BABY_GAME))
+    assert plot.notes[0] == "total regret 14.48 in 6 choices"
 
 
 def ignore_progress(number: int, count: int) -> Callable[[float], None]:

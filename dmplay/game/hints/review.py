@@ -1,4 +1,4 @@
-"""The review of a person's choices: each action's value, the best action and the regret."""
+"""The review of a player's choices: each action's value, the best action and the regret."""
 
 from collections.abc import Iterator, Sequence
 from math import ceil
@@ -22,7 +22,7 @@ from dmplay.registry import agents
 BEST_ACTION = "the best action"
 NOT_JUDGED = f"not judged ({TOO_CLOSE})"
 REVIEW_NOTE_PREFIX = "# review "
-REGRET_EXPLANATION = "regret = value of the best action minus value of yours"
+REGRET_EXPLANATION = "regret = value of the best action minus value of the chosen one"
 DISCOUNT_EXPLANATION = "discounted = the regret as it counts in the score"
 MAX_BAR_COLUMNS = 20  # maximum columns of a regret bar
 REVIEW_TASK = TaskInfo("reviewing your actions", is_after_game=True)
@@ -32,7 +32,7 @@ RIGHT_LOSS_PERCENT = 1  # of the best value minus the worst one: the loss of a r
 
 
 class ReviewedAction(NamedTuple):
-    """One choice of a person, with the action values and its regret.
+    """One choice of a player, with the action values and its regret.
 
     The regret is None if the values are bounds, or guess how the other agents play.
     """
@@ -286,10 +286,10 @@ def run_review(
 
 
 def format_table(reviewed_actions: list[ReviewedAction]) -> list[str]:
-    """Return the review as an aligned table, largest regret first, with a summary line.
+    """Return the review as an aligned table, largest regret first, and a line for each seat.
 
     The columns are turn, seat (if several), choice, best actions, regret and discounted regret,
-    unless there is none, with a bar. The last line then explains the regret.
+    unless there is none, with a bar. The last lines then explain the regret.
     """
     regrets = [move.regret for move in reviewed_actions if move.regret is not None]
     losses = [move.discounted_regret for move in reviewed_actions]
@@ -319,20 +319,32 @@ def format_table(reviewed_actions: list[ReviewedAction]) -> list[str]:
         rows.append([str(move.turn), *seat, move.chosen, best, *regret_cells])
     return [
         *(align_columns(rows) if reviewed_actions else []),
-        format_summary(reviewed_actions),
+        *_format_summaries(reviewed_actions),
         *([REGRET_EXPLANATION] if regrets else []),
         *([DISCOUNT_EXPLANATION] if regrets and is_discounted else []),
     ]
 
 
 def format_lines(reviewed_actions: list[ReviewedAction]) -> list[str]:
-    """Return the review as one line per choice, and a summary line."""
-    return [*map(str, reviewed_actions), format_summary(reviewed_actions)]
+    """Return the review as one line per choice, and a summary line for each seat."""
+    return [*map(str, reviewed_actions), *_format_summaries(reviewed_actions)]
+
+
+def _format_summaries(reviewed_actions: list[ReviewedAction]) -> list[str]:
+    """Return a summary line for each seat, which it names if there are several."""
+    seats = [*dict.fromkeys(move.seat for move in reviewed_actions)]
+    if len(seats) < 2:
+        return [format_summary(reviewed_actions)]
+    parts = [[move for move in reviewed_actions if move.seat == seat] for seat in seats]
+    return [
+        format_summary(part).replace("review", f"review of {seat}", 1)
+        for seat, part in zip(seats, parts, strict=True)
+    ]
 
 
 def format_notes(reviewed_actions: list[ReviewedAction]) -> list[str]:
     """Return the review as note lines for the end of a transcript."""
     return [
-        f"{REVIEW_NOTE_PREFIX}{line.removeprefix('review: ')}\n"
+        f"{REVIEW_NOTE_PREFIX}{line.removeprefix('review').lstrip(': ')}\n"
         for line in format_lines(reviewed_actions)
     ]

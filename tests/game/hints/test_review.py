@@ -32,7 +32,7 @@ def test_the_worst_actions_come_first_and_equal_ones_in_order_of_turns() -> None
         "4     left    left or up  0.00",
         "review: best action 2 of 4 times, total expected regret (value lost) 2.50, "
         "largest in turn 3",
-        "regret = value of the best action minus value of yours",
+        "regret = value of the best action minus value of the chosen one",
     ]
 
 
