@@ -2,15 +2,18 @@
 
 import os
 from collections.abc import Sequence
+from pathlib import Path
+from typing import cast
 
 from dmplay.agents.base import AdviceQuestion
 from dmplay.core.notebook_display import NotebookDisplay
 from dmplay.core.policy import Policy, is_policy_sequence
 from dmplay.core.problem import Problem, check_problem, find_seat
+from dmplay.core.safe_files import write_file
 from dmplay.core.session import Session
 from dmplay.core.text import format_count
 from dmplay.core.uniforms import SeededUniforms, new_seed
-from dmplay.errors import BadPolicy, IllegalAction
+from dmplay.errors import BadParameter, BadPolicy, IllegalAction
 from dmplay.external.bots.protocol import (
     JsonObject,
     describe_choices,
@@ -18,17 +21,28 @@ from dmplay.external.bots.protocol import (
     encode_percept,
 )
 from dmplay.external.bots.shutdown import close_bots
+from dmplay.game.launch_requests import GameRequest
 from dmplay.game.position import Position
-from dmplay.game.seats import HUMAN
+from dmplay.game.seats import HUMAN, make_header
 from dmplay.registry import agents as known
 from dmplay.registry import problems
+from dmplay.transcript.regeneration import format_session
 
 
 class ManualGame(NotebookDisplay):
     """A game whose manual seats are played from Python; a notebook shows its board."""
 
-    def __init__(self, session: Session, players: Sequence[str]) -> None:
-        self.session, self._players = session, tuple(players)
+    def __init__(
+        self, session: Session, players: Sequence[str | Policy | None], problem_name: str = ""
+    ) -> None:
+        self.session, self._problem_name = session, problem_name
+        self._players = tuple(
+            player if isinstance(player, str) else type(player).__name__ if player else HUMAN
+            for player in players
+        )
+        self._recorded_players = [
+            player if isinstance(player, str) else HUMAN for player in players
+        ]
         self._manual_seats = [
             seat for seat, policy in enumerate(session.seated_policies) if policy is None
         ]
@@ -94,6 +108,33 @@ class ManualGame(NotebookDisplay):
         """Undo turns; the same actions then meet the same random events."""
         self.session.undo(turns)
 
+    def save(self, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
+        """Write the game as a transcript; a game that is not over can be resumed from it.
+
+        A seat without the name of an agent is recorded as a person's. Raise BadParameter if the
+        file exists and `overwrite` is False, if it cannot be written, or if no name loads the
+        problem again.
+        """
+        session, file = self.session, Path(path)
+        if file.exists() and not overwrite:
+            raise BadParameter(f"save: {file} exists; give another name, or overwrite=True")
+        name, uniforms = self._problem_name, cast(SeededUniforms, session.uniform_source)
+        loaded = (
+            problems.resolve_problem(name, {})
+            if name
+            else problems.identify_problem(session.problem)
+        )
+        has_own_limit = session.turn_limit != session.problem.horizon
+        request = GameRequest(
+            loaded.name,
+            seed=uniforms.seed,
+            episode=uniforms.episode,
+            turns=session.turn_limit if has_own_limit else None,
+        )
+        header = make_header(loaded, self._recorded_players, request, file)
+        is_private = session.problem.partially_observable and not self.over
+        write_file(file, [format_session(header, session)], force=overwrite, private=is_private)
+
     @property
     def returns(self) -> dict[str, float]:
         """The discounted sum of rewards of each agent so far.
@@ -132,8 +173,6 @@ def play(
         for seat, player in enumerate(players)
     ]
     seed = new_seed() if seed is None else seed
-    names = [
-        player if isinstance(player, str) else type(player).__name__ if player else HUMAN
-        for player in players
-    ]
-    return ManualGame(Session(loaded, SeededUniforms(seed), policies, turn_limit=turns), names)
+    session = Session(loaded, SeededUniforms(seed), policies, turn_limit=turns)
+    name = os.path.join(os.curdir, problem) if isinstance(problem, os.PathLike) else problem
+    return ManualGame(session, players, name if isinstance(name, str) else "")

@@ -10,7 +10,9 @@ A problem's module may define VARIANTS, a mapping of name to instance.
 
 import inspect
 import os
+import sys
 from collections.abc import Collection, Iterator, Mapping
+from contextlib import suppress
 from dataclasses import fields, replace
 from functools import lru_cache
 from importlib import import_module
@@ -26,7 +28,7 @@ from dmplay.errors import BadParameter, DmplayError, UnknownName
 from dmplay.registry import library_problems, problem_files, problem_module_exports, user_code
 from dmplay.registry.builtin_names import name_to_stem, problem_names
 from dmplay.registry.entry_points import entry_point_targets
-from dmplay.registry.module_loader import RULES, load_rules
+from dmplay.registry.module_loader import FILE_MODULE_PREFIX, RULES, load_rules
 from dmplay.registry.problem_name_kinds import (
     CURRENT_FOLDER,
     DATA_SUFFIXES,
@@ -100,6 +102,31 @@ def find_problem(
     values, defaults = parameter_values(problem), parameter_values(result.problem)
     changed = {key: value for key, value in values.items() if value != defaults[key]}
     return LoadedProblem(result.name, problem, changed, result.origin)
+
+
+def identify_problem(problem: Problem) -> LoadedProblem:
+    """Return a problem with the name and the parameters that load it again.
+
+    Raise BadParameter if there are none, for example for a problem that a script defines itself.
+    """
+    kind = type(problem)
+    module = sys.modules[kind.__module__]
+    name = problem_module_exports.get_command_line_name(problem) if is_built_in(problem) else ""
+    if module.__name__.startswith(FILE_MODULE_PREFIX):
+        name = f"{os.path.relpath(module.__file__ or '')}:{kind.__name__}"
+    elif not name and module.__name__ != "__main__":
+        name = f"{module.__name__}:{kind.__name__}"
+    with suppress(DmplayError, ValueError):  # comparison of arrays, for example
+        values, default = parameter_values(problem), find_problem(name, {}).problem
+        if type(default) is kind:
+            defaults = parameter_values(default)
+            changed = {key: value for key, value in values.items() if value != defaults[key]}
+            loaded = find_problem(name, changed)
+            if parameter_values(loaded.problem) == values:
+                return loaded._replace(problem=problem)
+    raise BadParameter(
+        f"got a {kind.__name__} that no name loads again, expected the name of a problem"
+    )
 
 
 def _find_problem_source(name: str) -> ProblemSource:

@@ -1,4 +1,4 @@
-"""The regeneration of a transcript by the current code: its seed and agents are used again."""
+"""The text of a transcript: of a session, or of a file whose seed and agents are used again."""
 
 from collections.abc import Iterator, Sequence
 
@@ -9,6 +9,7 @@ from dmplay.transcript.draws_and_actions import read_actions
 from dmplay.transcript.format import (
     NATURAL_END_REASONS,
     FrameRenderer,
+    TurnFormatter,
     collect_turn_facts,
     compute_checksum,
     format_end_block,
@@ -16,10 +17,36 @@ from dmplay.transcript.format import (
     format_with_frame,
     join_block,
 )
-from dmplay.transcript.header import collect_header_facts
+from dmplay.transcript.header import Header, collect_header_facts
 from dmplay.transcript.reader import Block, Transcript
 from dmplay.transcript.replay import check_unattended_turns, start_session
 from dmplay.transcript.turn_batch_replay import apply_block
+
+
+def format_session(header: Header, session: Session) -> str:
+    """Return the transcript of a session with this header; a running game is a paused one.
+
+    Turns that were undone are not in it.
+    """
+    replayed = session.copy_at_start()
+    formatter = TurnFormatter(replayed)
+    rows = [format_lines(collect_header_facts(header)), formatter.format_turn()]
+    if session.hint_counts:
+        rows.append(format_lines({"help": dict(session.hint_counts)}))
+    for number, turn in enumerate(session.turns, 1):
+        if number in session.reroll_counts:  # The file also has the turn before its reroll.
+            replayed.advance(turn.actions.tolist())
+            rows += [formatter.format_turn()]
+            replayed.undo()
+            replayed.reroll_counts[number] = session.reroll_counts[number]
+            rows.append(format_lines({"reroll": session.reroll_counts[number]}))
+        replayed.append_turns([turn])
+        rows.append(formatter.format_turn())
+    content = "".join(map(join_block, rows))
+    reason = None if session.over else "interrupted"
+    return "\n".join(
+        [content + format_end_block(session, compute_checksum(content), reason)[0], ""]
+    )
 
 
 def rewrite_transcript(

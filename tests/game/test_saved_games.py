@@ -1,0 +1,124 @@
+"""A game of `dmplay.play` is saved as a transcript that verifies."""
+
+import re
+import stat
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import dmplay
+from dmplay.errors import BadParameter
+from dmplay.game.manual_game import ManualGame
+from dmplay.registry.builtin_names import problem_names
+from dmplay.registry.problems import identify_problem, load_variants
+from dmplay.transcript.reader import read_transcript
+
+
+def play_turns(game: ManualGame, turns: int) -> ManualGame:
+    """Play the first legal action of each seat for so many turns, or to the end."""
+    for _ in range(turns):
+        if not game.over:
+            seats = [game.session.problem.agents[seat] for seat in game._manual_seats]
+            choices = map(game.legal_actions, seats)
+            game.act(*[c[0] if isinstance(c, list) else 0.0 for c in choices])
+    return game
+
+
+@pytest.mark.parametrize("name", [n for n in problem_names() if n != "collaborative-predator-prey"])
+@pytest.mark.parametrize("turns", [0, 2, 5])
+def test_a_saved_game_verifies(name: str, turns: int, tmp_path: Path) -> None:
+    game = play_turns(dmplay.play(name, seed=7, turns=4), turns)
+    game.save(tmp_path / "game.dmt")
+    report = dmplay.verify(tmp_path / "game.dmt")
+    assert report.findings == []
+    assert report.turns == len(game.session.turns)
+    header = read_transcript(tmp_path / "game.dmt").header
+    assert (header.problem, header.seed, {*header.seats.values()}) == (name, 7, {"human"})
+
+
+def test_agents_are_recorded_by_their_names_and_choose_again(tmp_path: Path) -> None:
+    problem = dmplay.load_problem("prisoners-dilemma")
+    policy = dmplay.load_agent(problem, 0, "grim")
+    game = play_turns(dmplay.play(problem, [policy, "tit-for-tat"], seed=7), 3)
+    game.save(tmp_path / "game.dmt")
+    seats = read_transcript(tmp_path / "game.dmt").header.seats
+    assert seats == {"agent1": "human", "agent2": "tit-for-tat"}
+    report = dmplay.verify(tmp_path / "game.dmt")
+    assert (report.findings, report.unchecked_players) == ([], ["human"])
+
+
+def test_a_running_game_with_hidden_states_is_private_and_can_be_resumed(tmp_path: Path) -> None:
+    game = play_turns(dmplay.play("crying-baby", seed=7, turns=3), 1)
+    path = tmp_path / "game.dmt"
+    game.save(path)
+    assert stat.S_IMODE(path.stat().st_mode) == 0o600
+    with pytest.raises(BadParameter, match="this game can still be continued"):
+        dmplay.Playback(path)
+    play_turns(game, 2).save(path, overwrite=True)
+    assert dmplay.Playback(path).count_turns() == 3
+
+
+def test_turns_played_again_with_new_draws_verify(tmp_path: Path) -> None:
+    game = play_turns(dmplay.play("hexworld:straight-line", seed=7), 1)
+    game.session.reroll()
+    game.session.reroll()
+    play_turns(game, 1).undo()
+    game.save(tmp_path / "game.dmt")
+    assert dmplay.verify(tmp_path / "game.dmt").findings == []
+    replayed = dmplay.Playback(tmp_path / "game.dmt")
+    assert [*replayed.iter_agent_turns()] == [0, 1]  # the turn, and its reroll
+    np.testing.assert_array_equal(replayed.session.turns[0].state, game.session.turns[0].state)
+
+
+def test_an_object_is_recorded_by_the_name_that_loads_it_again(tmp_path: Path) -> None:
+    game = play_turns(dmplay.play(dmplay.load_problem("hexworld", slip=0.1), seed=7), 2)
+    game.save(tmp_path / "game.dmt")
+    assert read_transcript(tmp_path / "game.dmt").header.parameters == {"slip": 0.1}
+    assert dmplay.verify(tmp_path / "game.dmt").findings == []
+    for name in problem_names():
+        for problem in load_variants(name).values():
+            loaded = identify_problem(problem)
+            assert loaded.name == name
+            assert dmplay.load_problem(name, **loaded.parameters) == problem
+
+
+def test_a_problem_of_a_file_is_saved_with_its_path(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("pond.py").write_text(
+        "from dmplay.problems.hexworld.rules import HexWorld\n\n\nclass Pond(HexWorld):\n    pass\n"
+    )
+    Path("games").mkdir()
+    for problem in (Path("pond.py"), dmplay.load_problem("./pond.py", slip=0.2)):
+        game = play_turns(dmplay.play(problem, seed=7), 2)
+        game.save("games/game.dmt", overwrite=True)
+        header = read_transcript("games/game.dmt").header
+        assert header.problem.partition(":")[0] == "../pond.py"
+        assert dmplay.verify("games/game.dmt", trusted=True).findings == []
+    local = type(game.session.problem)(discount=0.5)
+    assert identify_problem(local).parameters == {"discount": 0.5}
+
+
+def test_a_problem_without_a_name_is_refused(tmp_path: Path) -> None:
+    class Pond(type(dmplay.load_problem("hexworld"))):  # type: ignore[misc]
+        pass
+
+    with pytest.raises(BadParameter, match="got a Pond that no name loads again, expected the"):
+        dmplay.play(Pond(), seed=7).save(tmp_path / "game.dmt")
+
+
+def test_a_path_that_cannot_be_written_is_named(tmp_path: Path) -> None:
+    game = dmplay.play("hexworld", seed=7)
+    game.save(tmp_path / "game.dmt")
+    before = (tmp_path / "game.dmt").read_text()
+    play_turns(game, 1)
+    for path, message in {
+        tmp_path / "game.dmt": "exists; give another name, or overwrite=True",
+        tmp_path: "exists; give another name, or overwrite=True",
+        tmp_path / "none" / "game.dmt": "No such file or directory",
+    }.items():
+        with pytest.raises(BadParameter, match=f"{re.escape(str(path))}.*{message}"):
+            game.save(path)
+    assert (tmp_path / "game.dmt").read_text() == before
