@@ -11,6 +11,7 @@ VALUE_DECIMALS = 9  # of a value, at a scale of 1
 PRINTABLE_BYTES = bytes(range(ord(" "), 127)) + b"\n"  # of ASCII texts
 MAX_WHOLE_NUMBER = 1e15  # Larger numbers are printed with an exponent.
 MIN_WHOLE_SCORE = 1000  # score from which on no decimals are printed
+MAX_REWARD_DECIMALS = 4  # of a reward or score
 
 
 def escape_newlines(text: str) -> str:
@@ -34,6 +35,20 @@ def format_number(value: float, digits: int = EXACT_DIGITS, sign: str = "") -> s
         return f"{value:{sign}.{digits}g}"
     whole, point, fraction = f"{value:{sign}.{decimals}f}".partition(".")
     return f"{whole}{point}{fraction.rstrip('0')}".removesuffix(".")
+
+
+def format_reward(value: float, sign: str = "") -> str:
+    """Return a reward or the score of a game: four significant digits, two to four decimals.
+
+    Whole numbers have no decimals. With the sign "+", positive numbers have one.
+    """
+    value = round(float(value), VALUE_DECIMALS) + 0.0  # Sums of rewards have rounding errors.
+    if value % 1.0 == 0.0 or not math.isfinite(value):
+        return format_number(value, sign=sign)
+    digits = EXACT_DIGITS - MONEY_DECIMALS - 1 - math.floor(math.log10(abs(value)))
+    decimals = min(max(digits, MONEY_DECIMALS), MAX_REWARD_DECIMALS)
+    text = f"{round(value, decimals) + 0.0:{sign}.{decimals}f}"
+    return text.rstrip("0") if float(text) % 1.0 else text
 
 
 def format_value(value: float, scale: float, digits: int = EXACT_DIGITS) -> str:

@@ -4,18 +4,13 @@ from collections.abc import Mapping, Sequence
 
 from dmplay.core.problem import Problem
 from dmplay.core.session import Session
-from dmplay.core.text import describe_end_reason, escape_unprintable, format_count, format_number
+from dmplay.core.text import describe_end_reason, escape_unprintable, format_count, format_reward
 from dmplay.game import turn_facts
 from dmplay.game.hints.ghost_agent import Ghost
 from dmplay.game.seat_snapshot import SeatSnapshot
 from dmplay.game.seats import shorten_player_name
 from dmplay.transcript.concealment import RESUMABLE_END_REASONS
-from dmplay.transcript.format import (
-    NATURAL_END_REASONS,
-    collect_end_facts,
-    collect_turn_facts,
-    round_number,
-)
+from dmplay.transcript.format import NATURAL_END_REASONS, collect_end_facts, collect_turn_facts
 from dmplay.views.protocol import (
     DrawOptions,
     FinishedGame,
@@ -75,11 +70,11 @@ class Narrator:
         ]
         if snapshot.rewards_visible and snapshot.last_turn:
             reward = snapshot.last_turn.rewards.item(snapshot.seat)
-            score = format_number(self.seat_return(snapshot))
-            parts.append(f"reward {format_number(reward)}. score {score}.")
+            score = format_reward(self.seat_return(snapshot))
+            parts.append(f"reward {format_reward(reward)}. score {score}.")
         if self.ghost and self.ghost.is_shown_during_play:
-            lead = format_number(self.ghost.player_lead, sign="+")
-            parts.append(f"ghost {format_number(self.ghost.score)}, lead {lead}.")
+            lead = format_reward(self.ghost.player_lead, sign="+")
+            parts.append(f"ghost {format_reward(self.ghost.score)}, lead {lead}.")
         return " ".join(parts)
 
     def describe_change(self, snapshot: SeatSnapshot, previous_turn_count: int) -> str:
@@ -133,8 +128,8 @@ class Narrator:
         if self.human_seats and session.problem.shared_reward and not names_seat:
             names = ["your team's" if len(agents) > 1 else "your"]
         scores = "; ".join(
-            f"{name} score {format_number(round_number(r))}"
-            + f" (undiscounted {format_number(round_number(t))})" * is_discounted
+            f"{name} score {format_reward(r)}"
+            + f" (undiscounted {format_reward(t)})" * is_discounted
             for name, (_, r, t) in zip(names, seat_sums, strict=False)
         )
         summary = f"{self.describe_end(names_seat=names_seat)}."

@@ -21,7 +21,7 @@ from dmplay.core import safe_files
 from dmplay.core.problem import Problem
 from dmplay.core.session import Session
 from dmplay.core.state_files import StateFile, require_line, require_whole_number
-from dmplay.core.text import format_count, format_number
+from dmplay.core.text import format_count, format_reward
 from dmplay.errors import DmplayError
 from dmplay.game.hints.ghost_agent import GHOST_NOTE_PREFIX
 from dmplay.game.launch_requests import GameRequest
@@ -275,9 +275,9 @@ def find_standing(game: RecordedGame) -> Standing:
     score = session.seat_return(session.problem.agents.index(seat))
     best = record.best.discounted_return if record and record.best else None
     if best is None or _is_higher(score, best):
-        before = "your first" if best is None else f"{format_number(best)} before"
-        return Standing((), f"new record: {format_number(score)}, {before}")
-    return Standing((), f"your record: {format_number(best)}")
+        before = "your first" if best is None else f"{format_reward(best)} before"
+        return Standing((), f"new record: {format_reward(score)}, {before}")
+    return Standing((), f"your record: {format_reward(best)}")
 
 
 def _is_new_best(record: ProblemRecord) -> bool:

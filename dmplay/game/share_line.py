@@ -2,7 +2,7 @@
 
 from math import ceil
 
-from dmplay.core.text import format_number
+from dmplay.core.text import format_reward
 from dmplay.game.game import Game
 from dmplay.game.hints.review import ReviewedAction
 from dmplay.game.verdict import NATURAL_END_REASONS
@@ -22,7 +22,7 @@ def format_share_line(game: Game, *, ascii_only: bool) -> str:
     is_finished = game.session.end_reason in NATURAL_END_REASONS
     if not (verdict.has_facts and is_finished and request and game.human_seats):
         return ""
-    score = format_number(game.session.seat_return(game.human_seats[0]))
+    score = format_reward(game.session.seat_return(game.human_seats[0]))
     parts = [f"{game.problem_name} seed {game.seed}", f"score {score}"]
     medal = verdict.earned_medal
     parts += [f"{medal.name} medal"] if medal and medal.name else []

@@ -5,7 +5,7 @@ from rich.text import Text
 from dmplay.core.problem import Problem
 from dmplay.core.problem_summary import score_label
 from dmplay.core.session import Session, View
-from dmplay.core.text import escape_unprintable, format_number
+from dmplay.core.text import escape_unprintable, format_reward
 from dmplay.game.playback import Playback
 from dmplay.output.html_markup import (
     DARK_THEME_CSS,
@@ -73,7 +73,7 @@ def _format_status(session: Session, view: View[Problem]) -> str:
     """Return a line with the turn, the score if visible, the seat shown and the end reason."""
     parts = [f"turn {view.turns_played}"]
     if view.rewards is not None:
-        parts.append(f"{score_label(view.problem)} {format_number(session.returns()[view.seat])}")
+        parts.append(f"{score_label(view.problem)} {format_reward(session.returns()[view.seat])}")
     if len(view.problem.agents) > 1:
         parts.append(f"as {view.problem.agents[view.seat]} sees it")
     return "  ".join([*parts, *filter(None, [view.end_reason])])

@@ -2,7 +2,7 @@
 
 from json import dumps
 
-from dmplay.core.text import align_columns, format_json_report, format_number
+from dmplay.core.text import align_columns, format_json_report, format_reward
 from dmplay.game.player_records import ProblemRecord, load_records
 
 HEADINGS = ("problem", "seat", "record", "turns", "seed", "day", "last", "best medal", "remark")
@@ -22,7 +22,7 @@ def _record_row(record: ProblemRecord) -> tuple[str, ...]:
     """Return the table row of a record, with dashes if no game counts for it."""
     best = record.best
     best_cells = (
-        (format_number(best.discounted_return), *map(str, best[1:])) if best else ("-",) * 4
+        (format_reward(best.discounted_return), *map(str, best[1:])) if best else ("-",) * 4
     )
     changed = [f"{name}={dumps(value)}" for name, value in record.parameters.items()]
     limit = [] if record.turns is None else [f"--turns {record.turns}"]
@@ -30,7 +30,7 @@ def _record_row(record: ProblemRecord) -> tuple[str, ...]:
         " ".join([record.problem, *changed, *limit]),
         record.seat,
         *best_cells,
-        format_number(record.last.discounted_return),
+        format_reward(record.last.discounted_return),
         record.medal or "-",
         record.aids and f"last: no record, because of {record.aids}",
     )

@@ -178,12 +178,12 @@ def test_a_second_try_leaves_the_line_to_share_of_the_first(tmp_path: Path) -> N
 
 
 def test_an_equal_score_is_no_new_record(tmp_path: Path) -> None:
-    """The score has more digits than the file of records."""
+    """The score has more digits than the screen shows."""
     arguments, moves = ("hexworld", "--seed", "7"), "e\nse\nse\nse\nse\nse\n"
     first, second = (run_dmplay(tmp_path, *arguments, stdin=moves).stdout for _ in range(2))
-    assert "new record: 4.1949, your first" in first
+    assert "new record: 4.195, your first" in first
     assert "new record" not in second
-    assert "your record: 4.1949" in second
+    assert "your record: 4.195" in second
 
 
 def test_the_command_of_a_continued_game_names_no_default_player(tmp_path: Path) -> None:

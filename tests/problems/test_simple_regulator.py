@@ -107,5 +107,5 @@ def test_the_reasons_for_a_push_tell_what_it_costs(
     session = Session(PROBLEM, dmplay.SeededUniforms(1), turn_limit=turns)
     session.initial_state = np.array([0.25])
     explanation = explain_action(HintProvider(session, AdviceQuestion(0, turns)), push)
-    assert explanation.sentences[0].startswith("This turn costs 0.062 whatever you push")
+    assert explanation.sentences[0].startswith("This turn costs 0.0625 whatever you push")
     assert words in str(explanation)

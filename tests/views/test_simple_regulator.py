@@ -24,8 +24,8 @@ def make_pushed_game() -> Session:
 def test_the_panel_shows_the_cost_of_the_number() -> None:
     view = make_pushed_game().view(0)
     assert simple_regulator.panel_rows(view) == [
-        ("number", "-0.102"), ("costs", "0.010"), ("pushed", "+0.250"), ("aimed at", "-0.276"),
-        ("reward", "-0.276"), ("noise", "0.1"), ("push by", "-10 to 10"),
+        ("number", "-0.102"), ("costs", "0.0104"), ("pushed", "+0.250"), ("aimed at", "-0.276"),
+        ("reward", "-0.2762"), ("noise", "0.1"), ("push by", "-10 to 10"),
         ("discount", "0.9 (gamma)"),
     ]  # fmt: skip
 
@@ -37,7 +37,7 @@ def test_a_push_is_described_with_its_target() -> None:
         == "at -0.526 pushed +0.250, aimed at -0.276, now at -0.102."
     )
     assert simple_regulator.describe_situation(view) == (
-        "number -0.102. a turn here costs 0.010. push by a number from -10 to 10; noise of about "
+        "number -0.102. a turn here costs 0.0104. push by a number from -10 to 10; noise of about "
         "0.1 is added."
     )
 
@@ -104,7 +104,7 @@ def test_the_smallest_noise_is_drawn() -> None:
 def test_the_description_at_the_start_lists_the_possible_pushes() -> None:
     view = make_session_from_state("simple-regulator:undiscounted", [0.36]).view(0)
     assert simple_regulator.describe_situation(view) == (
-        "number +0.360. a turn here costs 0.130. push by a number from -10 to 10; noise of about "
+        "number +0.360. a turn here costs 0.1296. push by a number from -10 to 10; noise of about "
         "0.1 is added."
     )
 

@@ -9,7 +9,7 @@ from dmplay.core.action_values import Horizon, ValuesBasis
 from dmplay.core.policy import Policy
 from dmplay.core.problem import Problem
 from dmplay.core.session import DEFAULT_TURN_LIMIT, Session
-from dmplay.core.text import escape_unprintable, format_count, format_number
+from dmplay.core.text import escape_unprintable, format_count, format_reward
 from dmplay.core.uniforms import NATURE_STREAM, SeededUniforms
 from dmplay.core.work_budget import Budget
 from dmplay.errors import BadParameter, DmplayError
@@ -111,8 +111,8 @@ class Ghost:
             "same seed" if _uses_seed_uniforms(self.player_session) else "same random numbers"
         )
         return (
-            f"{uniforms_name}: {self.label} scored {format_number(self.score)}{ghost_note}, "
-            f"you {format_number(player_return)}{player_note}"
+            f"{uniforms_name}: {self.label} scored {format_reward(self.score)}{ghost_note}, "
+            f"you {format_reward(player_return)}{player_note}"
         )
 
 

@@ -7,7 +7,7 @@ from rich.text import Text
 
 from dmplay.core.arrays import Reals
 from dmplay.core.session import View
-from dmplay.core.text import format_count
+from dmplay.core.text import format_count, format_reward
 from dmplay.views.protocol import DrawOptions, FinishedGame, Lesson
 from dmplay.views.toolkit.action_hints_and_outcomes import (
     format_forecast_rows,
@@ -288,7 +288,7 @@ def panel_rows(view: View[Catch]) -> list[tuple[str, str]]:
     """Return the side panel's rows: the last reward, the total, and the discount."""
     rewards = view.rewards or ()
     return [
-        ("reward", f"{rewards[-1]:g}" if rewards else "-"),
+        ("reward", format_reward(rewards[-1]) if rewards else "-"),
         ("total", f"{sum(rewards):g}"),
         ("discount", f"{view.problem.discount:.2f}"),
     ]

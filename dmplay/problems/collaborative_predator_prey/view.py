@@ -11,6 +11,7 @@ from rich.text import Text
 from dmplay.core.arrays import Reals
 from dmplay.core.hexgrid import Hex, format_hex, hex_neighbours, move_destinations
 from dmplay.core.session import View
+from dmplay.core.text import format_reward
 from dmplay.views.generic import format_last_observation
 from dmplay.views.protocol import DrawOptions, FinishedGame, Lesson
 from dmplay.views.toolkit import hexgrid
@@ -348,7 +349,7 @@ def panel_rows(view: View[CollaborativePredatorPrey]) -> list[tuple[str, str]]:
     """
     observation_text = format_last_observation(view) if view.turns_played else "-"
     reward = "hidden" if view.rewards is None else "-"
-    reward = f"{view.rewards[-1]:g}" if view.rewards else reward
+    reward = format_reward(view.rewards[-1]) if view.rewards else reward
     last = view.last_action_label.upper() or "-"
     rows = [("last", last), ("sensed", observation_text), ("reward", reward)]
     if len(view.problem.agents) > 1 and view.rewards is None:

@@ -6,7 +6,7 @@ from rich.text import Text
 
 from dmplay.core.session import View
 from dmplay.core.tabular import Tabular
-from dmplay.core.text import format_count
+from dmplay.core.text import format_count, format_reward
 from dmplay.problems._shared.baby_care import FEED
 from dmplay.problems.multicaregiver_crying_baby.rules import MulticaregiverCryingBaby
 from dmplay.views.generic import format_last_observation
@@ -275,7 +275,7 @@ def panel_rows(view: View[Tabular]) -> list[tuple[str, str]]:
     The reward is hidden until the game is over, because it reveals the state.
     """
     reward = "hidden" if view.rewards is None else "-"
-    reward = f"{view.rewards[-1]:g}" if view.rewards else reward
+    reward = format_reward(view.rewards[-1]) if view.rewards else reward
     return [("reward", reward), ("discount", f"{view.problem.discount:.2f}")]
 
 

@@ -7,6 +7,7 @@ from rich.text import Text
 
 from dmplay.core.hexgrid import Hex, format_hex, hex_neighbours
 from dmplay.core.session import View
+from dmplay.core.text import format_reward
 from dmplay.views.protocol import DrawOptions, FinishedGame, Lesson
 from dmplay.views.toolkit import hexgrid
 from dmplay.views.toolkit.action_hints_and_outcomes import format_probability
@@ -178,7 +179,7 @@ def panel_rows(view: View[HexWorld]) -> list[tuple[str, str]]:
     """Return the panel rows: last action, result, reward, slip probabilities and discount."""
     problem = view.problem
     move_text = _describe_last_move(view)[0] if view.actions else "-"
-    reward = f"{view.rewards[-1]:.2f}" if view.rewards else "-"
+    reward = format_reward(view.rewards[-1]) if view.rewards else "-"
     return [
         ("chose", view.last_action_label.upper() or "-"),
         ("result", move_text),

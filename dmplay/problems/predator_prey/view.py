@@ -8,7 +8,7 @@ from rich.text import Text
 
 from dmplay.core.hexgrid import DIRECTIONS, Hex, format_hex, hex_neighbours
 from dmplay.core.session import View
-from dmplay.core.text import format_count, format_number
+from dmplay.core.text import format_count, format_reward
 from dmplay.views.protocol import DrawOptions, FinishedGame, Lesson
 from dmplay.views.toolkit import hexgrid
 from dmplay.views.toolkit.action_hints_and_outcomes import format_probability
@@ -250,7 +250,7 @@ def panel_rows(view: View[PredatorPrey]) -> list[tuple[str, str]]:
     """Return the panel rows: your last move, all positions, scores and shared hexes."""
     problem, positions = view.problem, _list_positions(view)
     move_text = _describe_last_move(view, view.seat)[0] if view.turns_played else "-"
-    reward = f"{view.rewards[-1]:g}" if view.rewards else "-"
+    reward = format_reward(view.rewards[-1]) if view.rewards else "-"
     last = view.last_action_label.upper() or "-"
     rows = [("last", last), ("moved", move_text), ("reward", reward)]
     for seat, agent in enumerate(problem.agents):
@@ -283,7 +283,7 @@ def _list_discounted_scores(view: View[PredatorPrey]) -> list[tuple[str, str]]:
     weights = problem.discount ** np.arange(view.turns_played)
     sums = enumerate(np.sum(weights[:, None] * rewards, axis=0))
     return [
-        (f"score {get_agent_glyph(problem, seat)}", format_number(total)) for seat, total in sums
+        (f"score {get_agent_glyph(problem, seat)}", format_reward(total)) for seat, total in sums
     ]
 
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from dmplay.core.text import format_count, join_words
+from dmplay.core.text import format_count, format_reward, join_words
 from dmplay.core.typed_text import parse_number
 from dmplay.game.position import Position
 from dmplay.tutor.positions import PositionInGame
@@ -75,7 +75,8 @@ def give_reasons(position: Position, action: float) -> list[str]:
     problem = position.problem
     assert isinstance(problem, SimpleRegulator)
     number = float(position.state[0])
-    fixed = f"This turn costs {number * number:.3f} whatever you push: the number is there already."
+    cost = format_reward(number * number)
+    fixed = f"This turn costs {cost} whatever you push: the number is there already."
     if position.turns_left == 1:
         return [fixed, "It is the last turn, so no push changes the score."]
     best = float(problem.actions[0].clip_actions(np.array(-number)))

@@ -14,6 +14,7 @@ import numpy as np
 from rich.text import Text
 
 from dmplay.core.session import View
+from dmplay.core.text import format_reward
 from dmplay.views.protocol import DrawOptions, FinishedGame, Forecast, Lesson
 from dmplay.views.toolkit.action_hints_and_outcomes import format_condition
 from dmplay.views.toolkit.canvas import Canvas, draw_text_rows, format_signed
@@ -136,15 +137,15 @@ def _format_forecast_costs(view: View[SimpleRegulator], forecast: Forecast, is_b
         push, samples = format_signed_fixed(forecast.action, 2), " (samples)" * forecast.is_sampled
         return f"{push}: {number * number:.2f} now, {next_cost:.2f} next{samples}"
     push = format_condition(forecast, f"push {format_signed_fixed(forecast.action, 3)}")
-    return f"{push}: costs {number * number:.3f} now, {next_cost:.3f} next"
+    return f"{push}: costs {format_reward(number * number)} now, {format_reward(next_cost)} next"
 
 
 def describe_expected_reward(view: View[SimpleRegulator], push: float) -> str:
     """Return the aim of a push, this turn's cost and the expected cost of the next, as text."""
     (number,), noise = _list_recent_numbers(view, 0), view.problem.noise
     aim = number + push
-    costs = f"{number * number:.3f} now, {aim * aim + noise * noise:.3f} next on average"
-    return f"aims at {format_signed_fixed(aim, 3)}; costs {costs}"
+    cost, next_cost = format_reward(number * number), format_reward(aim * aim + noise * noise)
+    return f"aims at {format_signed_fixed(aim, 3)}; costs {cost} now, {next_cost} next on average"
 
 
 def _draw_forecast_distribution(
@@ -262,10 +263,10 @@ def panel_rows(view: View[SimpleRegulator]) -> list[tuple[str, str]]:
         push, aim = (format_signed_fixed(x, 3) for x in (view.actions[-1], predict_number(view)[0]))
     return [
         ("number", format_signed_fixed(number, 3)),
-        ("costs", f"{number * number:.3f}"),
+        ("costs", format_reward(number * number)),
         ("pushed", push),
         ("aimed at", aim),
-        ("reward", f"{view.rewards[-1]:.3f}" if view.rewards else "-"),
+        ("reward", format_reward(view.rewards[-1]) if view.rewards else "-"),
         ("noise", f"{problem.noise:g}"),
         ("push by", f"{bounds.low:g} to {bounds.high:g}"),
         ("discount", f"{problem.discount:g} (gamma)"),
@@ -282,8 +283,9 @@ def describe_turn(view: View[SimpleRegulator]) -> str:
 def describe_situation(view: View[SimpleRegulator]) -> str:
     """Return a description of the number, its cost and the possible pushes."""
     problem, number = view.problem, _list_recent_numbers(view, 0)[0]
+    cost = format_reward(number * number)
     return (
-        f"number {format_signed_fixed(number, 3)}. a turn here costs {number * number:.3f}. "
+        f"number {format_signed_fixed(number, 3)}. a turn here costs {cost}. "
         f"push by {problem.actions[0].describe_actions()}; "
         f"noise of about {problem.noise:g} is added."
     )

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from rich.text import Span, Text
 
-from dmplay.core.text import escape_unprintable, format_number
+from dmplay.core.text import escape_unprintable, format_reward
 from dmplay.game.game import Game
 from dmplay.game.hints.hint_provider import Hint
 from dmplay.game.seat_snapshot import SeatSnapshot
@@ -518,8 +518,8 @@ def _ghost_facts(game: Game) -> list[tuple[str, str]]:
     ghost = game.ghost
     if ghost is None or not ghost.is_shown_during_play:
         return []
-    lead = format_number(ghost.player_lead, sign="+")
-    return [("ghost", format_number(ghost.score)), ("lead", lead)]
+    lead = format_reward(ghost.player_lead, sign="+")
+    return [("ghost", format_reward(ghost.score)), ("lead", lead)]
 
 
 def _explain_hidden_reward(facts: list[tuple[str, str]]) -> list[tuple[str, str]]:

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 
 from dmplay.core.problem_summary import score_label
 from dmplay.core.session import DEFAULT_TURN_LIMIT
-from dmplay.core.text import describe_end_reason, escape_unprintable, format_number
+from dmplay.core.text import describe_end_reason, escape_unprintable, format_reward
 from dmplay.game.game import Game
 from dmplay.game.seat_snapshot import SeatSnapshot
 from dmplay.terminal.styles import ScreenLine
@@ -55,7 +55,7 @@ def _title_facts(
     turn_text = f"before turn {snapshot.turn + 1}" if is_lookback else f"turn {snapshot.turn}"
     facts = [turn_text if limit in UNSHOWN_TURN_LIMITS else f"{turn_text}/{limit}"]
     if snapshot.rewards_visible:
-        facts.append(f"{score_name} {format_number(game.narrator.seat_return(snapshot))}")
+        facts.append(f"{score_name} {format_reward(game.narrator.seat_return(snapshot))}")
     own_seat = game.viewing_seat if game.human_seats else None
     facts += _format_players(
         tuple(game.problem.agents), game.player_names, own_seat, is_short=are_seats_short

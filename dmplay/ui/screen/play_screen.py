@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from rich.text import Text
 
 from dmplay.core.problem import ContinuousStates
-from dmplay.core.text import escape_unprintable, format_number
+from dmplay.core.text import escape_unprintable, format_reward
 from dmplay.core.work_budget import ComputationStopped
 from dmplay.errors import DmplayError
 from dmplay.game import player_records
@@ -118,7 +118,7 @@ class PlayScreen:
         self.scroll_offset = 0  # rows by which the log is scrolled back
         record = player_records.find_game_record(game)
         self._best_return = (
-            format_number(record.best.discounted_return) if record and record.best else ""
+            format_reward(record.best.discounted_return) if record and record.best else ""
         )
 
     def _restart_clock(self) -> None:

@@ -58,7 +58,7 @@ EXPECTED_FRAMES: dict[tuple[str, Sequence[str], tuple[int, int], bool], str] = {
  reach exit +10 or +5; avoid exit -10; a bump costs 1; 30% of steps slip
  ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲   chose    E
 │ -1,2│ 0,2 │ 1,2 │ 2,2 │ 3,2 │ 4,2 │  @  │ 6,2 │ 7,2 │ 8,2 │  result slip bump
-│     │     │     │     │     │     │ 5,2 │     │     │     │  reward   -1.00
+│     │     │     │     │     │     │ 5,2 │     │     │     │  reward   -1
   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱    forward  0.70
    │  ◆  │ 1,1 │ 2,1 │ ░░░ │ 4,1 │ ░░░   ░░░ │ 7,1 │ 8,1 │     slip
    │  +5 │     │     │ ░░░ │     │ ░░░   ░░░ │     │     │       0.15 each side
@@ -83,7 +83,7 @@ EXPECTED_FRAMES: dict[tuple[str, Sequence[str], tuple[int, int], bool], str] = {
  reach exit +10 or +5; avoid exit -10; a bump costs 1; 30% of steps slip
  ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲   chose    W
 │ -1,2│ 0,2 │ 1,2 │ 2,2 │ 3,2 │  h  │  @  │  l  │ 7,2 │ 8,2 │  result   W
-│     │     │     │     │     │ best│ 5,2 │ best│     │     │  reward   0.00
+│     │     │     │     │     │ best│ 5,2 │ best│     │     │  reward   0
   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱    forward  0.70
    │  ◆  │ 1,1 │ 2,1 │ ░░░ │ 4,1 │ ░░░   ░░░ │ 7,1 │ 8,1 │     slip
    │  +5 │     │     │ ░░░ │     │ ░░░   ░░░ │     │     │       0.15 each side
@@ -119,9 +119,9 @@ moves into a wall: ne -0.624, nw -0.624, sw -0.624, se -0.624    w      -0.48
 
  < > turns  X worst  Enter play on  ? help  q quit""",
     ("crying-baby", (), SMALL_SIZE, False): """\
- crying-baby  turn 5/5  score -19.423  turn limit
+ crying-baby  turn 5/5  score -19.42  turn limit
  over: the baby went hungry for 1 of 5 turns; you
-   fed it 2 times. your score -19.423
+   fed it 2 times. your score -19.42
    (undiscounted -21).
  verdict: mixed choices, bad luck
  silver medal: regret 3.29; gold for at most
@@ -174,7 +174,7 @@ true state: sated
 
  < > turns  X worst  Enter play on  N new  R restart  ? help  q quit  : command""",
     ("crying-baby", (), LARGE_SIZE, False): """\
- crying-baby  turn 5/5  score (discounted) -19.423  turn limit
+ crying-baby  turn 5/5  score (discounted) -19.42  turn limit
  keep the baby sated (not hungry); hunger costs 10; feeding costs 5
 heard  quiet                           reward   -0.5
                                        discount 0.90
@@ -184,7 +184,7 @@ chance of hunger, turn by turn ▅▁▁▁▁▁
 true state: sated
 
  over: the baby went hungry for 1 of 5 turns; you fed it 2 times. your score
-   -19.423 (undiscounted -21).
+   -19.42 (undiscounted -21).
  verdict: mixed choices, bad luck
  silver medal: regret 3.29; gold for at most 0.08, silver 3.36
    (feed-when-crying), bronze below 7.78 (random)
@@ -192,10 +192,10 @@ true state: sated
    lost
  score -19.42 = -13.47 (average of best play) - 3.29 (regret) - 2.66 (bad luck)
  in 100 games from the same start, you beat random in 92
- same seed: optimal scored -15, you -19.423
+ same seed: optimal scored -15, you -19.42
  marks in the log: ?? lost very much
  turn 5. chose sing, heard quiet. belief: sated 0.989, hungry 0.011. reward
-   -0.5. score -19.423.
+   -0.5. score -19.42.
 
  Enter look back  PgUp log  X worst  Tab hint  ? help  q quit  : command""",
 }  # fmt: skip
