@@ -116,6 +116,14 @@ class SeatPolicy(Policy):
         """Return None, as the action values are unknown."""
         return None
 
+    def value_bounds(self, memory: Memory, actions: Array) -> tuple[Reals, Reals] | None:
+        """Return a lower and an upper bound `[B]` of the value of one action of each row.
+
+        They are equal if the value is exact. If actions are real numbers, `choose` must return the
+        action whose bounds are the greatest. None if there are no bounds.
+        """
+        return None
+
     def state_values(self, memory: Memory, legal: Bools | None) -> Reals:
         """Return the value `[B]` of playing on: that of the best legal action.
 

@@ -11,14 +11,16 @@ import numpy as np
 from dmplay.agents.base import AdviceQuestion
 from dmplay.agents.belief_policy import GreedyBeliefPolicy
 from dmplay.agents.horizon import MAX_HORIZON, NEGLIGIBLE_WEIGHT, HorizonPolicy
+from dmplay.agents.single_agent_planning import FastInformedBound
 from dmplay.core.action_values import Accuracy, ValuesBasis
-from dmplay.core.arrays import Bools, Reals
+from dmplay.core.arrays import Array, Bools, Reals
 from dmplay.core.parameters import parameter
+from dmplay.core.policy import Memory
 from dmplay.core.problem import Problem
 from dmplay.core.tabular import tabulate
 from dmplay.core.text import format_number
 from dmplay.core.work_budget import has_total_work_limit, limit_total_work
-from dmplay.errors import BadParameter, BadPolicy, BudgetExceeded
+from dmplay.errors import BadParameter, BadPolicy, BudgetExceeded, DmplayError
 from dmplay.solvers.pomdp import exact_pomdp, point_based, sparse_pomdp
 from dmplay.solvers.pomdp.point_based import PointBasedBounds
 
@@ -108,6 +110,17 @@ class PointBasedPolicy(HorizonPolicy, GreedyBeliefPolicy):
         q = np.stack([(b @ vectors[:, support].T).max(axis=1) for vectors in plans], axis=1)
         rounded_q = scale * np.round(q / scale, VALUE_DECIMALS)
         return self._move_values_to_legal_action(info_state, rounded_q)
+
+    def value_bounds(self, memory: Memory, actions: Array) -> tuple[Reals, Reals] | None:
+        """Return the value of the best known plan, and the fast informed bound, of an action."""
+        informed = FastInformedBound(self.problem, self.seat)
+        try:
+            high = self.apply_by_turns_left(informed.values_with_turns_left, memory)
+        except DmplayError:  # too many states for its tables
+            return None
+        rows = np.arange(len(actions))
+        low, high = self.action_values(memory)[rows, actions], high[rows, actions]
+        return low, np.maximum(low, high)
 
     @cached_property
     def _legal_by_state(self) -> Bools | None:

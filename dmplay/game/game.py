@@ -10,7 +10,7 @@ from rich.text import Text
 from dmplay.agents.base import AdviceQuestion
 from dmplay.agents.script import EndOfScript, Script
 from dmplay.core.arrays import Array
-from dmplay.core.problem import Problem
+from dmplay.core.problem import Problem, find_seat
 from dmplay.core.safe_files import MAX_FILE_BYTES
 from dmplay.core.session import (
     SeatedPolicy,
@@ -170,9 +170,13 @@ class Game:
     def has_known_mistakes(self) -> bool:
         """True if the game is over and recorded, and a person's choice lost a known amount.
 
-        A choice that counts as right is no mistake.
+        A choice that counts as right is no mistake, nor is one that is not among listed actions.
         """
-        exact_seats = {choices.seat for choices in self.verdict.choices if choices.worst}
+        exact_seats = {
+            choices.seat
+            for choices in self.verdict.choices
+            if choices.worst and self.problem.actions[find_seat(self.problem, choices.seat)].labels
+        }
         moves = self.verdict.moves if self.transcript_path is not None else ()
         return any(move.is_mistake and move.seat in exact_seats for move in moves)
 

@@ -24,9 +24,10 @@ from dmplay.agents.random_agent import AGENTS_FOR_ANY_PROBLEM
 from dmplay.agents.script import Script
 from dmplay.core.action_values import Accuracy, ActionValues, Horizon, ValuesBasis
 from dmplay.core.arrays import Array, Bools, Reals
+from dmplay.core.best_actions import VALUE_TOLERANCE
 from dmplay.core.parameter_parsing import parse_parameter
 from dmplay.core.parameters import INTEGER_TYPES
-from dmplay.core.policy import Policy, forbid_exit
+from dmplay.core.policy import Memory, Policy, forbid_exit
 from dmplay.core.problem import Problem, check_problem, initial_state_distribution
 from dmplay.core.text import format_count
 from dmplay.core.user_code_locations import describe_error_location
@@ -91,6 +92,62 @@ class HintAgent:
         q = q.round() if self.basis.accuracy is Accuracy.RATING else q
         legal_q = q if legal is None else np.where(legal, q, np.nan)
         return ActionValues(legal_q, self.basis, problem.reward_scale)
+
+    @property
+    def is_about_game(self) -> bool:
+        """True if its values are about the turns and the real other players of the game."""
+        is_alone = len(self.policy.problem.agents) == 1
+        is_modelled = is_alone or bool(self.basis.opponents)
+        is_assumed = self.basis.scope or self.question.assumes_players
+        return is_modelled and self.basis.has_regrets and not is_assumed
+
+    @property
+    def has_exact_regrets(self) -> bool:
+        """True if its values are exact and about the game, so that all regrets are known."""
+        return self.basis.accuracy is Accuracy.EXACT and self.is_about_game
+
+    def bound_regrets(self, memory: Memory, legal: Bools | None, actions: Array) -> Reals | None:
+        """Return a lower and an upper bound `[2, B]` of the regret of one action of each row.
+
+        `legal` is `[B, A]`. The bounds are equal if the values are exact. None if the values are
+        not about the game, or have no bounds.
+        """
+        bounds = self._bound_chosen_and_best(memory, legal, actions) if self.is_about_game else None
+        if bounds is None:
+            return None
+        (chosen, best), scale = bounds, self.policy.problem.reward_scale
+        regrets = best - chosen[::-1]
+        return np.where(regrets <= VALUE_TOLERANCE * scale, 0.0, regrets)
+
+    def _bound_chosen_and_best(
+        self, memory: Memory, legal: Bools | None, actions: Array
+    ) -> tuple[Reals, Reals] | None:
+        """Return the bounds `[2, B]` of the values of the chosen action, and of the best one.
+
+        The best of labelled actions that have bounds is the best of the other ones.
+        """
+        policy, rows = self.policy, np.arange(len(actions))
+        label_count = len(policy.problem.actions[policy.seat].labels)
+        if label_count and self.has_exact_regrets:
+            q = policy.action_values(memory)
+            if q is None:
+                return None
+            best = (q if legal is None else np.where(legal, q, -np.inf)).max(axis=1)
+            return np.stack([q[rows, actions]] * 2), np.stack([best] * 2)
+        choices = [actions]
+        if label_count:
+            choices += [np.full(len(actions), action) for action in range(label_count)]
+        else:
+            choices += [policy.choose(memory, legal, np.zeros((len(actions), 0)))]
+        bounds = [np.array(policy.value_bounds(memory, choice)) for choice in choices]
+        if any(item.ndim != 2 for item in bounds):  # one of them is None
+            return None
+        chosen, *others = bounds
+        if not label_count:
+            return chosen, others[0]
+        is_other = np.ones((len(actions), label_count), bool) if legal is None else legal.copy()
+        is_other[rows, actions] = False
+        return chosen, np.where(is_other, np.stack(others, axis=-1), -np.inf).max(axis=-1)
 
     def describe_game(self, turns_done: int) -> str:
         """Return the turns left and the other players that its values are about, as text."""

@@ -519,5 +519,10 @@ def _format_recommendation(
     action_set = position.problem.actions[position.seat]
     if not isinstance(action_set, Interval) or action_set.high <= action_set.low:
         return position.format_action(action)
-    step = (action_set.high - action_set.low) * INTERVAL_RESOLUTION
+    return format_real_action(action_set, action)
+
+
+def format_real_action(interval: Interval, action: float) -> str:
+    """Return a real-valued action as text, rounded by less than INTERVAL_RESOLUTION."""
+    step = (interval.high - interval.low) * INTERVAL_RESOLUTION
     return format_fixed(action, max(ceil(-log10(step)), 0))

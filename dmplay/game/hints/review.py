@@ -8,14 +8,23 @@ import numpy as np
 
 from dmplay.agents.base import AdviceQuestion
 from dmplay.core.action_values import UNKNOWN_BASIS, Accuracy, ActionValues, ValuesBasis
+from dmplay.core.arrays import Bools
 from dmplay.core.best_actions import VALUE_TOLERANCE
+from dmplay.core.policy import Memory
 from dmplay.core.session import SeatedPolicy, Session
-from dmplay.core.spaces import Labels
+from dmplay.core.spaces import Interval, Labels
 from dmplay.core.text import align_columns, format_count
 from dmplay.core.work_budget import Budget, scale_progress_to_part
 from dmplay.game.background_tasks import TaskInfo, run_cancellable
 from dmplay.game.hints.action_simulation import Start, can_compare, compare_returns
-from dmplay.game.hints.hint_provider import SAMPLED_VALUES, TOO_CLOSE, choose_decimals, format_fixed
+from dmplay.game.hints.hint_provider import (
+    INTERVAL_RESOLUTION,
+    SAMPLED_VALUES,
+    TOO_CLOSE,
+    choose_decimals,
+    format_fixed,
+    format_real_action,
+)
 from dmplay.game.position import Position
 from dmplay.registry import agents
 
@@ -34,7 +43,8 @@ RIGHT_LOSS_PERCENT = 1  # of the best value minus the worst one: the loss of a r
 class ReviewedAction(NamedTuple):
     """One choice of a player, with the action values and its regret.
 
-    The regret is None if the values are bounds, or guess how the other agents play.
+    The regret is None if the values are bounds, or guess how the other agents play. Values of real
+    numbers are those of the choice, the best number and the ends of the interval.
     """
 
     turn: int
@@ -48,6 +58,7 @@ class ReviewedAction(NamedTuple):
     scale: float = 1.0  # of the problem's rewards
     discount_factor: float = 1.0  # gamma ** (turn - 1), by which the score counts the regret
     errors: dict[str, float] | None = None  # the standard errors of values that are sampled
+    regret_bounds: tuple[float, float] | None = None  # if the regret is not known exactly
 
     @property
     def is_too_close(self) -> bool:
@@ -67,8 +78,8 @@ class ReviewedAction(NamedTuple):
 
     @property
     def is_estimated(self) -> bool:
-        """True if the regret comes from estimated values."""
-        return self.basis.accuracy.is_estimate
+        """True if the regret comes from estimated values, not from exact ones or their bounds."""
+        return self.basis.accuracy.is_estimate and self.regret_bounds is None
 
     @property
     def is_mistake(self) -> bool:
@@ -81,6 +92,11 @@ class ReviewedAction(NamedTuple):
     def discounted_regret(self) -> float:
         """The regret, discounted to the first turn as the score is; 0 if there is none."""
         return self.discount_factor * (self.regret or 0.0)
+
+    @property
+    def regret_range(self) -> tuple[float, float] | None:
+        """The lower and the upper bound of the regret, equal if it is known; None if unknown."""
+        return self.regret_bounds if self.regret is None else (self.regret, self.regret)
 
     @property
     def discounted_spread(self) -> float:
@@ -101,6 +117,8 @@ class ReviewedAction(NamedTuple):
         del facts["basis"]
         errors = facts.pop("errors")
         last |= {} if errors is None else {"standard_errors": errors}
+        bounds = facts.pop("regret_bounds")
+        last |= {} if bounds is None else {"regret_bounds": [*bounds]}
         words = {"scope": self.basis.scope, "about": last.pop("about")}
         words["values_name"] = self.basis.accuracy.words
         return {**facts, "judged": self.is_judged, **words, **last}
@@ -121,13 +139,17 @@ class ReviewedAction(NamedTuple):
         values_text = f"{append_game(name, self.about)}: {value_list}"
         if self.is_too_close:
             return f"{beginning}, {NOT_JUDGED}. {values_text}"
+        regret_range = self.regret_range
+        regret = f", regret {format_range(regret_range, decimal_count)}" if regret_range else ""
         if self.chosen in self.best:
             rank = "the action of the best bound" if self.basis.accuracy.is_bound else BEST_ACTION
-            return f"{beginning}, {rank}. {values_text}"
-        regret = (
-            "" if self.regret is None else f", regret {format_fixed(self.regret, decimal_count)}"
-        )
+            return f"{beginning}, {rank}{regret * (self.regret is None)}. {values_text}"
         return f"{beginning}, best action: {' or '.join(self.best)}{regret}. {values_text}"
+
+
+def format_range(bounds: tuple[float, float], decimal_count: int) -> str:
+    """Return a number, or the range between two different bounds."""
+    return " to ".join(format_fixed(bound, decimal_count) for bound in dict.fromkeys(bounds))
 
 
 def append_game(text: str, scope: str) -> str:
@@ -150,7 +172,7 @@ def review_actions(
     for question in questions:
         hint_agent = agents.find_hint_provider(problem, question)
         seat = question.seat
-        if hint_agent and problem.actions[seat].labels:
+        if hint_agent:
             hint_agents[seat] = hint_agent, SeatedPolicy(replayed, seat, hint_agent.policy)
     budget = Budget("the review", "review a shorter game")
     starts = list[tuple[Start, ReviewedAction, Labels]]()  # of choices to compare by games
@@ -162,7 +184,7 @@ def review_actions(
             reviewed = ReviewedAction(
                 number,
                 problem.agents[seat],
-                replayed.action_labels(seat)[int(turn.actions[seat])],
+                replayed.format_action(seat, float(turn.actions[seat])),
                 (),
                 None,
                 {},
@@ -171,13 +193,19 @@ def review_actions(
                 discount_factor=problem.discount ** (number - 1),
             )
             labels = replayed.action_labels(seat)
+            memory = hint_policy.current_memory()
+            if not labels:
+                yield from _review_real_action(reviewed, hint_agent, memory, turn.actions[seat])
+                continue
             if can_compare(hint_agent):
                 starts.append((_make_start(replayed, hint_policy), reviewed, labels))
                 continue
             with scale_progress_to_part(number - 1, len(session.turns)):
                 values = _compute_values(replayed, hint_agent, hint_policy, can_sample=can_sample)
             if values is not None:
-                yield _judge_action(reviewed, labels, values)
+                move = _judge_action(reviewed, labels, values)
+                legal = replayed.legal_actions_mask(seat)
+                yield _bound_regret(move, hint_agent, memory, legal, turn.actions[seat])
         replayed.append_turns([turn])
     if starts:
         comparisons = compare_returns(hint_agents[0][0], [start for start, *_ in starts])
@@ -225,9 +253,77 @@ def _judge_action(
     )
 
 
+def _bound_regret(
+    move: ReviewedAction,
+    agent: agents.HintAgent,
+    memory: Memory,
+    legal: Bools | None,
+    action: float,
+) -> ReviewedAction:
+    """Return a reviewed action with the bounds of its regret, if its values are bounds."""
+    if not move.basis.accuracy.is_bound:
+        return move
+    bounds = agent.bound_regrets(
+        memory, None if legal is None else legal[None], np.array([int(action)])
+    )
+    if bounds is None or not np.isfinite(bounds).all():
+        return move
+    return move._replace(regret_bounds=(float(bounds[0, 0]), float(bounds[1, 0])))
+
+
+def _review_real_action(
+    move: ReviewedAction, agent: agents.HintAgent, memory: Memory, action: float
+) -> Iterator[ReviewedAction]:
+    """Yield the review of a choice among real numbers, if it can be valued.
+
+    A number as close to the best one as a hint's is one of the best.
+    """
+    policy, number = agent.policy, np.array([action])
+    interval = policy.problem.actions[policy.seat]
+    bounds = agent.bound_regrets(memory, None, number)
+    if bounds is None or not isinstance(interval, Interval):
+        return
+    best = policy.choose(memory, None, np.zeros((1, policy.uniform_count)))
+    is_close = abs(best[0] - action) <= INTERVAL_RESOLUTION * (interval.high - interval.low)
+    is_best = is_close or not bounds.any()
+    low, high = (0.0, 0.0) if is_best else bounds[:, 0].tolist()
+    ends = {interval.format_action(end): end for end in (interval.low, interval.high)}
+    best_name = move.chosen if is_best else interval.format_action(best[0])
+    if not is_best and best_name not in ends:
+        best_name = format_real_action(interval, best[0])
+    numbers = {**ends, best_name: float(best[0]), move.chosen: float(action)}
+    value_bounds = [policy.value_bounds(memory, np.array([item])) for item in numbers.values()]
+    lower = [float(item[0][0]) for item in value_bounds if item is not None]
+    is_exact = low == high
+    accuracy = Accuracy.EXACT if is_exact else Accuracy.LOWER_BOUND
+    yield move._replace(
+        best=(best_name,),
+        regret=low if is_exact else None,
+        regret_bounds=None if is_exact else (low, high),
+        values=dict(zip(numbers, lower, strict=True)),
+        basis=agent.basis._replace(accuracy=accuracy),
+    )
+
+
+def _bound_discounted_regret(move: ReviewedAction) -> float:
+    """Return the lower bound of the discounted regret, which is the regret if that is known."""
+    return move.discount_factor * (move.regret_range or (0.0, 0.0))[0]
+
+
 def total_regret(reviewed_actions: Sequence[ReviewedAction]) -> float:
     """Return the sum of all regrets, discounted to the first turn as the score is."""
     return sum(move.discounted_regret for move in reviewed_actions)
+
+
+def total_regret_range(reviewed_actions: Sequence[ReviewedAction]) -> tuple[float, float] | None:
+    """Return the bounds of the total discounted regret; None if a regret has no bounds."""
+    total_low = total_high = 0.0
+    for move in reviewed_actions:
+        if move.regret_range is None:
+            return None
+        total_low += move.discount_factor * move.regret_range[0]
+        total_high += move.discount_factor * move.regret_range[1]
+    return total_low, total_high
 
 
 def format_summary(reviewed_actions: list[ReviewedAction]) -> str:
@@ -245,21 +341,20 @@ def format_summary(reviewed_actions: list[ReviewedAction]) -> str:
     text = f"review: {best} {best_count} of {format_count(len(judged), 'time')}{unjudged}"
     if not judged:
         return f"review: {unjudged.removeprefix(', ')}"
-    regrets = [move.regret for move in reviewed_actions if move.regret is not None]
-    if len(regrets) < len(reviewed_actions):
+    total_range = total_regret_range(reviewed_actions)
+    if total_range is None:
         if are_bounds:
             return f"{text}; bounds do not judge a choice"
         return f"{text}; no regret, because the values are not exactly about this game"
-    total = total_regret(reviewed_actions)
-    worst = max(reviewed_actions, key=lambda move: move.discounted_regret)
+    worst = max(reviewed_actions, key=_bound_discounted_regret)
     is_estimated = any(move.is_estimated for move in reviewed_actions)
     expected = "estimated" if is_estimated else "expected"
     is_discounted = any(move.discount_factor < 1.0 for move in reviewed_actions)
     lost = "rating" if _have_ratings(reviewed_actions) else "value"
     meaning = f"{'discounted ' * is_discounted}{lost} lost"
-    regret_text = format_fixed(total, _choose_decimals(reviewed_actions, [total]))
+    regret_text = format_range(total_range, _choose_decimals(reviewed_actions, total_range))
     text = f"{text}, total {expected} regret ({meaning}) {regret_text}"
-    if best_count == len(judged):
+    if best_count == len(judged) or not _bound_discounted_regret(worst):
         return text
     return f"{text}, largest in turn {worst.turn}"
 
@@ -291,8 +386,8 @@ def format_table(reviewed_actions: list[ReviewedAction]) -> list[str]:
     The columns are turn, seat (if several), choice, best actions, regret and discounted regret,
     unless there is none, with a bar. The last lines then explain the regret.
     """
-    regrets = [move.regret for move in reviewed_actions if move.regret is not None]
-    losses = [move.discounted_regret for move in reviewed_actions]
+    regrets = [bound for move in reviewed_actions for bound in move.regret_range or ()]
+    losses = [_bound_discounted_regret(move) for move in reviewed_actions]
     max_loss, decimal_count = (
         max(losses, default=0.0),
         _choose_decimals(reviewed_actions, [*regrets, *losses]),
@@ -304,13 +399,15 @@ def format_table(reviewed_actions: list[ReviewedAction]) -> list[str]:
     best_heading = append_game("best", *scopes) if has_one_scope else "best"
     has_several_seats = len({move.seat for move in reviewed_actions}) > 1
     rows = [["turn", *["seat"] * has_several_seats, "chosen", best_heading, *regret_headings]]
-    for move in sorted(reviewed_actions, key=lambda move: -move.discounted_regret):
+    for move in sorted(reviewed_actions, key=_bound_discounted_regret, reverse=True):
         regret_cells: list[str] = []
-        if move.regret is not None:
-            numbers = [move.regret, *[move.discounted_regret] * is_discounted]
-            regret_cells = [format_fixed(number, decimal_count) for number in numbers]
-            if move.regret:
-                bar = "#" * ceil(MAX_BAR_COLUMNS * (move.discounted_regret / max_loss))
+        if move.regret_range is not None:
+            factors = [1.0, *[move.discount_factor] * is_discounted]
+            low, high = move.regret_range
+            regret_cells = [format_range((x * low, x * high), decimal_count) for x in factors]
+            if low:
+                loss = _bound_discounted_regret(move)
+                bar = "#" * ceil(MAX_BAR_COLUMNS * (loss / max_loss))
                 regret_cells[-1] += f" {bar}"
         seat = [move.seat] * has_several_seats
         best = "any" if len(move.best) == len(move.values) else " or ".join(move.best)

@@ -315,7 +315,11 @@ def _has_pace(screen: PlayScreen) -> bool:
 def _has_quiz(screen: PlayScreen) -> bool:
     """Return whether the game can end with a quiz on a person's choices."""
     game = screen.game
-    return any(has_exact_verdict(game.session, question) for question in game.advice_questions)
+    return any(
+        has_exact_verdict(game.session, question)
+        for question in game.advice_questions
+        if game.problem.actions[question.seat].labels
+    )
 
 
 class ScreenKey(NamedTuple):

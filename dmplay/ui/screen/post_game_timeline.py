@@ -107,7 +107,7 @@ class GameTimeline(Game):
             ),
             None,
         )
-        if move is None:
+        if move is None or not labels:
             return None
         values = np.array([move.values.get(label, np.nan) for label in labels])
         errors = (

@@ -229,6 +229,8 @@ def test_a_screen_omits_decimals_if_whole_numbers_differ_enough(
 @with_every_seat
 def test_a_review_values_each_action_as_the_hint_did(name: str, seat: int) -> None:
     episode = create_game(name, seat)
+    if not episode.problem.actions[seat].labels:  # the hint has no list of values
+        return
     expected, recommended = [], []
     for _ in play_varied_turns(episode, seat):
         expected.append(compute_action_values(episode, seat))
@@ -293,7 +295,7 @@ def test_a_recommended_number_is_rounded_in_text_and_precise_in_data() -> None:
     new_game = start_new_game(
         GameRequest("simple-regulator", seed=7, record_path=Path("/dev/null"))
     )
-    assert new_game.hint_provider.create_hint() == "hint by optimal: -0.163"
+    assert new_game.hint_provider.create_hint() == "hint by optimal (20 turns left): -0.163"
     assert new_game.hint_provider.current_hint
     assert new_game.hint_provider.current_hint.data == {
         "by": "optimal",
