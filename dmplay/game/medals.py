@@ -15,6 +15,7 @@ from dmplay.game.hints.hint_provider import choose_decimals, format_fixed
 MEDALS = ("gold", "silver", "bronze")
 GOLD_SHARE = 0.01  # of the loss of random play
 LOSS_TOLERANCE = 1e-9  # of the scale of rewards
+NO_REASONS: Mapping[str, str] = {}
 CLEAR_STANDARD_ERRORS = 2.0  # smallest difference of mean scores that is no matter of luck
 NEGLIGIBLE_SHARE = 1e-3  # of the scale of rewards: a regret of random play that hardly matters
 
@@ -40,12 +41,13 @@ class Medal(NamedTuple):
     limits: Mapping[str, tuple[float, str]]  # by medal: the largest loss, and who loses it
     game_count: int  # games of each agent whose mean is used; 0 if all values are exact
     scale: float  # of the problem's rewards
+    random: AgentValue
+    missing: Mapping[str, str] = NO_REASONS  # by medal that cannot be won here: the reason
 
     def __str__(self) -> str:
         """Return the medal and the limits as one line."""
         if not self.limits:
-            rival = self.best.agent or "the best"
-            return f"no medals here: luck decides; random play is about as good as {rival}"
+            return "no medals here: no play is clearly better than random"
         is_regret = self.best.is_exact
         numbers = {
             name: limit if is_regret else self.best.score - limit
@@ -54,7 +56,7 @@ class Medal(NamedTuple):
         result = self.loss if is_regret else self.best.score - self.loss
         decimals = choose_decimals([result, *numbers.values()], self.scale)
         parts = [
-            f"{name} {format_fixed(number, decimals)}" + f" ({agent})" * bool(agent)
+            f"{name} {format_fixed(number, decimals)}" + f" ({agent}'s)" * bool(agent)
             for name, number in numbers.items()
             for agent in [self.limits[name][1]]
         ]
@@ -62,16 +64,17 @@ class Medal(NamedTuple):
         line = f"{self.name or 'no'} medal: {measure} {format_fixed(result, decimals)}; "
         parts[0] = parts[0].replace(" ", f" for at {'most' if is_regret else 'least'} ", 1)
         parts[-1] = parts[-1].replace(" ", f" {'below' if is_regret else 'above'} ", 1)
-        line += ", ".join(["no gold here"] * ("gold" not in numbers) + parts)
+        line += ", ".join(parts)
+        line += "".join(f"; no {name}: {reason}" for name, reason in self.missing.items())
         if not self.game_count:
             return line
-        return f"{line}; mean scores of {self.game_count} games from this start"
+        return f"{line}; means of {self.game_count} games"
 
     def describe_score(self) -> str:
-        """Return the rank of the score among the mean scores of agents; '' without limits."""
-        if not self.limits:
-            return ""
+        """Return the rank of the score among the mean scores of agents."""
         best = self.best.agent
+        if not self.limits:
+            return self._describe_luck()
         _, rule = self.limits.get("silver", (0.0, best))
         degree = "as good as" if self.loss <= 0 else "close to"
         ranks = {
@@ -82,6 +85,16 @@ class Medal(NamedTuple):
         if rule == best:
             ranks["silver"] = ranks["gold"]
         return ranks.get(self.name, "score not above the average of random play")
+
+    def _describe_luck(self) -> str:
+        """Return the small difference of the scores of the best agent and of random play."""
+        best, random = self.best.score, self.random.score
+        if self.best.is_exact or best - random <= LOSS_TOLERANCE * self.scale:
+            return "every way to play is about as good here"
+        decimals = choose_decimals([best, random], self.scale)
+        means = f"random {format_fixed(random, decimals)}, {self.best.agent}"
+        games = f"{self.game_count} games each from this start"
+        return f"luck decides: mean scores of {games}: {means} {format_fixed(best, decimals)}"
 
     @property
     def data(self) -> dict[str, object]:
@@ -100,23 +113,28 @@ def award_medal(  # noqa: PLR0913, PLR0917 - the values of the players
     random: AgentValue,
     game_count: int,
     scale: float,
-) -> Medal | None:
-    """Return the medal for a loss; None if random play loses nothing, so that all play is best.
+) -> Medal:
+    """Return the medal for a loss, without limits if random play loses hardly anything.
 
     A rule of thumb that is worse than random play, or worth gold, gives no limit. `game_count` is
     that of the mean scores; the medal says so if one of them is used.
     """
     tolerance = LOSS_TOLERANCE * max(scale, abs(best.score))
     stake = best.score - random.score
-    if best.is_exact and stake <= tolerance:
-        return None
     error = CLEAR_STANDARD_ERRORS * math.hypot(best.error, random.error)
-    if stake <= max(error, NEGLIGIBLE_SHARE * scale):
-        return Medal("", loss, best, {}, game_count, scale)
-    limits = {"gold": (GOLD_SHARE * stake, "")}
-    if rule and rule.agent == best.agent:  # no better agent is quick enough to be compared
+    if stake <= max(error, tolerance if best.is_exact else 0.0, NEGLIGIBLE_SHARE * scale):
+        return Medal("", loss, best, {}, game_count, scale, random)
+    limits, missing = {"gold": (GOLD_SHARE * stake, "")}, {}
+    if rule and rule.agent == best.agent:
         limits = {"silver": (0.0, rule.agent)}
-    elif rule and limits["gold"][0] < best.score - rule.score < stake - tolerance:
+        missing["gold"] = "a better agent takes too long"
+    elif rule is None:
+        missing["silver"] = "no rule of thumb is known"
+    elif best.score - rule.score <= limits["gold"][0]:
+        missing["silver"] = f"{rule.agent} wins gold"
+    elif best.score - rule.score >= stake - tolerance:
+        missing["silver"] = f"{rule.agent} is no better than random"
+    else:
         limits["silver"] = (best.score - rule.score, rule.agent)
     limits["bronze"] = (stake, random.agent)
     earned = [name for name, (limit, _) in limits.items() if loss <= limit + tolerance]
@@ -124,4 +142,13 @@ def award_medal(  # noqa: PLR0913, PLR0917 - the values of the players
         earned = []
     values = [best, random, *[rule] * (rule is not None and "silver" in limits)]
     is_exact = all(value.is_exact for value in values if value)
-    return Medal((earned or [""])[0], loss, best, limits, 0 if is_exact else game_count, scale)
+    return Medal(
+        (earned or [""])[0],
+        loss,
+        best,
+        limits,
+        0 if is_exact else game_count,
+        scale,
+        random,
+        missing,
+    )

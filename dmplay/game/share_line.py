@@ -5,7 +5,7 @@ from math import ceil
 from dmplay.core.text import format_reward
 from dmplay.game.game import Game
 from dmplay.game.hints.review import ReviewedAction
-from dmplay.game.verdict import NATURAL_END_REASONS
+from dmplay.transcript.format import NATURAL_END_REASONS
 
 MAX_MARKS = 60  # marks of a line; in longer games a mark is about several turns
 # for a choice that is not judged, is right, lost little, much (?!) and very much (??)

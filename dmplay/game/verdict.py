@@ -9,17 +9,10 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, cast
 
-import numpy as np
-
-from dmplay.agents.base import SCRIPTED_PLAYERS, AdviceQuestion
-from dmplay.agents.expected_return import compute_expected_return
+from dmplay.agents.base import AdviceQuestion
 from dmplay.core.action_values import Accuracy, ValuesBasis
-from dmplay.core.arrays import Array, Reals
-from dmplay.core.policy import Policy
-from dmplay.core.problem import initial_state_distribution, make_initial_observation
-from dmplay.core.session import SeatedPolicy, Session
+from dmplay.core.session import Session
 from dmplay.core.text import format_count
 from dmplay.core.work_budget import ComputationStopped, limit_total_work, stop_after_seconds
 from dmplay.errors import DmplayError
@@ -33,25 +26,14 @@ from dmplay.game.hints.review import (
     run_review,
     total_regret,
 )
-from dmplay.game.medals import GOLD_SHARE, AgentValue, Medal, award_medal
-from dmplay.game.position import ADVICE_WORK_LIMIT, SEARCH_AGENT
+from dmplay.game.medals import GOLD_SHARE, Medal
+from dmplay.game.position import ADVICE_WORK_LIMIT
+from dmplay.game.score_comparison import RETURN_TOLERANCE, ScoreComparer, ScoreComparison
 from dmplay.registry import agents
-from dmplay.registry.problem_name_kinds import names_bot
+from dmplay.transcript.format import NATURAL_END_REASONS
 
-if TYPE_CHECKING:  # Most games end without being compared.
-    from dmplay.simulation.rollouts import Rollout
-
-COMPARED_GAMES = 100  # games of each agent that the score is compared with
-# In every problem, the returns of its 100 random games differ by at most 0.08 (Kolmogorov-Smirnov)
-# from those of 4,000 games.
-COMPARISON_SEED = 1_000_005
-MAX_COMPARED_TURNS = 2000  # turns after which a game of an agent must be over
 MAX_SECONDS = 1.0  # seconds of processor time of each part of a verdict that nobody waits for
-MEDAL_TASK = TaskInfo("finding your medal", is_after_game=True)
 COMPARISON_TASK = TaskInfo("comparing your score with other games", is_after_game=True)
-RETURN_TOLERANCE = 1e-9  # differences of returns that count as equal
-RANDOM_AGENT = "random"
-UNREPEATABLE_PLAYERS = (*SCRIPTED_PLAYERS, SEARCH_AGENT)  # too slow, or only for one game
 AVERAGE_LUCK = 0.1  # of the regret of random play: less luck is average
 CHOICE_WORDS = (  # by the share of the regret of random play that is not exceeded
     (GOLD_SHARE, "excellent choices"),
@@ -61,7 +43,6 @@ CHOICE_WORDS = (  # by the share of the regret of random play that is not exceed
     (math.inf, "choices no better than random"),
 )
 COSTLY_MARKS = (("??", 0.5), ("?!", 0.2))  # marks, and the share of the stake lost from which on
-NATURAL_END_REASONS = ("terminal", "horizon", "turn limit")
 
 
 @dataclass(frozen=True)
@@ -95,13 +76,13 @@ class SeatChoices:
             text = append_game(name, self.basis.scope)
             if self.basis.scope and not self.basis._replace(ignores_turn_limit=False).scope:
                 text = f"{name}, which ignore the turn limit"
-            unjudged = f"{format_count(self.unjudged_count, 'choice')} {NOT_JUDGED}"
             if self.basis.accuracy.is_bound:
-                share = share.replace("best action", "action of the best bound")
-                text = f"{text}, which do not judge a choice"
+                line = f"not judged, because only {text} of their values are known"
+                return [f"{prefix}choices: {line}"]
+            unjudged = f"{self.unjudged_count if self.count else 'all'} {NOT_JUDGED}"
             parts = [f"{share} by the {text}"] * bool(self.count)
             parts += [unjudged] * bool(self.unjudged_count)
-            return [f"{prefix}choices: {', '.join(parts)}"]
+            return [f"{prefix}choices: {'; '.join(parts)}"]
         numbers = [self.regret, self.luck or 0.0, self.start_value or 0.0]
         decimals = choose_decimals(numbers, self.scale)
         regret_text = format_fixed(self.regret, decimals)
@@ -173,26 +154,6 @@ class SeatChoices:
 
 
 @dataclass(frozen=True)
-class ScoreComparison:
-    """The games of an agent from the same start that scored less than this game, or equal."""
-
-    agent: str
-    game_count: int
-    lower_count: int
-    equal_count: int = 0
-
-    def describe(self) -> str:
-        """Return the number of lower games, and that of equal ones if there are any."""
-        equal_text = f" ({self.equal_count} equal)" * (self.equal_count > 0)
-        return f"{self.agent_name} in {self.lower_count}{equal_text}"
-
-    @property
-    def agent_name(self) -> str:
-        """The agent without its parameters."""
-        return self.agent.partition(":")[0]
-
-
-@dataclass(frozen=True)
 class Standing:
     """The help that a game had, and the sentence on the player's record; '' if there is none."""
 
@@ -236,9 +197,8 @@ class Verdict:
         if self.comparisons:
             # An agent with the same random numbers tells more than the games of a strong one.
             compared = self.comparisons[:1] if self.ghost_line else self.comparisons
-            parts = ", ".join(comparison.describe() for comparison in compared)
-            games = format_count(self.comparisons[0].game_count, "game")
-            rows.append(f"in {games} from the same start, you beat {parts}")
+            parts = "; ".join(comparison.describe() for comparison in compared)
+            rows.append(parts.replace(" games:", " games (same start):", 1))
         rows += [self.ghost_line] if self.ghost_line else []
         return rows + ([f"review: {self.error}"] if self.error else [])
 
@@ -341,18 +301,26 @@ def iter_verdicts(
             verdict = Verdict(error="" if max_seconds else str(error))
     verdict = replace(verdict, standing=standing)
     yield verdict
-    comparisons = run_cancellable(COMPARISON_TASK, lambda: compare_score(session, questions))
-    verdict = replace(verdict, comparisons=comparisons)
-    yield verdict
-    medal = run_cancellable(MEDAL_TASK, lambda: find_medal(session, questions, verdict))
-    verdict = replace(verdict, medal=medal)
-    yield verdict
+    comparer = ScoreComparer(session, questions)
+    if comparer.is_possible:
+        verdict = run_cancellable(COMPARISON_TASK, lambda: _compare_score(verdict, comparer))
+        yield verdict
     ghost_line = ""
     with _stop_quietly_after(
         max_seconds
     ):  # Last, because it may take long, and players may skip it.
         ghost_line = describe_ghost_result(session, questions, ghost)
     yield replace(verdict, ghost_line=ghost_line)
+
+
+def _compare_score(verdict: Verdict, comparer: ScoreComparer) -> Verdict:
+    """Return a verdict with the comparisons and the medal."""
+    choices = verdict.choices[0] if verdict.choices else None
+    is_complete = choices and choices.count == len(comparer.session.turns)
+    regret = choices.regret if choices and is_complete else None
+    start_value = max(verdict.moves[0].values.values()) if verdict.moves else 0.0
+    medal = comparer.find_medal(regret, start_value)
+    return replace(verdict, comparisons=comparer.compare_score(), medal=medal)
 
 
 @contextmanager
@@ -452,210 +420,3 @@ def _describe_worst(move: ReviewedAction) -> str:
     """Return the worst choice as a sentence without its end."""
     lost = format_fixed(move.discounted_regret, move.decimal_count)
     return f"turn {move.turn}, chose {move.chosen}, not {' or '.join(move.best)}: {lost} lost"
-
-
-def compare_score(
-    session: Session, questions: Sequence[AdviceQuestion]
-) -> tuple[ScoreComparison, ...]:
-    """Return the counts of games of random play and of a strong agent that scored less or equal.
-
-    They are games from the same start, hidden states included, with the same turn limit and other
-    players; their later random numbers differ. Empty unless the game ended by its rules, the same
-    players played all turns, and all people have the same reward. A comparison that takes too long
-    is left out.
-    """
-    human_seats = [question.seat for question in questions]
-    if not _is_comparable(session, questions):
-        return ()
-    comparisons = []
-    for name, policies in _iter_compared_players(session, questions):
-        with suppress(DmplayError, ComputationStopped), stop_after_seconds(MAX_SECONDS):
-            counts = _count_games(session, policies, human_seats[0])
-            if counts is not None:
-                comparisons.append(ScoreComparison(name, COMPARED_GAMES, *counts))
-    return tuple(comparisons)
-
-
-def find_medal(
-    session: Session, questions: Sequence[AdviceQuestion], verdict: Verdict
-) -> Medal | None:
-    """Return the medal of the only person, from a verdict with the review; None without values.
-
-    Losses are about the same start, turn limit and other players. If the regret of all choices is
-    known, the values of the agents are exact if they can be listed. Else they are mean scores.
-    """
-    if len(questions) != 1 or not _is_comparable(session, questions):
-        return None
-    (question,), problem = questions, session.problem
-    seat = question.seat
-    roster = agents.load_roster(problem, seat)
-    choices = verdict.choices[0] if verdict.choices else None
-    is_exact = bool(choices and choices.regret is not None and choices.count == len(session.turns))
-
-    def value_agent(name: str) -> AgentValue | None:
-        """Return the value of an agent of the roster in the person's seat; None if unknown."""
-        policy = agents.load_agent(problem, seat, name)
-        return _value_policy(session, seat, name, policy, is_exact=is_exact)
-
-    random = value_agent(RANDOM_AGENT)
-    if random is None:
-        return None
-    rule = value_agent(roster.rule_of_thumb) if roster.rule_of_thumb else None
-    score, scale = session.seat_return(seat), problem.reward_scale
-    if is_exact and choices:
-        best = AgentValue("", max(verdict.moves[0].values.values()), is_exact=True)
-        return award_medal(choices.regret or 0.0, best, rule, random, COMPARED_GAMES, scale)
-    provider = agents.find_hint_provider(problem, question)
-    strong, name = rule, find_compared_agent(provider) if provider else SEARCH_AGENT
-    if provider and name != SEARCH_AGENT:
-        is_provider = name == provider.base_name
-        policy = provider.policy if is_provider else agents.load_agent(problem, seat, name)
-        strong = _value_policy(session, seat, name, policy, is_exact=False) or rule
-    if strong is None:
-        return None
-    return award_medal(strong.score - score, strong, rule, random, COMPARED_GAMES, scale)
-
-
-def _value_policy(
-    session: Session, seat: int, name: str, policy: Policy, *, is_exact: bool
-) -> AgentValue | None:
-    """Return the expected score of a policy in a seat of this game, or its mean score.
-
-    None if it takes too long, or if games go on that may still score more.
-    """
-    problem = session.problem
-    policies = [
-        policy if index == seat else cast(SeatedPolicy, seated).policy
-        for index, seated in enumerate(session.seated_policies)
-    ]
-    with suppress(DmplayError, ComputationStopped), stop_after_seconds(MAX_SECONDS):
-        starts = _list_starts(session, seat) if is_exact else None
-        score = starts and compute_expected_return(
-            problem, policies, seat, session.turn_limit, starts
-        )
-        if score is not None:
-            return AgentValue(name, score, is_exact=True)
-    with suppress(DmplayError, ComputationStopped), stop_after_seconds(MAX_SECONDS):
-        has_other_starts = is_exact and problem.partially_observable
-        games = _play_games(
-            session, policies, MAX_COMPARED_TURNS, has_same_start=not has_other_starts
-        )
-        can_only_fall = problem.reward_bounds is not None and problem.reward_bounds[1] <= 0.0
-        has_same_limit = (session.turn_limit or math.inf) <= MAX_COMPARED_TURNS
-        if has_same_limit or can_only_fall or games.terminated.all():
-            scores = games.returns[:, seat]
-            error = float(scores.std(ddof=1)) / math.sqrt(len(scores))
-            return AgentValue(name, float(scores.mean()), is_exact=False, error=error)
-    return None
-
-
-def _list_starts(session: Session, seat: int) -> tuple[Array, Reals]:
-    """Return the start as the seat knows it: states `[K, ...]` and probabilities `[K]`."""
-    problem, start = session.problem, session.initial_state[None]
-    if not problem.partially_observable:
-        return start, np.ones(1)
-    probabilities, states = initial_state_distribution(problem)
-    observation = make_initial_observation(problem, start, seat)
-    is_possible = make_initial_observation(problem, states, seat) == observation
-    weights = probabilities * is_possible
-    return states, weights / weights.sum()
-
-
-def _is_comparable(session: Session, questions: Sequence[AdviceQuestion]) -> bool:
-    """Return whether agents can play many games as this one, to be compared with its score."""
-    problem, human_seats = session.problem, [question.seat for question in questions]
-    if any(question.earlier_turns for question in questions):
-        return False
-    has_common_reward = len(human_seats) == 1 or problem.shared_reward
-    others = [seated.policy for seated in session.seated_policies if seated]
-    is_repeatable = not any(
-        names_bot(name) or name.partition(":")[0] in UNREPEATABLE_PLAYERS
-        for name in questions[0].players
-    ) and not any(getattr(policy, "depends_on_clock", False) for policy in others)
-    return session.end_reason in NATURAL_END_REASONS and has_common_reward and is_repeatable
-
-
-def find_compared_agent(provider: agents.HintAgent) -> str:
-    """Return the agent whose scores are compared with a person's: a hint agent or a quicker one."""
-    policy = provider.policy
-    substitute = agents.load_roster(policy.problem, policy.seat).batch_agent
-    is_exact = provider.basis.accuracy in {Accuracy.EXACT, Accuracy.CONDITIONAL}
-    is_quick = is_exact or not substitute
-    return provider.base_name if is_quick else cast(str, substitute)
-
-
-def _iter_compared_players(
-    session: Session, questions: Sequence[AdviceQuestion]
-) -> Iterator[tuple[str, list[Policy]]]:
-    """Yield an agent's name and the policies of all seats with that agent in people's seats.
-
-    These are the random agent, then the agent that gives hints, or its quicker substitute.
-    """
-    problem = session.problem
-    seated = [seated_policy and seated_policy.policy for seated_policy in session.seated_policies]
-
-    def fill_seats(by_seat: dict[int, Policy]) -> list[Policy]:
-        """Return the policies of all seats, with these in people's seats."""
-        return [by_seat.get(seat) or cast(Policy, policy) for seat, policy in enumerate(seated)]
-
-    yield (
-        RANDOM_AGENT,
-        fill_seats(
-            {
-                question.seat: agents.load_agent(problem, question.seat, RANDOM_AGENT)
-                for question in questions
-            }
-        ),
-    )
-    strong: dict[int, Policy] = {}
-    label = ""
-    for question in questions:
-        seat = question.seat
-        provider = agents.find_hint_provider(problem, question)
-        if provider is None:
-            return
-        label = find_compared_agent(provider)
-        strong[seat] = (
-            provider.policy
-            if label == provider.base_name
-            else agents.load_agent(problem, seat, label)
-        )
-    if label != SEARCH_AGENT:
-        yield label, fill_seats(strong)
-
-
-def _count_games(session: Session, policies: Sequence[Policy], seat: int) -> tuple[int, int] | None:
-    """Count the games of these policies that score less than this game, and those that score equal.
-
-    None if a game goes on after MAX_COMPARED_TURNS and might still score more.
-    """
-    problem, score = session.problem, session.seat_return(seat)
-    # Without positive rewards, the return of a game that goes on can only fall.
-    can_only_fall = problem.reward_bounds is not None and problem.reward_bounds[1] <= 0.0
-    for turn_count in [*[len(session.turns) + 1] * can_only_fall, MAX_COMPARED_TURNS]:
-        games = _play_games(session, policies, turn_count)
-        difference = games.returns[:, seat] - score
-        tolerance = RETURN_TOLERANCE * max(abs(score), problem.reward_scale)
-        is_lower = difference < -tolerance
-        is_decided = games.terminated | (is_lower & can_only_fall)
-        has_same_limit = session.turn_limit is not None and session.turn_limit <= turn_count
-        if has_same_limit or is_decided.all():
-            return int(is_lower.sum()), int((np.abs(difference) <= tolerance).sum())
-    return None
-
-
-def _play_games(
-    session: Session, policies: Sequence[Policy], turn_count: int, *, has_same_start: bool = True
-) -> "Rollout":
-    """Play COMPARED_GAMES of at most so many turns, from the start of this game or from any."""
-    from dmplay.simulation.rollouts import rollout  # imported only if a person finished a game
-
-    return rollout(
-        session.problem,
-        policies,
-        episodes=COMPARED_GAMES,
-        turn_limit=min(session.turn_limit or turn_count, turn_count),
-        seed=COMPARISON_SEED,
-        keep=("returns", "terminated"),
-        start_uniforms=session.initial_uniforms if has_same_start else None,
-    )

@@ -9,7 +9,7 @@ from dmplay.core.spaces import Interval
 from dmplay.core.text import format_score
 from dmplay.core.uniforms import SeededUniforms
 from dmplay.game.game import Game
-from dmplay.game.verdict import RANDOM_AGENT, find_compared_agent
+from dmplay.game.score_comparison import RANDOM_AGENT, find_compared_agent
 from dmplay.registry.agents import find_hint_provider, load_roster
 from dmplay.views.protocol import Lesson, load_view_module
 

@@ -66,14 +66,14 @@ EXPECTED_FRAMES: dict[tuple[str, Sequence[str], tuple[int, int], bool], str] = {
 │ 0,0 │ 1,0 │  ✗  │ 3,0 │ ░░░ │ 5,0 │ 6,0 │ 7,0 │ ░░░ │  ◆  │    0.90 (gamma)
 │     │     │ -10 │     │ ░░░ │     │     │     │ ░░░ │ +10 │
   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱         ╲ ╱   ╲ ╱   ╲ ╱         ╲ ╱
-@ you, ◆ good exit, ✗ bad exit
 
  over: you took no exit in 4 turns. your score -1.539 (undiscounted -2).
  verdict: weak choices, bad luck
- bronze medal: regret 5.97; gold for at most 0.07, bronze below 6.73 (random)
+ bronze medal: regret 5.97; gold for at most 0.07, bronze below 6.73
+   (random's); no silver: nearest-exit wins gold
  choices: best action 1 of 4 times; worst: turn 1, chose w, not se: 5.05 lost
  score -1.54 = 5.78 (average of best play) - 5.97 (regret) - 1.35 (bad luck)
- in 100 games from the same start, you beat random in 52 (5 equal)
+ 100 random games (same start): 52 scored less than you, 5 the same, 43 more
  same seed: optimal scored 8.1, you -1.539
  marks in the log: ?? lost very much
 
@@ -125,8 +125,8 @@ moves into a wall: ne -0.624, nw -0.624, sw -0.624, se -0.624    w      -0.48
    (undiscounted -21).
  verdict: mixed choices, bad luck
  silver medal: regret 3.29; gold for at most
-   0.08, silver 3.36 (feed-when-crying), bronze
-   below 7.78 (random)
+   0.08, silver 3.36 (feed-when-crying's), bronze
+   below 7.78 (random's)
  choices: best action 2 of 5 times; worst: turn
    4, chose feed, not ignore: 2.83 lost
  score -19.42 = -13.47 (average of best play) -
@@ -187,11 +187,11 @@ true state: sated
    -19.42 (undiscounted -21).
  verdict: mixed choices, bad luck
  silver medal: regret 3.29; gold for at most 0.08, silver 3.36
-   (feed-when-crying), bronze below 7.78 (random)
+   (feed-when-crying's), bronze below 7.78 (random's)
  choices: best action 2 of 5 times; worst: turn 4, chose feed, not ignore: 2.83
    lost
  score -19.42 = -13.47 (average of best play) - 3.29 (regret) - 2.66 (bad luck)
- in 100 games from the same start, you beat random in 92
+ 100 random games (same start): 92 scored less than you, 8 more
  same seed: optimal scored -15, you -19.42
  marks in the log: ?? lost very much
  turn 5. chose sing, heard quiet. belief: sated 0.989, hungry 0.011. reward
