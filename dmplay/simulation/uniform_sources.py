@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from functools import lru_cache
+from itertools import pairwise
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -84,11 +85,15 @@ class ReplayableUniforms:
             return result
         block, offsets = np.divmod(self._episodes[rows], EPISODES_PER_BLOCK)
         block_keys = turns[rows] << BLOCK_NUMBER_BITS | block
-        for key in np.unique(block_keys).tolist():
+        order = block_keys.argsort(kind="stable")
+        keys, starts = np.unique(block_keys[order], return_index=True)
+        bounds = pairwise([*starts.tolist(), len(rows)])
+        sorted_offsets, sorted_uniforms = offsets[order], np.empty((len(rows), count))
+        for key, (start, end) in zip(keys.tolist(), bounds, strict=True):
             turn, block_number = key >> BLOCK_NUMBER_BITS, key & (1 << BLOCK_NUMBER_BITS) - 1
-            in_block = block_keys == key
             block_uniforms = _draw_block(self._seed, stream, turn, block_number, count)
-            result[in_block] = block_uniforms[offsets[in_block]]
+            sorted_uniforms[start:end] = block_uniforms[sorted_offsets[start:end]]
+        result[order] = sorted_uniforms
         return result
 
 
