@@ -19,7 +19,7 @@ from dmplay.core.sparse_matrix import SparseMatrix
 from dmplay.core.work_budget import ARRAY_CALL_WORK, Budget
 from dmplay.errors import BadParameter
 
-MAX_CACHED_PROBABILITIES = 2**20  # maximum numbers of cached cumulative probabilities
+MAX_CACHED_EVENTS = 2**20  # maximum events of all rows whose probabilities and outcomes are cached
 PROBABILITY_TOLERANCE = 1e-9  # probabilities that differ by at most this are equal
 STATE_DEPENDENT_OBSERVATION_MESSAGE = (
     "observations depend on the previous state; add the "
@@ -189,7 +189,7 @@ class Tabular(Problem):
     def _cumulative_probabilities(self) -> Reals | None:
         """The cumulative probabilities of the events of all rows; None if there are too many."""
         rows = np.arange(len(self.sparse_tables.transition.row_starts) - 1)
-        is_small = len(rows) * prod(self._max_outcome_counts) <= MAX_CACHED_PROBABILITIES
+        is_small = len(rows) * prod(self._max_outcome_counts) <= MAX_CACHED_EVENTS
         return self._event_cumulative(rows) if is_small else None
 
     def _event_cumulative(self, rows: Ints) -> Reals:
@@ -238,16 +238,34 @@ class Tabular(Problem):
         row, cached = self._transition_row(s, a), self._cumulative_probabilities
         if cached is None:
             return (Categorical(self._event_cumulative(row)),)
-        return (Categorical(cached.take(row, axis=0)),)
+        # Taking from the transpose leaves columns in one piece, so that samples need no other copy.
+        return (Categorical(cached.T.take(row, axis=1).T),)
 
     def resolve_events(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
         """Return the outcome: the event's next state and observation, and the reward.
 
         The reward is R(s, a) unless it depends on the next state or the observation.
         """
+        row, cached = self._transition_row(s, a), self._outcomes_of_events
+        if cached is None:
+            return self._resolve_events_of_rows(row, events[0])
+        index = row * prod(self._max_outcome_counts) + events[0]
+        return Outcome(*(array.take(index, axis=0) for array in cached))
+
+    @cached_property
+    def _outcomes_of_events(self) -> Outcome | None:
+        """The outcomes of the K events of all rows, `[row * K + event, ...]`; None if too many."""
+        row_count = len(self.sparse_tables.transition.row_starts) - 1
+        event_count = prod(self._max_outcome_counts)
+        if row_count * event_count > MAX_CACHED_EVENTS:
+            return None
+        rows, events = np.divmod(np.arange(row_count * event_count), event_count)
+        return self._resolve_events_of_rows(rows, events)
+
+    def _resolve_events_of_rows(self, row: Ints, event: Ints) -> Outcome:
+        """Return the outcomes of events `[B]` in rows `[B]` of the transition matrix."""
         transition, rewards, observation_model = self.sparse_tables
-        row = self._transition_row(s, a)
-        state_rank, observation_rank = divmod(events[0], self._max_outcome_counts[1])
+        state_rank, observation_rank = divmod(event, self._max_outcome_counts[1])
         entry = transition.find_nth_entry_index(row, state_rank)
         next_states = transition.columns.take(entry)
         has_expected_rewards = len(rewards) == len(transition.row_starts) - 1
