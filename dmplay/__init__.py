@@ -62,6 +62,8 @@ _PUBLIC_MODULES = {
     "Series": "plots.plot_data",
     "TablePanel": "plots.plot_data",
     # by name, from files and installed packages
+    "list_agents": "registry.agents",
+    "list_problems": "registry.problems",
     "load_agent": "registry.agents",
     "load_problem": "registry.problems",
     # one game
@@ -75,11 +77,12 @@ _PUBLIC_MODULES = {
     # many games, and solutions
     "check": "validation.conformance",
     "compare": "evaluation.comparison",
-    "rollout": "simulation.rollouts",
+    "rollout": "evaluation.many_games",
     "run": "evaluation.many_games",
     "run_tournament": "evaluation.tournament",
     "Solution": "evaluation.solutions.solution",
     "solve": "evaluation.solutions.solve",
+    "tournament": "evaluation.tournament",
 }
 __all__ = [*_PUBLIC_MODULES]  # noqa: PLE0604 - the names above
 

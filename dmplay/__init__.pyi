@@ -37,10 +37,12 @@ from dmplay.core.tabular import Tabular as Tabular
 from dmplay.core.tabular import tabulate as tabulate
 from dmplay.core.uniforms import SeededUniforms as SeededUniforms
 from dmplay.evaluation.comparison import compare as compare
+from dmplay.evaluation.many_games import rollout as rollout
 from dmplay.evaluation.many_games import run as run
 from dmplay.evaluation.solutions.solution import Solution as Solution
 from dmplay.evaluation.solutions.solve import solve as solve
 from dmplay.evaluation.tournament import run_tournament as run_tournament
+from dmplay.evaluation.tournament import tournament as tournament
 from dmplay.game.manual_game import play as play
 from dmplay.game.playback import Playback as Playback
 from dmplay.game.playback import review as review
@@ -52,9 +54,10 @@ from dmplay.plots.plot_data import LinePanel as LinePanel
 from dmplay.plots.plot_data import Plot as Plot
 from dmplay.plots.plot_data import Series as Series
 from dmplay.plots.plot_data import TablePanel as TablePanel
+from dmplay.registry.agents import list_agents as list_agents
 from dmplay.registry.agents import load_agent as load_agent
+from dmplay.registry.problems import list_problems as list_problems
 from dmplay.registry.problems import load_problem as load_problem
-from dmplay.simulation.rollouts import rollout as rollout
 from dmplay.validation.conformance import check as check
 from dmplay.views.toolkit.plots import Axis as Axis
 

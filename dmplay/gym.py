@@ -28,8 +28,10 @@ from dmplay.core.problem import Problem, check_problem, find_seat
 from dmplay.core.session import DEFAULT_TURN_LIMIT, Session
 from dmplay.core.uniforms import SeededUniforms, new_seed
 from dmplay.errors import BadParameter, EpisodeOver, IllegalAction, UnknownName
-from dmplay.registry import agents, problems
+from dmplay.registry import problems
+from dmplay.registry.agents import AgentLike, assign_agents, load_players, load_roster
 from dmplay.registry.builtin_names import problem_names
+from dmplay.registry.problems import ProblemLike
 from dmplay.simulation.seat_spaces import (
     IllegalActionRule,
     Info,
@@ -60,18 +62,18 @@ class Env(gymnasium.Env[Any, Any]):
 
     def __init__(  # noqa: PLR0913 - each is the caller's to choose
         self,
-        problem: str | Problem,
+        problem: ProblemLike,
         *,
-        seat: str = "",
-        others: str = "",
+        seat: str | int = 0,
+        others: AgentLike | Sequence[AgentLike | None] = "",
         turns: int | None = None,
         render_mode: str | None = None,
         illegal: str = "noop",
         illegal_reward: float = -1.0,
         **parameters: Any,
     ) -> None:
-        self.problem = resolve_problem(problem, parameters)
-        seat_index = find_seat(self.problem, str(seat)) if str(seat) else 0
+        self.problem = problems.load_problem(problem, **parameters)
+        seat_index = find_seat(self.problem, seat or 0)
         self.seat = SeatSpaces(self.problem, seat_index)
         self.action_space = self.seat.action_space
         self.observation_space = self.seat.observation_space
@@ -79,7 +81,7 @@ class Env(gymnasium.Env[Any, Any]):
         self._turn_limit = resolve_turn_limit(self.problem, turns)
         self._illegal_rule = IllegalActionRule.from_option(illegal, illegal_reward)
         self._step_count, self._over = 0, False
-        self._policies = load_other_policies(self.problem, seat_index, others)
+        self._policies = load_other_policies(self.problem, seat_index, others, turns)
         self._uniforms: SeededUniforms | None = None
         self.session: Session | None = None
 
@@ -157,11 +159,11 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Any, Any]):
 
     def __init__(  # noqa: PLR0913 - each is the caller's to choose
         self,
-        problem: str | Problem,
+        problem: ProblemLike,
         num_envs: int = 1,
         *,
-        seat: str = "",
-        others: str = "",
+        seat: str | int = 0,
+        others: AgentLike | Sequence[AgentLike | None] = "",
         turns: int | None = None,
         uniforms: str = "recorded",
         illegal: str = "noop",
@@ -174,8 +176,8 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Any, Any]):
             raise BadParameter(
                 f"num_envs: got {num_envs!r}, expected a whole number from 1 to {MAX_ENVIRONMENTS}"
             )
-        self.problem = resolve_problem(problem, parameters)
-        seat_index = find_seat(self.problem, str(seat)) if str(seat) else 0
+        self.problem = problems.load_problem(problem, **parameters)
+        seat_index = find_seat(self.problem, seat or 0)
         self.num_envs = int(num_envs)
         self._seat = SeatSpaces(self.problem, seat_index)
         self.single_action_space = self._seat.action_space
@@ -184,7 +186,7 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Any, Any]):
         self.observation_space = batch_space(self._seat.observation_space, self.num_envs)
         self._turn_limit = resolve_turn_limit(self.problem, turns)
         self._illegal_rule = IllegalActionRule.from_option(illegal, illegal_reward)
-        self._policies = load_other_policies(self.problem, seat_index, others)
+        self._policies = load_other_policies(self.problem, seat_index, others, turns)
         self._fast = uniforms == "fast"
         self._rows: VectorGames | None = None
         self._info = {**self._seat.make_info(None)}
@@ -350,13 +352,6 @@ def check_started(games: Games | None, method: str) -> Games:
     return games
 
 
-def resolve_problem(problem: str | Problem, parameters: Info) -> Problem:
-    """Return the problem of this name, or the given problem, with these parameters."""
-    if isinstance(problem, str):
-        return problems.load_problem(problem, **parameters)
-    return problems.with_parameters(problem, parameters)
-
-
 def resolve_turn_limit(problem: Problem, turns: int | None) -> int:
     """Return the turn limit of an environment: `turns`, else the problem's horizon, else 10,000.
 
@@ -366,18 +361,20 @@ def resolve_turn_limit(problem: Problem, turns: int | None) -> int:
     return turns if turns is not None else problem.horizon or DEFAULT_TURN_LIMIT
 
 
-def load_other_policies(problem: Problem, seat: int, others: str) -> list[Policy | None]:
-    """Load the named policy for all other seats; "" loads the default partner of each seat.
+def load_other_policies(
+    problem: Problem, seat: int, others: AgentLike | Sequence[AgentLike | None], turns: int | None
+) -> list[Policy | None]:
+    """Return the policy of each other seat, and None for the learner's seat.
 
-    The learner's seat has None.
+    `others` is one agent for all other seats, or has an agent for each seat, of which that of the
+    learner is not used; "" is the default partner of each seat.
     """
-    policy_names = [
-        others or agents.load_roster(problem, i).default_partner for i in range(len(problem.agents))
-    ]
-    numbered_names = enumerate(policy_names)
-    return [
-        None if i == seat else agents.load_agent(problem, i, name) for i, name in numbered_names
-    ]
+    if others == "":
+        seats = range(len(problem.agents))
+        others = [load_roster(problem, index).default_partner for index in seats]
+    players = assign_agents(problem, others)
+    players[seat] = None
+    return load_players(problem, players, turns=turns)
 
 
 def render_board(session: Session, seat: int) -> str:

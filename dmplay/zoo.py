@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pettingzoo
 
-from dmplay.core.problem import Problem, find_seat
+from dmplay.core.problem import find_seat
 from dmplay.core.session import Session
 from dmplay.core.uniforms import SeededUniforms
 from dmplay.errors import IllegalAction
@@ -22,9 +22,9 @@ from dmplay.gym import (
     check_started,
     choose_episode_uniforms,
     render_board,
-    resolve_problem,
     resolve_turn_limit,
 )
+from dmplay.registry.problems import ProblemLike, load_problem
 from dmplay.simulation.seat_spaces import IllegalActionRule, Info, SeatSpaces, Space
 
 AgentDict = dict[str, Any]
@@ -37,7 +37,7 @@ class ParallelEnv(pettingzoo.ParallelEnv):  # type: ignore[misc] # PettingZoo is
 
     def __init__(
         self,
-        problem: str | Problem,
+        problem: ProblemLike,
         *,
         turns: int | None = None,
         render_mode: str | None = None,
@@ -45,7 +45,7 @@ class ParallelEnv(pettingzoo.ParallelEnv):  # type: ignore[misc] # PettingZoo is
         illegal_reward: float = -1.0,
         **parameters: Any,
     ) -> None:
-        self.problem = resolve_problem(problem, parameters)
+        self.problem = load_problem(problem, **parameters)
         self.possible_agents = [*self.problem.agents]
         self.agents: list[str] = []
         self.render_mode = check_render_mode(render_mode)

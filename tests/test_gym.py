@@ -23,9 +23,10 @@ from dmplay.core.policy import Memory
 from dmplay.core.problem import Problem
 from dmplay.core.spaces import Interval
 from dmplay.errors import BadParameter, EpisodeOver, IllegalAction, UnknownName
+from dmplay.evaluation.many_games import rollout
 from dmplay.gym import Env, VectorEnv, resolve_turn_limit
 from dmplay.registry import agents
-from dmplay.simulation.rollouts import Rollout, rollout
+from dmplay.simulation.rollouts import Rollout
 from dmplay.zoo import ParallelEnv
 from tests.formats.sources import BALLET_TEXT, TEAM_TEXT, TIGER_TEXT, write_text_file
 from tests.support.problem_cases import (

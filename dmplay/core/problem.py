@@ -93,6 +93,17 @@ def check_problem(problem: object, turn_limit: int | None) -> None:
         raise BadParameter(f"turns: got {turn_limit!r}, expected a whole number, 0 or more")
 
 
+def choose_turn_limit(turns: int | None, turn_limit: int | None) -> int | None:
+    """Return the turn limit that a caller gives under one of two names, or None.
+
+    Raise BadParameter if both are given and differ.
+    """
+    if turns is not None and turn_limit is not None and turns != turn_limit:
+        got = f"got {turns!r} and {turn_limit!r}"
+        raise BadParameter(f"turns and turn_limit: {got}, expected one of them")
+    return turn_limit if turns is None else turns
+
+
 def validate_outcome(problem: "Problem", outcome: "Outcome") -> None:
     """Raise BadParameter for a reward or an observation that no record or table can hold.
 
@@ -451,11 +462,18 @@ def build_percept(
     return Percept(action, copy_if_required("observation", observation), joint_actions, reward)
 
 
-def find_seat(problem: Problem, name: str) -> int:
-    """Return the index of the agent with this name; raise UnknownName if there is none."""
-    if name not in problem.agents:
-        raise UnknownName("seat", name, problem.agents)
-    return int(problem.agents.index(name))
+def find_seat(problem: Problem, seat: str | int) -> int:
+    """Return the index of a seat, from the name of its agent or from the index itself.
+
+    Raise UnknownName if no agent has this name, and BadParameter for another index.
+    """
+    if isinstance(seat, str):
+        if seat not in problem.agents:
+            raise UnknownName("seat", seat, problem.agents)
+        return int(problem.agents.index(seat))
+    if not isinstance(seat, INTEGER_TYPES) or seat not in range(len(problem.agents)):
+        raise BadParameter(f"seat: got {seat!r}, expected 0 to {len(problem.agents) - 1}")
+    return int(seat)
 
 
 def _ensure_dataclass(problem_class: type[Problem]) -> type[Problem]:

@@ -35,6 +35,7 @@ from dmplay.core.problem import (
     Problem,
     build_percept,
     check_problem,
+    choose_turn_limit,
     find_wait_action,
     make_initial_observation,
     mark_inactive_agents,
@@ -145,19 +146,21 @@ class _CurrentFacts(NamedTuple):
 class Session(NotebookDisplay):
     """One game; a seat without a policy is played from outside, through `advance`.
 
-    It has at most `turn_limit` turns, by default the problem's horizon. Raise BadPolicy unless
-    there is a policy, or None, for each seat.
+    It has at most `turns` turns (or `turn_limit`, the same), by default the problem's horizon.
+    Raise BadPolicy unless there is a policy, or None, for each seat.
     """
 
-    def __init__(
+    def __init__(  # noqa: PLR0913 - the turn limit has two names
         self,
         problem: Problem,
         uniform_source: EpisodeUniforms,
         policies: Sequence[Policy | None] = (),
         *,
+        turns: int | None = None,
         turn_limit: int | None = None,
         initial_uniforms: Reals | None = None,
     ) -> None:
+        turn_limit = choose_turn_limit(turns, turn_limit)
         check_problem(problem, turn_limit)
         _check_uniform_source(uniform_source)
         _check_policies(policies, problem)

@@ -3,14 +3,14 @@
 from collections.abc import Sequence
 from concurrent.futures import Executor
 from itertools import combinations
-from typing import NamedTuple
+from typing import NamedTuple, cast
 
 import numpy as np
 
 from dmplay.core.arrays import Reals
 from dmplay.core.best_actions import compute_reward_scale
-from dmplay.core.policy import Policy
-from dmplay.core.problem import Problem, check_problem
+from dmplay.core.policy import Policy, is_policy_sequence
+from dmplay.core.problem import Problem, check_problem, find_seat
 from dmplay.core.text import VALUE_DECIMALS, format_count
 from dmplay.core.user_code_locations import describe_error_location
 from dmplay.core.work_budget import ProgressCallback
@@ -27,6 +27,8 @@ from dmplay.evaluation.statistics import (
     compute_bounded_confidence_sequence,
     estimate_mean,
 )
+from dmplay.registry.agents import AgentLike, is_single_agent, load_agents, load_roster
+from dmplay.registry.problems import ProblemLike, load_problem
 from dmplay.simulation.rollouts import RolloutSpec
 from dmplay.simulation.worker_pool import WorkerCount
 
@@ -75,10 +77,11 @@ class Comparison(NamedTuple):
 
 
 def compare(  # noqa: PLR0913 - each is the caller's to choose
-    problem: Problem,
-    entrants: Sequence[Sequence[Policy]],
+    problem: ProblemLike,
+    entrants: Sequence[AgentLike | Sequence[AgentLike]],
     *,
-    seat: int = 0,
+    seat: int | str = 0,
+    others: AgentLike = "",
     episodes: int = 10_000,
     decide: float | None = None,
     return_bounds: tuple[float, float] | None = None,
@@ -92,8 +95,9 @@ def compare(  # noqa: PLR0913 - each is the caller's to choose
 ) -> Comparison:
     """Play the games of each entrant on common random numbers and return the comparison.
 
-    Each entrant is a policy for every seat. A control variate reduces the variance of the
-    differences if one is available; its mean is 0.
+    An entrant is an agent, which plays `seat`, or a sequence with an agent for each seat. If it is
+    one agent, `others` plays the other seats, by default the usual agents, as on the command line.
+    A control variate reduces the variance of the differences if one is available; its mean is 0.
 
     With `decide`, two entrants play until one is significantly better, or `episodes` games are
     played. The wrong one is declared better in at most this share of comparisons, at every number
@@ -106,9 +110,12 @@ def compare(  # noqa: PLR0913 - each is the caller's to choose
     withdrawn, and the others play again without it: an average over the games that it finished
     would favor one that gives up.
     """
+    problem = load_problem(problem)
     check_problem(problem, turns)
     check_episode_count(episodes)
-    _check_entrants(problem, entrants, seat, decide)
+    seat = find_seat(problem, seat)
+    _check_entrants(entrants, decide)
+    policies = [_load_entrant(problem, entrant, seat, others, turns) for entrant in entrants]
     control_variate = None if return_bounds else build_control_variate(problem)
     rule = None if decide is None else DecisionRule(decide, None)
     if rule and not asymptotic:
@@ -124,7 +131,7 @@ def compare(  # noqa: PLR0913 - each is the caller's to choose
             new_episodes, turns, seed, workers, executor, progress, fields, control_variate
         )
         try:
-            part = run_rollouts_until_interrupted(problem, [entrants[i] for i in active], spec)
+            part = run_rollouts_until_interrupted(problem, [policies[i] for i in active], spec)
         except Exception as error:
             entrant = getattr(error, "entrant_index", None)
             if entrant is None:
@@ -155,17 +162,29 @@ def compare(  # noqa: PLR0913 - each is the caller's to choose
         game_count = min(episodes, game_count + max(MIN_GAMES_TO_DECIDE, game_count // 4))
 
 
-def _check_entrants(problem: Problem, entrants: object, seat: int, decide: float | None) -> None:
-    """Raise BadParameter unless there are several entrants, and the seat and the share exist."""
-    if not isinstance(entrants, Sequence):
-        raise BadParameter(
-            f"entrants: got {entrants!r}, expected a list with the policies of each entrant"
-        )
+def _load_entrant(
+    problem: Problem,
+    entrant: AgentLike | Sequence[AgentLike],
+    seat: int,
+    others: AgentLike,
+    turns: int | None,
+) -> list[Policy]:
+    """Return the policies of all seats for an entrant: an agent of one seat, or of each."""
+    if not is_single_agent(entrant):
+        return load_agents(problem, entrant, turns=turns)
+    seats = range(len(problem.agents))
+    agents = [others or load_roster(problem, index).default_partner for index in seats]
+    agents[seat] = cast("AgentLike", entrant)
+    return load_agents(problem, agents, turns=turns)
+
+
+def _check_entrants(entrants: object, decide: float | None) -> None:
+    """Raise BadParameter unless there are several entrants, and the share exists."""
+    if not is_policy_sequence(entrants):
+        raise BadParameter(f"entrants: got {entrants!r}, expected a list of agents")
     if len(entrants) < 2:
         got = format_count(len(entrants), "agent")
         raise BadParameter(f"got {got}, expected at least 2 to compare")
-    if seat not in range(len(problem.agents)):
-        raise BadParameter(f"seat: got {seat!r}, expected 0 to {len(problem.agents) - 1}")
     if decide is not None and len(entrants) > 2:
         raise BadParameter(f"decide: got {len(entrants)} agents, expected 2")
     if decide is not None and not 0 < decide < 1:

@@ -7,9 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dmplay.core.arrays import Ints
-from dmplay.core.policy import Policy
-from dmplay.core.problem import Problem
+from dmplay.core.arrays import Ints, Reals
+from dmplay.core.problem import Problem, choose_turn_limit
 from dmplay.core.work_budget import ProgressCallback
 from dmplay.errors import BadParameter, Forfeit
 from dmplay.evaluation.interruptible_rollouts import (
@@ -24,7 +23,9 @@ from dmplay.evaluation.statistics import (
     explain_doubtful_interval,
     five_number_summary,
 )
-from dmplay.simulation.rollouts import Rollout, RolloutSpec
+from dmplay.registry.agents import AgentLike, load_agents
+from dmplay.registry.problems import ProblemLike, load_problem
+from dmplay.simulation.rollouts import DEFAULT_ARRAYS, Rollout, RolloutSpec, rollout_entrants
 from dmplay.simulation.worker_pool import WorkerCount
 
 DEFAULT_EPISODES = 10_000  # if the caller sets no limit
@@ -58,9 +59,42 @@ class RunResult(NamedTuple):
     forfeits: tuple[Forfeit, ...] = ()  # of programs; the games in which they were are left out
 
 
+def rollout(  # noqa: PLR0913 - each is the caller's to choose
+    problem: ProblemLike,
+    agents: AgentLike | Sequence[AgentLike],
+    *,
+    episodes: int,
+    turns: int | None = None,
+    turn_limit: int | None = None,
+    seed: int = 0,
+    first_episode: int = 0,
+    workers: WorkerCount = 1,
+    executor: Executor | None = None,
+    progress: ProgressCallback | None = None,
+    keep: Sequence[str] = DEFAULT_ARRAYS,
+    start_uniforms: Reals | None = None,
+) -> Rollout:
+    """Play consecutive episodes of a seed from `first_episode` on, and return arrays of them.
+
+    `agents` has one agent for each seat, or is one for all. `turn_limit` is another name of
+    `turns`. Row r is the game that a session plays with `SeededUniforms(seed, first_episode + r)`,
+    whatever the workers, the executor, the blocks and their order. With `start_uniforms`, all games
+    begin as the game with these initial uniforms does. `progress` is called with the share of the
+    games that is played. Raise RolloutBlocksLost if workers died again and again,
+    RolloutInterrupted on Ctrl-C, and BadPolicy, IllegalAction or BadParameter for what cannot be
+    played.
+    """
+    turns, problem = choose_turn_limit(turns, turn_limit), load_problem(problem)
+    episode_range = range(first_episode, first_episode + episodes)
+    spec = RolloutSpec(episode_range, turns, seed, workers, executor, progress, keep)
+    spec = spec._replace(start_uniforms=start_uniforms)
+    (result,) = rollout_entrants(problem, [load_agents(problem, agents, turns=turns)], spec)
+    return result
+
+
 def run(  # noqa: PLR0913 - each is the caller's to choose
-    problem: Problem,
-    policies: Sequence[Policy],
+    problem: ProblemLike,
+    agents: AgentLike | Sequence[AgentLike],
     *,
     episodes: int | None = None,
     max_standard_error: float | None = None,
@@ -72,12 +106,14 @@ def run(  # noqa: PLR0913 - each is the caller's to choose
 ) -> RunResult:
     """Play many games and return their summary.
 
-    The number of games is `episodes`, by default 10,000, or with `max_standard_error` as many as
-    bring every standard error of a return down to that. The games are those of `rollout`; Ctrl-C
-    ends the run with the games played so far. The errors are checked after numbers of games that do
-    not depend on the workers, so neither does the result. Games in which a program forfeits are
-    left out and listed.
+    `agents` has one agent for each seat, or is one for all. The number of games is `episodes`, by
+    default 10,000, or with `max_standard_error` as many as bring every standard error of a return
+    down to that. The games are those of `rollout`; Ctrl-C ends the run with the games played so
+    far. The errors are checked after numbers of games that do not depend on the workers, so neither
+    does the result. Games in which a program forfeits are left out and listed.
     """
+    problem = load_problem(problem)
+    policies = load_agents(problem, agents, turns=turns)
     if episodes is not None and max_standard_error is not None:
         raise BadParameter("episodes and until-se: got both, expected only one")
     if episodes is not None:

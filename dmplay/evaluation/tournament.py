@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from dmplay.core.arrays import Reals
-from dmplay.core.policy import Policy, check_policies
+from dmplay.core.policy import Policy
 from dmplay.core.problem import Problem, check_problem
 from dmplay.core.text import format_count
 from dmplay.core.user_code_locations import describe_error_location
@@ -28,6 +28,8 @@ from dmplay.evaluation.interruptible_rollouts import (
     run_rollouts_until_interrupted,
 )
 from dmplay.evaluation.statistics import Estimate, estimate_mean
+from dmplay.registry.agents import AgentLike, format_agent_label, load_agents
+from dmplay.registry.problems import ProblemLike, load_problem
 from dmplay.simulation.rollouts import RolloutSpec
 from dmplay.simulation.worker_pool import WorkerCount
 from dmplay.solvers.games import regret_matching
@@ -73,10 +75,10 @@ class TournamentResult(NamedTuple):
 
 
 def run_tournament(  # noqa: PLR0913 - each is the caller's to choose
-    problem: Problem,
-    entrants: Mapping[str, Sequence[Policy]],
+    problem: ProblemLike,
+    entrants: Mapping[str, AgentLike | Sequence[AgentLike]] | Sequence[AgentLike],
     *,
-    equilibrium_policies: Sequence[Policy] | None = None,
+    equilibrium_policies: AgentLike | Sequence[AgentLike] | None = None,
     episodes: int = 1000,
     turns: int | None = None,
     seed: int = 0,
@@ -88,20 +90,22 @@ def run_tournament(  # noqa: PLR0913 - each is the caller's to choose
 ) -> TournamentResult:
     """Play every seating of the entrants on the same uniforms and return the results.
 
-    Each entrant has a policy for every seat. With the order `given`, no entrant sits behind one
-    that is named later, so each pairing is played once. `equilibrium_policies` are an equilibrium
-    of two seats; each entrant plays against them too, and their index comes after all entrants.
-    Seatings in `returns_by_seating` are not played again, and new ones are added to it. Ctrl-C ends
-    the tournament with these.
+    `entrants` is a list of agents, or a dict from a name to an agent or to one for each seat. With
+    the order `given`, no entrant sits behind one that is named later, so each pairing is played
+    once. `equilibrium_policies` are an equilibrium of two seats; each entrant plays against them
+    too, and their index comes after all entrants. Seatings in `returns_by_seating` are not played
+    again, and new ones are added to it. Ctrl-C ends the tournament with these.
 
     An entrant that raises an error, returns no action or forfeits a game is withdrawn, and the
     result is of the games between the others: an average over the games that it finished would
     favor one that gives up. The last two entrants are not withdrawn: an error is raised.
     """
+    problem = load_problem(problem)
     check_problem(problem, turns)
     check_episode_count(episodes)
-    _check_entrants(problem, entrants)
-    seat_count, names = len(problem.agents), tuple(entrants)
+    policies_by_name = _load_entrants(problem, entrants, turns)
+    seat_count, names = len(problem.agents), tuple(policies_by_name)
+    policies_by_entrant = [*policies_by_name.values()]
     if seat_count == 1:
         raise BadParameter(
             "tournament: got a problem with 1 seat, expected at least 2; use compare"
@@ -111,15 +115,13 @@ def run_tournament(  # noqa: PLR0913 - each is the caller's to choose
     if seating_order not in SEATING_ORDERS:
         raise UnknownName("order", seating_order, SEATING_ORDERS, "seats")
     returns_by_seating = {} if returns_by_seating is None else returns_by_seating
-    policies_by_entrant = [*entrants.values()]
     seatings = list_seatings(len(names), seat_count, seating_order)
     if equilibrium_policies:
-        policies_by_entrant.append(equilibrium_policies)
+        policies_by_entrant.append(load_agents(problem, equilibrium_policies, turns=turns))
         seatings += list_equilibrium_pairings(len(names))
     remaining = [seating for seating in seatings if seating not in returns_by_seating]
-    shortfall = ""
     active = [*range(len(names))]  # entrants that are not withdrawn
-    withdrawals = list[str]()
+    shortfall, withdrawals = "", list[str]()
     spec = RolloutSpec(range(episodes), turns, seed, workers, executor, keep=("returns",))
     with report_progress_to(progress) if progress else nullcontext():
         for index, seating in enumerate(remaining):
@@ -159,17 +161,31 @@ def run_tournament(  # noqa: PLR0913 - each is the caller's to choose
     )._replace(shortfall_reason=shortfall, withdrawals=tuple(withdrawals))
 
 
-def _check_entrants(problem: Problem, entrants: object) -> None:
-    """Raise BadParameter or BadPolicy unless each entrant has a policy for every seat."""
+tournament = run_tournament  # the name of the command
+
+
+def _load_entrants(
+    problem: Problem,
+    entrants: Mapping[str, AgentLike | Sequence[AgentLike]] | Sequence[AgentLike],
+    turns: int | None,
+) -> dict[str, list[Policy]]:
+    """Return the policies of all seats for each entrant, by name; raise an error for others."""
     if not isinstance(entrants, Mapping):
-        raise BadParameter(
-            f"entrants: got {entrants!r}, expected a dict from each name to a policy per seat"
-        )
-    for name, policies in entrants.items():
+        if not isinstance(entrants, Sequence) or isinstance(entrants, str):
+            expected = "expected a list of agents, or a dict of them by name"
+            raise BadParameter(f"entrants: got {entrants!r}, {expected}")
+        labels = [format_agent_label(agent) for agent in entrants]
+        if len({*labels}) < len(labels):
+            twice = next(label for label in labels if labels.count(label) > 1)
+            raise BadParameter(f"entrants: got {twice} twice, expected a dict of agents by name")
+        entrants = dict(zip(labels, entrants, strict=True))
+    loaded = {}
+    for name, agents in entrants.items():
         try:
-            check_policies(problem.agents, policies)
+            loaded[name] = load_agents(problem, agents, turns=turns)
         except BadPolicy as error:
             raise BadPolicy(f"{name}: {error}") from None
+    return loaded
 
 
 def list_seatings(

@@ -7,8 +7,8 @@ from typing import cast
 
 from dmplay.agents.base import AdviceQuestion
 from dmplay.core.notebook_display import NotebookDisplay
-from dmplay.core.policy import Policy, is_policy_sequence
-from dmplay.core.problem import Problem, check_problem, find_seat
+from dmplay.core.policy import is_policy_sequence
+from dmplay.core.problem import check_problem, find_seat
 from dmplay.core.safe_files import write_file
 from dmplay.core.session import Session
 from dmplay.core.text import format_count
@@ -24,8 +24,9 @@ from dmplay.external.bots.shutdown import close_bots
 from dmplay.game.launch_requests import GameRequest
 from dmplay.game.position import Position
 from dmplay.game.seats import HUMAN, make_header
-from dmplay.registry import agents as known
 from dmplay.registry import problems
+from dmplay.registry.agents import AgentLike, assign_agents, format_agent_label, load_players
+from dmplay.registry.problems import ProblemLike, load_problem
 from dmplay.transcript.regeneration import format_session
 
 
@@ -33,12 +34,11 @@ class ManualGame(NotebookDisplay):
     """A game whose manual seats are played from Python; a notebook shows its board."""
 
     def __init__(
-        self, session: Session, players: Sequence[str | Policy | None], problem_name: str = ""
+        self, session: Session, players: Sequence[AgentLike | None], problem_name: str = ""
     ) -> None:
         self.session, self._problem_name = session, problem_name
         self._players = tuple(
-            player if isinstance(player, str) else type(player).__name__ if player else HUMAN
-            for player in players
+            HUMAN if player is None else format_agent_label(player) for player in players
         )
         self._recorded_players = [
             player if isinstance(player, str) else HUMAN for player in players
@@ -148,8 +148,8 @@ class ManualGame(NotebookDisplay):
 
 
 def play(
-    problem: str | os.PathLike[str] | Problem,
-    agents: Sequence[str | Policy | None] = (),
+    problem: ProblemLike,
+    agents: AgentLike | Sequence[AgentLike | None] = (),
     seed: int | None = None,
     *,
     turns: int | None = None,
@@ -158,21 +158,12 @@ def play(
 
     Without agents, all seats are manual.
     """
-    loaded = problems.load_problem(problem) if isinstance(problem, str | os.PathLike) else problem
+    loaded = load_problem(problem)
     check_problem(loaded, turns)
-    if not is_policy_sequence(agents):
-        raise BadPolicy(
-            f"got {agents!r}, expected one agent for each of {', '.join(loaded.agents)}"
-        )
-    players = list(agents) or [None] * len(loaded.agents)
-    if len(players) != len(loaded.agents):
-        expected = f"expected one for each of {', '.join(loaded.agents)}"
-        raise BadPolicy(f"got {format_count(len(players), 'agent')}, {expected}")
-    policies = [
-        known.load_agent(loaded, seat, player) if isinstance(player, str) else player
-        for seat, player in enumerate(players)
-    ]
+    is_empty = is_policy_sequence(agents) and not agents
+    players = assign_agents(loaded, [None] * len(loaded.agents) if is_empty else agents)
+    policies = load_players(loaded, players, turns=turns)
     seed = new_seed() if seed is None else seed
-    session = Session(loaded, SeededUniforms(seed), policies, turn_limit=turns)
+    session = Session(loaded, SeededUniforms(seed), policies, turns=turns)
     name = os.path.join(os.curdir, problem) if isinstance(problem, os.PathLike) else problem
     return ManualGame(session, players, name if isinstance(name, str) else "")

@@ -35,7 +35,7 @@ from dmplay.game.turn_events import (
     sample_next_states,
 )
 from dmplay.registry.agents import HintAgent, find_hint_provider, load_hint_agent
-from dmplay.registry.problems import load_problem
+from dmplay.registry.problems import ProblemLike, load_problem
 from dmplay.solvers.search.simulated_opponents import make_start_state
 from dmplay.views.protocol import Forecast
 
@@ -114,7 +114,7 @@ class Position:
     @classmethod
     def from_text(  # noqa: PLR0913 - a position has these parts
         cls,
-        problem: Problem | str,
+        problem: ProblemLike,
         seat: int | str = 0,
         *,
         state: str = "",
@@ -132,8 +132,8 @@ class Position:
 
         Raise BadParameter for a text that does not fit the problem.
         """
-        problem = load_problem(problem) if isinstance(problem, str) else problem
-        seat = find_seat(problem, seat) if isinstance(seat, str) else seat
+        problem = load_problem(problem)
+        seat = find_seat(problem, seat)
         _check_texts(problem, seat, state, history, belief, turns_left, players)
         turns_done = len(history)
         turn_limit = problem.horizon if turns_left is None else turns_done + turns_left

@@ -205,21 +205,22 @@ class ScoreComparer:
 
         They are played once. None if they take too long.
         """
-        from dmplay.simulation.rollouts import rollout  # imported only if a person finished a game
+        # imported only if a person finished a game
+        from dmplay.simulation.rollouts import RolloutSpec, rollout_entrants
 
         session, key = self.session, (name, has_same_start)
         if key not in self._games:
             self._games[key] = None
             with suppress(DmplayError, ComputationStopped), stop_after_seconds(MAX_SECONDS):
-                self._games[key] = rollout(
-                    session.problem,
-                    self._seat_agent(name),
-                    episodes=COMPARED_GAMES,
+                spec = RolloutSpec(
+                    range(COMPARED_GAMES),
                     turn_limit=min(session.turn_limit or MAX_COMPARED_TURNS, MAX_COMPARED_TURNS),
                     seed=COMPARISON_SEED,
                     keep=("returns", "terminated"),
                     start_uniforms=session.initial_uniforms if has_same_start else None,
                 )
+                policies = self._seat_agent(name)
+                (self._games[key],) = rollout_entrants(session.problem, [policies], spec)
         return self._games[key]
 
     def _seat_agent(self, name: str) -> list[Policy]:

@@ -7,7 +7,8 @@ program, `bot:COMMAND` or `bot:PARAMETER=VALUE,...,COMMAND`.
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import Field, dataclass, fields, replace
 from functools import cache, cached_property, partial
-from typing import Any
+from types import MappingProxyType
+from typing import Any, cast
 
 import numpy as np
 
@@ -27,18 +28,20 @@ from dmplay.core.arrays import Array, Bools, Reals
 from dmplay.core.best_actions import VALUE_TOLERANCE
 from dmplay.core.parameter_parsing import parse_parameter
 from dmplay.core.parameters import INTEGER_TYPES
-from dmplay.core.policy import Memory, Policy, forbid_exit
-from dmplay.core.problem import Problem, check_problem, initial_state_distribution
+from dmplay.core.policy import Memory, Policy, forbid_exit, is_policy_sequence
+from dmplay.core.problem import Problem, check_problem, find_seat, initial_state_distribution
 from dmplay.core.text import format_count
 from dmplay.core.user_code_locations import describe_error_location
 from dmplay.errors import BadParameter, BadPolicy, DmplayError, UnknownName
 from dmplay.registry import problem_module_exports
 from dmplay.registry.builtin_names import problem_names
 from dmplay.registry.problem_name_kinds import names_bot
-from dmplay.registry.problems import load_problem
+from dmplay.registry.problems import ProblemLike, load_problem
 from dmplay.registry.user_code import load_named_attribute, may_name_code
 
 NON_PARAMETER_FIELDS = ("problem", "seat", "policy_maker", "opponents")
+# a name, a policy, its class, or a function of problem and seat that makes it
+AgentLike = str | Policy | Callable[..., object]
 MAX_LISTED_PROBLEMS = 4  # maximum number of problems listed for an agent that does not fit
 
 
@@ -218,36 +221,130 @@ class _SpecificAgentsFirst(Mapping[str, type[SeatPolicy]]):
         return len(self._all_agents)
 
 
-def load_agent(problem: Problem, seat: int, name: str) -> Policy:
-    """Return the agent of this name for a seat.
+def load_agent(
+    problem: ProblemLike, seat: int | str, agent: AgentLike, *, turns: int | None = None
+) -> Policy:
+    """Return the policy of an agent for a seat, in games of at most `turns` turns.
+
+    `agent` is a name, a policy, its class, or a function of problem and seat that makes it.
 
     Raises UnknownName with the nearest names, BadPolicy if the agent does not play this problem,
     and BadParameter if one of its parameters, or the seat, is invalid.
     """
-    check_problem(problem, None)
-    if seat not in range(len(problem.agents)):
-        raise BadParameter(f"seat: got {seat!r}, expected 0 to {len(problem.agents) - 1}")
-    if not isinstance(name, str):
-        raise BadParameter(f"got {name!r}, expected the name of an agent")
-    if names_bot(name):
-        return make_bot(problem, seat, name)
-    if not names_user_code(problem, seat, name):
-        return _make_roster_agent(problem, seat, name)
-    source, _, remainder = name.partition(":")
+    problem = load_problem(problem)
+    check_problem(problem, turns)
+    seat = find_seat(problem, seat)
+    if not is_single_agent(agent):
+        expected = "expected an agent: its name, class, function or object"
+        raise BadPolicy(f"{problem.agents[seat]}: got {agent!r}, {expected}")
+    if not isinstance(agent, str):
+        return _make_policy(problem, seat, format_agent_label(agent), agent)
+    if names_bot(agent):
+        return make_bot(problem, seat, agent, turns)
+    if not names_user_code(problem, seat, agent):
+        return _make_roster_agent(problem, seat, agent)
+    source, _, remainder = agent.partition(":")
     attribute_name, _, parameter_text = remainder.partition(":")
     try:
         factory = load_named_attribute(f"{source}:{attribute_name}")
     except BadParameter:  # no such module
         _raise_if_for_other_problems(problem, seat, source)
         raise
-    parameters = _parse_parameters(factory, parameter_text, name) if parameter_text else {}
-    try:
-        policy: Policy = forbid_exit(factory, problem, seat, **parameters)
-    except TypeError as error:
-        if describe_error_location(error):  # raised on a line of user code
-            raise
-        _raise_if_for_other_problems(problem, seat, source)
-        raise BadPolicy(f"{name}: cannot construct a policy from (problem, seat)") from None
+    parameters = _parse_parameters(factory, parameter_text, agent) if parameter_text else {}
+    return _make_policy(problem, seat, agent, factory, parameters)
+
+
+def load_agents(
+    problem: Problem, agents: AgentLike | Sequence[AgentLike], *, turns: int | None = None
+) -> list[Policy]:
+    """Return a policy for each seat, from an agent for each seat or one for all.
+
+    Raise BadPolicy for another number of agents, and for None.
+    """
+    policies = load_players(problem, agents, turns=turns)
+    if None in policies:
+        raise BadPolicy(f"{problem.agents[policies.index(None)]}: got None, expected an agent")
+    return [policy for policy in policies if policy is not None]
+
+
+def load_players(
+    problem: Problem, agents: AgentLike | Sequence[AgentLike | None], *, turns: int | None = None
+) -> list[Policy | None]:
+    """Return the policy of each seat, None for a seat that the caller plays.
+
+    There is an agent or None for each seat, or one agent for all. As on the command line, an agent
+    that plans whole games and is named plans for `turns`.
+    """
+    policies = list[Policy | None]()
+    for seat, agent in enumerate(assign_agents(problem, agents)):
+        adapted = agent
+        if turns and isinstance(agent, str):
+            adapted = set_horizon_in_name(problem, seat, agent, turns)
+        policy = None if adapted is None else load_agent(problem, seat, adapted, turns=turns)
+        policies.append(policy)
+    return policies
+
+
+def assign_agents(
+    problem: Problem, agents: AgentLike | Sequence[AgentLike | None]
+) -> list[AgentLike | None]:
+    """Return the agent of each seat, or None, from a sequence of them or one agent for all.
+
+    Raise BadPolicy for anything else, such as one policy for several seats.
+    """
+    names = ", ".join(problem.agents)
+    is_policy = hasattr(agents, "choose") and not isinstance(agents, type)
+    if is_single_agent(agents) and not (is_policy and len(problem.agents) > 1):
+        return [cast("AgentLike", agents)] * len(problem.agents)
+    if is_policy or not is_policy_sequence(agents):
+        raise BadPolicy(f"got {agents!r}, expected one agent for each of {names}")
+    if len(agents) != len(problem.agents):
+        raise BadPolicy(
+            f"got {format_count(len(agents), 'agent')}, expected one for each of {names}"
+        )
+    return [*cast("Sequence[AgentLike | None]", agents)]
+
+
+def is_single_agent(agents: object) -> bool:
+    """Return whether this is one agent, not a sequence with one for each seat."""
+    return isinstance(agents, str) or callable(agents) or hasattr(agents, "choose")
+
+
+def format_agent_label(agent: object) -> str:
+    """Return the name of an agent for reports: as given, or that of its class or function."""
+    if isinstance(agent, str):
+        return agent
+    return str(getattr(agent, "__name__", type(agent).__name__))
+
+
+def list_agents(problem: ProblemLike, seat: int | str = 0) -> list[str]:
+    """Return the names of the agents that can play a seat of a problem."""
+    problem = load_problem(problem)
+    seat = find_seat(problem, seat)
+    agents = load_roster(problem, seat).agents
+    return [name for name in agents if not refuses_to_play(problem, agents[name], seat)]
+
+
+def _make_policy(
+    problem: Problem,
+    seat: int,
+    name: str,
+    agent: object,
+    parameters: Mapping[str, object] = MappingProxyType({}),
+) -> Policy:
+    """Return the policy of an agent of user code, with these parameters; raise BadPolicy."""
+    if isinstance(agent, type) or not hasattr(agent, "choose"):
+        make: Any = agent
+        try:
+            agent = forbid_exit(make, problem, seat, **parameters)
+        except TypeError as error:
+            if describe_error_location(error):  # raised on a line of user code
+                raise
+            _raise_if_for_other_problems(problem, seat, name.partition(":")[0])
+            raise BadPolicy(f"{name}: cannot construct a policy from (problem, seat)") from None
+    elif parameters:
+        raise BadPolicy(f"{name}: an object takes no parameters; name its class")
+    policy: Any = agent
     members = ("uniform_count", "initial_memory", "update_memory", "choose")
     missing = [member for member in members if not hasattr(policy, member)]
     if missing:
@@ -255,7 +352,8 @@ def load_agent(problem: Problem, seat: int, name: str) -> Policy:
     if not isinstance(policy.uniform_count, INTEGER_TYPES) or policy.uniform_count < 0:
         got = f"{name}: uniform_count: got {policy.uniform_count!r}"
         raise BadPolicy(f"{got}, expected a whole number, 0 or more")
-    return policy
+    checked_policy: Policy = policy
+    return checked_policy
 
 
 def names_user_code(problem: Problem, seat: int, name: str) -> bool:
@@ -375,15 +473,15 @@ def default_agent_name(problem: Problem, seat: int, turn_limit: int | None = Non
     return seat_roster.batch_agent or hint_provider or seat_roster.default_partner
 
 
-def refuses_to_play(problem: Problem, agent_class: type[SeatPolicy]) -> bool:
-    """Return whether an agent of a roster refuses to play the first seat of a problem.
+def refuses_to_play(problem: Problem, agent_class: type[SeatPolicy], seat: int = 0) -> bool:
+    """Return whether an agent of a roster refuses to play a seat, by default the first.
 
     An agent that needs an optional package is assumed to play, as the package is not loaded.
     """
     if agent_class.required_package:
         return False
     try:
-        agent_class(problem, 0)
+        agent_class(problem, seat)
     except BadPolicy:
         return True
     return False

@@ -124,9 +124,19 @@ def load_module_variants(module: ModuleType) -> dict[str, Problem]:
 
 
 def convert_to_problem(name: str, value: object) -> Problem:
-    """Return the problem of a class or an instance; raise BadParameter for anything else."""
+    """Return the problem of a class, of a function that makes it, or of an instance.
+
+    Raise BadParameter for anything else.
+    """
     if isinstance(value, type) and issubclass(value, Problem):
         value = _instantiate_with_defaults(value)
+    elif callable(value) and not isinstance(value, type | Problem):
+        try:
+            value = value()
+        except TypeError as error:
+            if user_code_locations.describe_error_location(error):  # raised inside the function
+                raise
+            raise BadParameter(f"{name}: expected a function without arguments") from None
     if not isinstance(value, Problem):
         kind = value if isinstance(value, type) else type(value)
         raise BadParameter(f"{name}: got {kind.__name__}, expected a dmplay Problem")

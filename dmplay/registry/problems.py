@@ -11,7 +11,7 @@ A problem's module may define VARIANTS, a mapping of name to instance.
 import inspect
 import os
 import sys
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import fields, replace
 from functools import lru_cache
@@ -52,15 +52,46 @@ class LoadedProblem(NamedTuple):
     origin: str = ""  # identifies the source: a file's hash, or a library's version
 
 
-def load_problem(name: str | os.PathLike[str], **parameters: object) -> Problem:
-    """Return the problem of this name, or in the file at a path, with these parameters.
+# a name, a path, a problem, its class, or a function that makes it
+ProblemLike = str | os.PathLike[str] | Problem | Callable[..., Problem]
 
-    Raises UnknownName with the nearest names, or BadParameter.
+
+def load_problem(problem: ProblemLike, **parameters: object) -> Problem:
+    """Return a problem with these parameters.
+
+    `problem` is a name, the path of a file, a class of problems, a function that makes a problem,
+    or the problem itself. Raises UnknownName with the nearest names, or BadParameter.
     """
-    if not isinstance(name, str | os.PathLike):
-        raise BadParameter(f"got {name!r}, expected the name of a problem, or the path of a file")
-    full_name = name if isinstance(name, str) else os.path.join(os.curdir, name)
-    return resolve_problem(full_name, parameters).problem
+    if isinstance(problem, str | os.PathLike):
+        return resolve_problem(_to_problem_name(problem), parameters).problem
+    loaded = make_problem(problem)
+    if loaded is not problem:
+        check_playable(type(loaded).__name__, loaded)
+    return with_parameters(loaded, parameters) if parameters else loaded
+
+
+def make_problem(problem: ProblemLike) -> Problem:
+    """Return the problem that `load_problem` returns, without checking that it is playable."""
+    if isinstance(problem, str | os.PathLike):
+        return find_problem(_to_problem_name(problem), {}).problem
+    if isinstance(problem, Problem):
+        return problem
+    is_other_class = inspect.isclass(problem) and not issubclass(problem, Problem)
+    if is_other_class or not callable(problem):
+        expected = "expected a problem: its name, path, class or object"
+        raise BadParameter(f"got {problem!r}, {expected}")
+    name = getattr(problem, "__name__", type(problem).__name__)
+    return problem_module_exports.convert_to_problem(name, problem)
+
+
+def _to_problem_name(problem: str | os.PathLike[str]) -> str:
+    """Return the name of a problem, from its name or the path of its file."""
+    return problem if isinstance(problem, str) else os.path.join(os.curdir, problem)
+
+
+def list_problems() -> list[str]:
+    """Return the names of the built-in problems, then of the installed ones."""
+    return [*problem_names(), *sorted(entry_point_targets())]
 
 
 def resolve_problem(

@@ -111,36 +111,6 @@ class RolloutBlocksLost(LostGames):
         self.partial_results = partial_results
 
 
-def rollout(  # noqa: PLR0913 - each is the caller's to choose
-    problem: Problem,
-    policies: Sequence[Policy],
-    *,
-    episodes: int,
-    turn_limit: int | None = None,
-    seed: int = 0,
-    first_episode: int = 0,
-    workers: WorkerCount = 1,
-    executor: Executor | None = None,
-    progress: ProgressCallback | None = None,
-    keep: Sequence[str] = DEFAULT_ARRAYS,
-    start_uniforms: Reals | None = None,
-) -> Rollout:
-    """Play consecutive episodes of a seed from `first_episode` on, with one policy per seat.
-
-    Row r is the game that a session plays with `SeededUniforms(seed, first_episode + r)`, whatever
-    the workers, the executor, the blocks and their order. With `start_uniforms`, all games begin as
-    the game with these initial uniforms does. `progress` is called with the share of the games that
-    is played. Raise RolloutBlocksLost if workers died again and again,
-    RolloutInterrupted on Ctrl-C, and BadPolicy, IllegalAction or BadParameter for what cannot be
-    played.
-    """
-    episode_range = range(first_episode, first_episode + episodes)
-    spec = RolloutSpec(episode_range, turn_limit, seed, workers, executor, progress, keep)
-    spec = spec._replace(start_uniforms=start_uniforms)
-    (result,) = rollout_entrants(problem, [policies], spec)
-    return result
-
-
 def rollout_entrants(
     problem: Problem, entrants: Sequence[Sequence[Policy]], spec: RolloutSpec
 ) -> tuple[Rollout, ...]:

@@ -12,7 +12,7 @@ from dmplay.agents.random_agent import Random
 from dmplay.core.arrays import Array
 from dmplay.core.playability_checks import CHECK_STAGES
 from dmplay.core.policy import Policy
-from dmplay.core.problem import Problem, check_problem
+from dmplay.core.problem import Problem
 from dmplay.core.session import Session
 from dmplay.core.uniforms import SeededUniforms
 from dmplay.core.user_code_locations import (
@@ -26,6 +26,7 @@ from dmplay.game.key_bindings import resolve_key_maps
 from dmplay.game.key_preferences import DEFAULT_KEY_PREFERENCES
 from dmplay.registry import agents
 from dmplay.registry.problem_module_exports import PART_BY_NAME, find_export, load_specific_roster
+from dmplay.registry.problems import ProblemLike, make_problem
 from dmplay.simulation import random_play
 from dmplay.simulation.random_play import (
     SEED,
@@ -59,7 +60,7 @@ VIEW_WIDTHS = (40, 80, 120)
 Stage = list[Callable[[], Findings]]
 
 
-def check(problem: Problem) -> list[Violation]:
+def check(problem: ProblemLike) -> list[Violation]:
     """Return the violations of a problem's invariants, each with its source line.
 
     The stages are checked in order, and the first with violations ends the check, because each
@@ -67,7 +68,7 @@ def check(problem: Problem) -> list[Violation]:
     first turn, the dynamics, the agents, and the view and trials of all else that its code defines.
     Raise BadParameter for anything but a problem.
     """
-    check_problem(problem, None)
+    problem = make_problem(problem)
     for stage in _iter_check_stages(problem):
         violations = [
             Violation(violation.where, replace_modules_by_files(violation.what))

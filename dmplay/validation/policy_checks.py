@@ -21,7 +21,7 @@ from dmplay.core.user_code_locations import describe_error_location
 from dmplay.core.violation import Violation, make_violation
 from dmplay.errors import BadPolicy, DmplayError, IllegalAction
 from dmplay.simulation.random_play import SEED, make_arrays_readonly
-from dmplay.simulation.rollouts import rollout
+from dmplay.simulation.rollouts import RolloutSpec, rollout_entrants
 
 CHECKED_TURNS = 3  # turns in which the agents of a problem's module choose
 RELATIVE_TOLERANCE = 1e-9  # difference of action values that is due to the order of a sum
@@ -191,7 +191,7 @@ def play_checked_games(
 ) -> None:
     """Play games with the checked policy in its seat, and these policies in the other seats."""
     seated = [*policies[: checked.seat], checked, *policies[checked.seat + 1 :]]
-    rollout(checked.problem, seated, episodes=episodes, turn_limit=turns, seed=SEED)
+    rollout_entrants(checked.problem, [seated], RolloutSpec(range(episodes), turns, SEED))
 
 
 def find_agent_violation(

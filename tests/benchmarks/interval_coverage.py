@@ -25,14 +25,14 @@ from dmplay.core.problem import Problem
 from dmplay.core.tabular import tabulate
 from dmplay.evaluation.comparison import MIN_GAMES_TO_DECIDE, compare
 from dmplay.evaluation.control_variate import build_control_variate
-from dmplay.evaluation.many_games import run
+from dmplay.evaluation.many_games import rollout, run
 from dmplay.evaluation.return_bounds import compute_return_bounds
 from dmplay.evaluation.statistics import (
     compute_asymptotic_confidence_sequence,
     compute_bounded_confidence_sequence,
 )
 from dmplay.evaluation.tournament import run_tournament
-from dmplay.simulation.rollouts import RolloutSpec, rollout, rollout_entrants
+from dmplay.simulation.rollouts import RolloutSpec, rollout_entrants
 from tests.benchmarks.published_returns import find_reference_return
 from tests.support.user_problems import Gamble
 

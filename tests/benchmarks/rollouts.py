@@ -24,10 +24,11 @@ from dmplay.core.policy import Memory, Percept, Policy
 from dmplay.core.problem import Outcome, Problem
 from dmplay.core.uniforms import NATURE_STREAM, generate_uniforms
 from dmplay.errors import BadPolicy
+from dmplay.evaluation.many_games import rollout
 from dmplay.problems.game_2048.agents import Corner, Expectimax
 from dmplay.registry.agents import load_roster
 from dmplay.registry.builtin_names import problem_names
-from dmplay.simulation.rollouts import RolloutSpec, rollout, rollout_entrants
+from dmplay.simulation.rollouts import RolloutSpec, rollout_entrants
 
 EPISODES, TURNS, SEED = 10_000, 50, 1
 # policies that remember only their last observation or their next action

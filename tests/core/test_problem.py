@@ -34,10 +34,10 @@ from dmplay.core.problem import (
 from dmplay.core.session import Session
 from dmplay.core.spaces import INTERVAL_GRID_SIZE, Interval, Labels, RealVector, TextLine
 from dmplay.errors import BadParameter, BudgetExceeded, IllegalAction, UnknownName
+from dmplay.evaluation.many_games import rollout
 from dmplay.problems.cart_pole.rules import CartPole
 from dmplay.problems.game_2048.rules import Game2048
 from dmplay.problems.rock_paper_scissors.rules import RockPaperScissors
-from dmplay.simulation.rollouts import rollout
 from tests.support.turn_based_games import Nim
 
 

@@ -19,10 +19,10 @@ from dmplay.core.session import SeatedPolicy, count_turns_to_undo
 from dmplay.core.spaces import Labels
 from dmplay.core.uniforms import SeededUniforms
 from dmplay.errors import BadParameter, BadPolicy, EpisodeOver, IllegalAction
+from dmplay.evaluation.many_games import rollout
 from dmplay.game.narration import Narrator
 from dmplay.game.seat_snapshot import SeatSnapshot
 from dmplay.problems.crying_baby.rules import CryingBaby
-from dmplay.simulation.rollouts import rollout
 from dmplay.views.protocol import DrawOptions, load_view_module
 from tests.support.games import ScriptedUniforms, make_session
 from tests.support.seated_agents import ObservationMutatingScript
@@ -351,12 +351,6 @@ def test_what_is_not_a_policy_is_refused_in_one_line(policies: Any, message: str
     problem = dmplay.load_problem("hexworld")
     with pytest.raises(BadPolicy, match=f"^{re.escape(message)}.*$"):
         dmplay.Session(problem, SeededUniforms(1), policies)
-
-
-def test_a_class_is_refused_as_a_policy_of_many_games() -> None:
-    problem: Any = dmplay.load_problem("hexworld")
-    with pytest.raises(BadPolicy, match="seat 0: got the class Random, expected an instance of"):
-        dmplay.rollout(problem, [Random], episodes=1)  # type: ignore[list-item]
 
 
 @pytest.mark.parametrize("uniform_source", [None, 7, "7", SeededUniforms])

@@ -23,7 +23,8 @@ from dmplay.core.user_code_locations import describe_error_location
 from dmplay.errors import BadParameter
 from dmplay.evaluation import executors
 from dmplay.evaluation.executors import ExecutionBackend, open_execution_backend
-from dmplay.simulation.rollouts import Rollout, rollout
+from dmplay.evaluation.many_games import rollout
+from dmplay.simulation.rollouts import Rollout
 from dmplay.simulation.worker_pool import reuse_processes, run_blocks
 
 HEXWORLD = dmplay.load_problem("hexworld")

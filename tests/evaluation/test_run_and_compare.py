@@ -17,7 +17,7 @@ from dmplay.agents.script import Script
 from dmplay.cli.parsed_command_runner import interpret_command
 from dmplay.errors import BadParameter
 from dmplay.evaluation.comparison import compare
-from dmplay.evaluation.many_games import run
+from dmplay.evaluation.many_games import rollout, run
 from dmplay.evaluation.return_bounds import compute_return_bounds
 from dmplay.evaluation.statistics import estimate_mean, explain_doubtful_interval
 from dmplay.game.command_line_results import Printout
@@ -25,7 +25,6 @@ from dmplay.game.transcript_verification import verify
 from dmplay.guide.topics import read_topic
 from dmplay.output import evaluation_request
 from dmplay.output.evaluation_report import _run_headline, draw_histogram
-from dmplay.simulation.rollouts import rollout
 from dmplay.transcript.reader import read_transcript
 from tests.benchmarks import interval_coverage
 from tests.support.document_examples import extract_file

@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -58,28 +59,39 @@ WALKER = dmplay.load_agent(HEXWORLD, 0, "random")
 PROBLEM_NAME: Any = "hexworld"  # a name where an object is expected
 NON_INTEGER: Any = 2.5
 WRONG_TYPE: Any = object
-HEXWORLD_OBJECT: Any = HEXWORLD  # a problem where a name is expected
-HEXWORLD_CLASS: Any = type(HEXWORLD)
 DILEMMA = dmplay.load_problem("prisoners-dilemma")
-AGENT_NAMES: Any = ["grim", "random"]  # names where policies are expected
+
+
+def make_nothing() -> Any:
+    """Return None, where a problem is expected."""
+    return None
 
 
 @pytest.mark.parametrize(
     ("call", "message"),
     [
-        (lambda: dmplay.rollout(PROBLEM_NAME, [WALKER], episodes=1),
-         "got 'hexworld', expected a problem"),
+        (lambda: dmplay.rollout(WRONG_TYPE, [WALKER], episodes=1),
+         "got <class 'object'>, expected a problem: its name, path, class or object"),
         (lambda: dmplay.Session(PROBLEM_NAME, dmplay.SeededUniforms(1)),
          "got 'hexworld', expected a problem, such as dmplay.load_problem(NAME)"),
-        (lambda: dmplay.run(PROBLEM_NAME, [WALKER]),
-         "got 'hexworld', expected a problem, such as dmplay.load_problem(NAME)"),
-        (lambda: dmplay.load_agent(PROBLEM_NAME, 0, "random"),
-         "got 'hexworld', expected a problem"),
-        (lambda: dmplay.compare(PROBLEM_NAME, [[WALKER]] * 2),
-         "got 'hexworld', expected a problem"),
-        (lambda: dmplay.run_tournament(PROBLEM_NAME, {}), "got 'hexworld', expected a problem"),
+        (lambda: dmplay.run(3, [WALKER]), "got 3, expected a problem"),  # type: ignore[arg-type]
+        (lambda: dmplay.run(make_nothing, [WALKER]),
+         "make_nothing: got NoneType, expected a dmplay Problem"),
+        (lambda: dmplay.load_agent(WRONG_TYPE, 0, "random"),
+         "got <class 'object'>, expected a problem"),
+        (lambda: dmplay.compare(WRONG_TYPE, [[WALKER]] * 2),
+         "got <class 'object'>, expected a problem"),
+        (lambda: dmplay.tournament(WRONG_TYPE, {}), "got <class 'object'>, expected a problem"),
         (lambda: dmplay.rollout(HEXWORLD, [PROBLEM_NAME], episodes=1),
-         "seat 0: got 'hexworld', expected"),
+         "unknown agent 'hexworld'; expected one of human, optimal"),
+        (lambda: dmplay.rollout(HEXWORLD, [None], episodes=1),  # type: ignore[list-item]
+         "agent: got None, expected an agent"),
+        (lambda: dmplay.rollout(HEXWORLD, [3], episodes=1),  # type: ignore[list-item]
+         "agent: got 3, expected an agent: its name, class, function or object"),
+        (lambda: dmplay.rollout(HEXWORLD, [WRONG_TYPE], episodes=1),
+         "object: cannot construct a policy from (problem, seat)"),
+        (lambda: dmplay.rollout(HEXWORLD, "random", episodes=1, turns=3, turn_limit=4),
+         "turns and turn_limit: got 3 and 4, expected one of them"),
         (lambda: dmplay.Session(HEXWORLD, dmplay.SeededUniforms(1), [PROBLEM_NAME]),
          "seat 0: got 'hexworld', expe"),
         (lambda: dmplay.Session(HEXWORLD, dmplay.SeededUniforms(1), [WALKER] * 2),
@@ -103,31 +115,24 @@ AGENT_NAMES: Any = ["grim", "random"]  # names where policies are expected
         (lambda: dmplay.load_agent(HEXWORLD, 0, "human"),
          "unknown agent 'human'; expected one of optimal, nea"),
         (lambda: dmplay.load_problem(WRONG_TYPE),
-         "got <class 'object'>, expected the name of a problem, or the path of a file"),
-        (lambda: dmplay.load_problem(HEXWORLD_OBJECT), "got HexWorld("),
-        (lambda: dmplay.load_agent(HEXWORLD, 0, WRONG_TYPE),
-         "got <class 'object'>, expected the name of an agent"),
-        (lambda: dmplay.check(WRONG_TYPE),
-         "got <class 'object'>, expected a problem, such as dmplay.load_problem(NAME)"),
-        (lambda: dmplay.check(HEXWORLD_CLASS), "expected a problem, such as HexWorld()"),
-        (lambda: dmplay.run_tournament(DILEMMA, AGENT_NAMES),
-         "entrants: got ['grim', 'random'], expected a dict from each name to a policy per seat"),
-        (lambda: dmplay.run_tournament(DILEMMA, dict.fromkeys(AGENT_NAMES, PROBLEM_NAME)),
-         "grim: got 'hexworld', expected a policy for each of agent1, agent2"),
-        (lambda: dmplay.run_tournament(DILEMMA, {key: [WALKER] for key in AGENT_NAMES}),
-         "grim: got 1 policy, expected a policy for each of agent1, agent2"),
-        (
-            lambda: dmplay.run_tournament(DILEMMA, dict.fromkeys(AGENT_NAMES, AGENT_NAMES)),
-            "grim: seat 0: got 'grim', expected a policy, such as "
-            "dmplay.load_agent(problem, 0, NAME)",
-        ),
+         "got <class 'object'>, expected a problem: its name, path, class or object"),
+        (lambda: dmplay.check(WRONG_TYPE), "got <class 'object'>, expected a problem"),
+        (lambda: dmplay.tournament(DILEMMA, ["grim", "random", "grim"]),
+         "entrants: got grim twice, expected a dict of agents by name"),
+        (lambda: dmplay.tournament(DILEMMA, WRONG_TYPE),
+         "entrants: got <class 'object'>, expected a list of agents, or a dict of them by name"),
+        (lambda: dmplay.tournament(DILEMMA, dict.fromkeys(["grim", "random"], PROBLEM_NAME)),
+         "unknown agent 'hexworld'"),
+        (lambda: dmplay.tournament(DILEMMA, {"grim": ["grim"]}),
+         "grim: got 1 agent, expected one for each of agent1, agent2"),
+        (lambda: dmplay.tournament(DILEMMA, {"grim": dmplay.load_agent(DILEMMA, 0, "grim")}),
+         "grim: got Grim(problem=PrisonersDilemma(discount=1.0), seat=0), expected one agent for"),
         (lambda: dmplay.compare(DILEMMA, WRONG_TYPE),
-         "entrants: got <class 'object'>, expected a list with the policies of each entrant"),
-        (lambda: dmplay.compare(DILEMMA, AGENT_NAMES), "got 'grim', expected a policy for each of"),
-        (lambda: dmplay.play(WRONG_TYPE),
-         "got <class 'object'>, expected a problem, such as dmplay.load_problem(NAME)"),
-        (lambda: dmplay.play(DILEMMA, "grim"),
-         "got 'grim', expected one agent for each of agent1, agent2"),
+         "entrants: got <class 'object'>, expected a list of agents"),
+        (lambda: dmplay.compare(DILEMMA, "grim"), "entrants: got 'grim', expected a list of"),
+        (lambda: dmplay.play(WRONG_TYPE), "got <class 'object'>, expected a problem"),
+        (lambda: dmplay.play(DILEMMA, ["grim"]),
+         "got 1 agent, expected one for each of agent1, agent2"),
         (lambda: dmplay.enumerate_outcomes(WRONG_TYPE, np.zeros(1), np.zeros((1, 1))),
          "got <class 'object'>, expected a problem"),
         (lambda: dmplay.load_agent(HEXWORLD, 0, "bot"), "random, search, bot:COMMAND"),
@@ -156,3 +161,55 @@ def test_a_wrong_number_of_policies_or_actions_is_refused() -> None:
         game.act("defcet", "defect")
     with pytest.raises(BadPolicy, match="got 1 action, expected none: agents play every seat"):
         dmplay.play("hexworld", ["random"]).act("e")
+
+
+def test_a_problem_and_its_agents_have_the_same_forms_in_every_function(tmp_path: Path) -> None:
+    file = tmp_path / "hex.py"
+    file.write_text("from dmplay.problems.hexworld.rules import HexWorld as Hex\n"
+                    "def make(): return Hex(slip=0.2)\n")  # fmt: skip
+    slippery = dmplay.load_problem(f"{file}:make")
+    assert slippery == dmplay.load_problem("hexworld", slip=0.2)
+    forms: list[Any] = ["hexworld", HEXWORLD, type(HEXWORLD), lambda: HEXWORLD]
+    agents: list[Any] = ["random", WALKER, type(WALKER), [type(WALKER)], lambda p, n: WALKER]
+    expected = dmplay.rollout(HEXWORLD, [WALKER], episodes=3, seed=1)
+    for problem, agent in [(form, "random") for form in forms] + [(HEXWORLD, a) for a in agents]:
+        played = dmplay.rollout(problem, agent, episodes=3, seed=1)
+        assert played.returns.tolist() == expected.returns.tolist()
+        summary = dmplay.run(problem, agent, episodes=3, seed=1)
+        assert summary.rollout.returns.tolist() == expected.returns.tolist()
+    result = dmplay.compare("hexworld", agents, episodes=3, seed=1)
+    assert (result.returns == expected.returns).all()
+
+
+def test_an_agent_of_one_seat_is_compared_beside_the_usual_or_the_named_agents() -> None:
+    both = dmplay.compare(DILEMMA, [["grim", "random"], ["always-defect", "random"]], episodes=9)
+    single = dmplay.compare(DILEMMA, ["grim", "always-defect"], others="random", episodes=9)
+    assert (single.returns == both.returns).all()
+    usual = dmplay.compare(DILEMMA, ["grim", "always-defect"], episodes=9)
+    partner = dmplay.compare(DILEMMA, [["grim", "tit-for-tat"], "always-defect"], episodes=9)
+    assert (usual.returns == partner.returns).all()
+
+
+def test_a_tournament_takes_a_list_of_agents_or_a_dict_of_them() -> None:
+    names = ["grim", "tit-for-tat"]
+    listed = dmplay.tournament("prisoners-dilemma", names, episodes=5)
+    named = dmplay.run_tournament(DILEMMA, {name: [name] * 2 for name in names}, episodes=5)
+    assert listed.entrants == named.entrants == tuple(names)
+    assert (listed.mean_returns == named.mean_returns).all()
+
+
+def test_problems_and_agents_are_listed_by_the_names_that_load_them() -> None:
+    for name in dmplay.list_problems():
+        problem = dmplay.load_problem(name)
+        for seat, agent in enumerate(problem.agents):
+            names = dmplay.list_agents(name, agent)
+            assert names == dmplay.list_agents(problem, seat)
+            assert "random" in names
+
+
+def test_a_turn_limit_has_two_names() -> None:
+    limits: list[dict[str, Any]] = [{"turns": 2}, {"turn_limit": 2}, {"turns": 2, "turn_limit": 2}]
+    for options in limits:
+        assert dmplay.rollout("hexworld", "random", episodes=9, **options).turn_counts.max() == 2
+        session = dmplay.Session(HEXWORLD, dmplay.SeededUniforms(1), **options)
+        assert session.turn_limit == session.view(0).turn_limit == 2

@@ -16,6 +16,7 @@ from dmplay.core.problem import Problem
 from dmplay.core.session import Session
 from dmplay.core.uniforms import SeededUniforms
 from dmplay.evaluation.assignment import read_assignment
+from dmplay.evaluation.many_games import rollout
 from dmplay.game.command_line_results import McpServerConfig
 from dmplay.game.game_series import GameController
 from dmplay.game.game_setup import resume_game, start_new_game
@@ -23,7 +24,6 @@ from dmplay.game.launch_requests import GameRequest, ResumeRequest
 from dmplay.game.start_seeds import choose_daily_seed, draw_seed
 from dmplay.registry.problems import load_problem
 from dmplay.servers.mcp.language_model_games import ModelGames
-from dmplay.simulation.rollouts import rollout
 from dmplay.transcript.reader import read_transcript
 from tests.formats.sources import write_text_file
 

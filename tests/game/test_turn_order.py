@@ -16,12 +16,12 @@ from dmplay.core.arrays import Array, Bools, Reals
 from dmplay.core.policy import Memory
 from dmplay.core.session import Session
 from dmplay.errors import BadParameter, IllegalAction
+from dmplay.evaluation.many_games import rollout
 from dmplay.game.game import Game
 from dmplay.game.game_series import GameController
 from dmplay.game.game_setup import start_game, start_new_game
 from dmplay.game.launch_requests import GameRequest, ResumeRequest
 from dmplay.game.transcript_verification import verify as verified
-from dmplay.simulation.rollouts import rollout
 from dmplay.terminal.capabilities import Terminal
 from dmplay.transcript.format import collect_turn_facts
 from dmplay.ui.screen.event_log import EventLog

@@ -11,9 +11,9 @@ from dmplay.agents.single_agent_planning import (
 from dmplay.core.policy import Percept
 from dmplay.core.tabular import tabulate
 from dmplay.errors import BadParameter, BadPolicy
+from dmplay.evaluation.many_games import rollout
 from dmplay.problems.crying_baby.rules import CryingBaby
 from dmplay.registry.agents import load_roster
-from dmplay.simulation.rollouts import rollout
 from dmplay.solvers.mdp import mdp_values
 from dmplay.solvers.pomdp import exact_pomdp
 from tests.support.belief_trees import compute_exact_return

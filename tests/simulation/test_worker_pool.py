@@ -28,12 +28,12 @@ from dmplay.agents.random_agent import Random
 from dmplay.core.arrays import Array, Bools, Reals
 from dmplay.core.policy import Memory
 from dmplay.errors import BadParameter, LostGames, UnknownName
+from dmplay.evaluation.many_games import rollout
 from dmplay.simulation.rollouts import (
     Rollout,
     RolloutBlocksLost,
     RolloutInterrupted,
     RolloutSpec,
-    rollout,
     rollout_entrants,
 )
 from dmplay.simulation.worker_pool import run_blocks

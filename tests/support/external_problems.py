@@ -7,10 +7,10 @@ import numpy as np
 
 import dmplay
 from dmplay.errors import BadParameter, UnknownName
+from dmplay.evaluation.many_games import rollout
 from dmplay.game.game_setup import start_new_game
 from dmplay.game.launch_requests import GameRequest
 from dmplay.game.transcript_verification import verify
-from dmplay.simulation.rollouts import rollout
 
 SEED = 3
 

@@ -5,7 +5,7 @@ import pytest
 
 from dmplay.core.policy import Policy
 from dmplay.core.problem import Problem
-from dmplay.simulation.rollouts import rollout
+from dmplay.evaluation.many_games import rollout
 
 
 def assert_policy_earns(problem: Problem, policy: Policy, value: float, turns: int) -> None:

@@ -9,8 +9,8 @@ import pytest
 from dmplay.agents.random_agent import Random
 from dmplay.core.arrays import Array
 from dmplay.core.policy import Memory
+from dmplay.evaluation.many_games import rollout
 from dmplay.registry import agents
-from dmplay.simulation.rollouts import rollout
 from dmplay.validation.policy_checks import find_agent_violation
 from tests.support.problem_cases import every_problem, load_problem, load_small_problem
 from tests.support.seated_agents import seat_agents

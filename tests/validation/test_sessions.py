@@ -10,7 +10,7 @@ from dmplay.core.session import Session
 from dmplay.core.spaces import Interval
 from dmplay.core.uniforms import SeededUniforms
 from dmplay.errors import IllegalAction
-from dmplay.simulation.rollouts import rollout
+from dmplay.evaluation.many_games import rollout
 from tests.support.problem_cases import (
     SEED,
     SHORT_GAME_TURNS,

@@ -8,7 +8,7 @@ import pytest
 from dmplay.core.arrays import Array
 from dmplay.core.problem import Problem
 from dmplay.errors import BadParameter
-from dmplay.simulation.rollouts import rollout
+from dmplay.evaluation.many_games import rollout
 from dmplay.validation import invariants
 from tests.support.problem_cases import SEED, every_problem, load_problem, make_random_policies
 from tests.support.sampled_turns import assert_invariant_holds, list_violations, make_turn_pool

@@ -16,7 +16,7 @@ from dmplay.evaluation.solutions.options import DEFAULT_TURNS, get_solve_options
 from dmplay.evaluation.solutions.solution import Row, Solution
 from dmplay.external.history_problem import ExternalProblem
 from dmplay.registry.agents import default_agent_name, load_agent
-from dmplay.simulation.rollouts import rollout
+from dmplay.simulation.rollouts import RolloutSpec, rollout_entrants
 
 DEFAULT_EPISODES, SIMULATION_SEED = 1000, 1
 EXTERNAL_SEARCH_EPISODES = 10  # if agents search in an external environment, which is slow
@@ -71,10 +71,8 @@ def simulate_games(
             max((start + count) / episodes, (turns_played + expected_turns) / max_turns),
         )
         with scale_progress(shares[0], min(shares[1], 1.0)):
-            batch = rollout(
-                problem, policies, episodes=count, seed=SIMULATION_SEED, first_episode=start,
-                turn_limit=turns, workers=workers,
-            )  # fmt: skip
+            spec = RolloutSpec(range(start, start + count), turns, SIMULATION_SEED, workers)
+            (batch,) = rollout_entrants(problem, [policies], spec)
         parts.append(SimulatedReturns(batch.returns, batch.turn_counts))
         start += count
         turns_played += int(batch.turn_counts.sum())

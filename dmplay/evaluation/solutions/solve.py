@@ -13,6 +13,7 @@ from dmplay.errors import BadParameter
 from dmplay.evaluation.solutions.options import SolveOptions, use_solve_options
 from dmplay.evaluation.solutions.solution import Solution, check_solution
 from dmplay.registry.problem_module_exports import find_export, locate_export
+from dmplay.registry.problems import ProblemLike, load_problem
 from dmplay.simulation.worker_pool import WorkerCount
 from dmplay.solvers.methods import Method, find_fitting_method
 
@@ -32,7 +33,7 @@ SIMULATION = "simulated_returns.solve_by_simulation"  # for problems that no met
 
 
 def solve(
-    problem: Problem,
+    problem: ProblemLike,
     *,
     turns: int | None = None,
     episodes: int | None = None,
@@ -45,6 +46,7 @@ def solve(
     problems that are simulated, `work` multiplies the usual work for bounds. Raise BadParameter for
     an option that has no effect, and BudgetExceeded if the solution takes too long.
     """
+    problem = load_problem(problem)
     check_problem(problem, turns)
     return solve_with_options(problem, SolveOptions(episodes, turns, workers, work))
 

@@ -6,10 +6,10 @@ import pytest
 import dmplay
 from dmplay.core.work_budget import Budget
 from dmplay.errors import BadPolicy
+from dmplay.evaluation.many_games import rollout
 from dmplay.problems.collaborative_predator_prey.agents import HuntJointPlan
 from dmplay.problems.collaborative_predator_prey.model import PredatorPreyDecPomdp
 from dmplay.problems.collaborative_predator_prey.rules import CollaborativePredatorPrey
-from dmplay.simulation.rollouts import rollout
 from dmplay.solvers.decpomdp import joint_plan_improvement
 from dmplay.solvers.decpomdp.centralized_pomdp import CentralizedPomdp
 from dmplay.solvers.mdp import sparse_mdp

@@ -9,7 +9,7 @@ from dmplay.agents.dec_pomdp import JointPlan, OptimalJointPlan
 from dmplay.core.arrays import Reals
 from dmplay.core.work_budget import Budget, limit_total_work
 from dmplay.errors import BadPolicy, BudgetExceeded
-from dmplay.simulation.rollouts import rollout
+from dmplay.evaluation.many_games import rollout
 from dmplay.solvers.decpomdp import joint_plan_improvement, joint_plan_search
 from dmplay.solvers.decpomdp.dec_pomdp_model import AgentPlan, DecPomdp, PlanLayer
 from dmplay.solvers.decpomdp.joint_plan_search import solve_joint_plan
