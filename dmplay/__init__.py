@@ -72,6 +72,7 @@ _PUBLIC_MODULES = {
     "Session": "core.session",
     "View": "core.session",
     "play": "game.manual_game",
+    "read": "game.recorded_games",
     "review": "game.playback",
     "verify": "game.transcript_verification",
     # many games, and solutions

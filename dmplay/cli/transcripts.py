@@ -68,7 +68,7 @@ def verify(
 @options.with_export_formats
 @options.with_terminal_options("ascii", "width", width=options.ScreenWidth)
 def export(
-    file: options.TranscriptPath,
+    paths: options.TranscriptPaths,
     formats: Sequence[str],
     at: Annotated[
         int | None, options.number_option(int, "turn to show, with --svg or --html", metavar="TURN")
@@ -80,6 +80,13 @@ def export(
         bool,
         typer.Option("--hint", help="with --svg: also show a hint for the player whose turn it is"),
     ] = False,
+    review: Annotated[
+        bool,
+        typer.Option(
+            "--review",
+            help="with --csv or --jsonl: also export the values and the regret of each choice",
+        ),
+    ] = False,
     output: options.OutputPath = None,
     force: options.Force = False,
     trust: options.Trust = False,
@@ -90,16 +97,19 @@ def export(
 ) -> object:
     """Export a recorded game as a picture, film, text or data.
 
-    Choose exactly one format.
+    Choose exactly one format. With --csv and --jsonl, you can give several files and
+    folders: their turns become one table, with the file in the first column. If a
+    file is not a recorded game, dmplay names it and goes on; the exit code is 3.
 
     \b
       dmplay export game.dmt --svg -o game.svg
       dmplay export game.dmt --svg --width 100 --height 30 --at 3 --hint
       dmplay export game.dmt --film -o film.svg
       dmplay export game.dmt --csv
+      dmplay export games --csv -o games.csv
     """
     from dmplay.game.launch_requests import ReplayRequest
-    from dmplay.output.transcript_export import ExportOptions, export_transcript
+    from dmplay.output.transcript_export import ExportOptions, export_rows, export_transcript
     from dmplay.terminal.progress import ProgressBar
     from dmplay.ui.screen.frame_state import Viewport
 
@@ -109,7 +119,10 @@ def export(
         o for o in ("width", "height", "ascii") if options.option_source(ctx, o) == "COMMANDLINE"
     ]
     viewport = Viewport(terminal_options.width or 0, height or 0, ascii_)
-    aspect = ExportOptions(viewport, at, hint, explicit_options)
+    aspect = ExportOptions(viewport, at, hint, explicit_options, review)
+    if len(paths) > 1 or paths[0].is_dir():
+        return export_rows(paths, formats, aspect, output, force=force, trusted=trust, peek=peek)
+    (file,) = paths
     recording = ReplayRequest(file, trust, peek)
     with ProgressBar(f"exporting {escape_newlines(str(file))}"):
         return export_transcript(recording, formats, aspect, output, force=force)

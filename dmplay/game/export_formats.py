@@ -25,6 +25,9 @@ EXPORT_FORMATS = {
     "cast": ExportFormat("terminal recording (asciicast v3)", "cast", screen_rows=24),
     "text": ExportFormat("all screens as text", "txt", is_text=True),
     "csv": ExportFormat("table with one row per turn", "csv", screen_rows=0, is_text=True),
+    "jsonl": ExportFormat(
+        "one JSON object per turn, each on a line", "jsonl", screen_rows=0, is_text=True
+    ),
     "json": ExportFormat("whole game as one JSON object", "json", screen_rows=0, is_text=True),
 }
 # Extensions that identify a file format.
@@ -34,6 +37,7 @@ KNOWN_EXTENSIONS = {
     "cast",
     "csv",
     "json",
+    "jsonl",
     "txt",
     "png",
     "jpg",

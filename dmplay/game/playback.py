@@ -1,5 +1,6 @@
 """The replay of a recorded game, turn by turn."""
 
+from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
 
@@ -18,9 +19,14 @@ from dmplay.game.launch_requests import format_settings
 from dmplay.game.saves import load_transcript
 from dmplay.game.seats import list_human_seats, list_scripts
 from dmplay.game.transcript_verification import describe_problem_change, load_transcript_problem
+from dmplay.registry.problems import LoadedProblem
 from dmplay.transcript.concealment import mark_peeked_if_concealed
+from dmplay.transcript.header import collect_header_facts
+from dmplay.transcript.reader import Transcript
 from dmplay.transcript.replay import start_session
 from dmplay.transcript.turn_batch_replay import BatchReplayer
+
+SEED_KEYS = ("seed", "episode")
 
 
 class Playback(NotebookDisplay, Game):
@@ -31,7 +37,7 @@ class Playback(NotebookDisplay, Game):
 
     def __init__(self, path: Path, *, trusted: bool = False, peek: bool = False) -> None:
         transcript = load_transcript(path)
-        loaded_problem = load_transcript_problem(transcript, trusted=trusted)
+        loaded_problem = self._load_problem(transcript, trusted=trusted)
         self.transcript = mark_peeked_if_concealed(transcript, loaded_problem.problem, peek=peek)
         self._problem = loaded_problem.problem
         first_block, *blocks = self.transcript.blocks
@@ -52,6 +58,10 @@ class Playback(NotebookDisplay, Game):
         earlier = self.transcript.header.describe_earlier_players()
         notes = [describe_problem_change(transcript, loaded_problem), earlier]
         self.warning = "; ".join(filter(None, notes))
+
+    def _load_problem(self, transcript: Transcript, *, trusted: bool) -> LoadedProblem:
+        """Return the problem of the transcript."""
+        return load_transcript_problem(transcript, trusted=trusted)
 
     def _make_session_before(self, block_index: int) -> Session:
         """Return a session in the state before the block with this index."""
@@ -124,6 +134,15 @@ class Playback(NotebookDisplay, Game):
         """The path of the replayed transcript."""
         return Path(self.transcript.path)
 
+    @property
+    def header(self) -> dict[str, object]:
+        """The facts of the header by key: problem, parameters that were set, seats, seed, ...
+
+        A seed that the player may not know yet is left out.
+        """
+        facts = collect_header_facts(self.transcript.header).items()
+        return {key: value for key, value in facts if self.is_seed_visible or key not in SEED_KEYS}
+
     def go_to_turn(self, turn: int) -> None:
         """Step to the position after this number of turns, or as near as the file allows."""
         while len(self.session.turns) > turn and self._count_steps_before(self._next_index):
@@ -141,6 +160,14 @@ class Playback(NotebookDisplay, Game):
         turns = [block for block in self._blocks[self._first_index :] if block.kind == "turn"]
         number = turns[-1]["turn"] if turns else 0
         return number if isinstance(number, int) else 0
+
+    def iter_turn_facts(self) -> Iterator[dict[str, object]]:
+        """Play to the end; yield the facts of this position and of every turn, undo or reroll."""
+        yield self.narrator.all_turn_facts()
+        for turns_before in self.iter_agent_turns():
+            added_turns = len(self.session.turns) - turns_before
+            event = {1: {}, 0: {"event": "reroll"}}.get(added_turns, {"event": "undo"})
+            yield self.narrator.all_turn_facts() | event
 
     def review_choices(self, seat: str = "") -> list[ReviewedAction]:
         """Play to the end of the file, and return the review of each choice of one seat.

@@ -37,7 +37,7 @@ RECORDS = "records"  # the section of the file
 RESULT_KEYS = ("return", "turns", "seed", "day")  # the keys of a result
 
 
-class RecordedGame(Protocol):
+class GameWithRecord(Protocol):
     """The facts of a `Game` that its record needs; games import this module."""
 
     @property
@@ -137,7 +137,7 @@ def load_records() -> list[ProblemRecord]:
     return sorted(records, key=lambda entry: entry.key)
 
 
-def find_game_record(game: RecordedGame) -> ProblemRecord | None:
+def find_game_record(game: GameWithRecord) -> ProblemRecord | None:
     """Return the record for the problem, parameters, limit and seat of a game.
 
     Return None if there is none, or if the game cannot count.
@@ -234,7 +234,7 @@ def list_aids(transcript: Transcript) -> tuple[str, ...]:
     return tuple(text for text, applies in texts.items() if applies)
 
 
-def can_earn_medal(game: RecordedGame) -> bool:
+def can_earn_medal(game: GameWithRecord) -> bool:
     """Return whether a game can earn a medal unless the player uses help.
 
     A guided game cannot, because its notes advise help.
@@ -246,7 +246,7 @@ def can_earn_medal(game: RecordedGame) -> bool:
     return is_alone and not (request.reveal or request.branched)
 
 
-def find_standing(game: RecordedGame) -> Standing:
+def find_standing(game: GameWithRecord) -> Standing:
     """Return the help that a finished game had, and a sentence on the record of its player."""
     if [*game.player_names].count(HUMAN_PLAYER) != 1:
         return Standing()

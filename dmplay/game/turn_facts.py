@@ -1,6 +1,7 @@
 """Functions that collect the facts of a turn, visible or complete, and format them as text."""
 
 from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
 
 from dmplay.core.problem import Problem
 from dmplay.core.session import Session
@@ -8,10 +9,37 @@ from dmplay.core.text import align_columns, format_number
 from dmplay.game.seat_snapshot import SeatSnapshot
 from dmplay.transcript.format import collect_turn_facts
 
+if TYPE_CHECKING:
+    from dmplay.game.hints.review import ReviewedAction
+
 MAX_NAMED_STATES = 4  # states whose names label a belief
 DEBRIEF_COLUMNS = ("turn", "actions", "state", "observations", "rewards", "belief")
 # keys that a player may see
 PUBLIC_FACT_KEYS = ("turn", "actions", "state", "observations", "rewards", "belief")
+
+Row = dict[str, object]  # the value of each column
+
+
+def flatten_turn_facts(facts: Mapping[str, object]) -> Row:
+    """Return the facts of a turn as one row, with a column for each fact of each agent."""
+    return {
+        f"{key} {name}".strip(): item
+        for key, value in facts.items()
+        for name, item in (value.items() if isinstance(value, dict) else [("", value)])
+    }
+
+
+def join_review(rows: Sequence[Row], reviewed_actions: Sequence["ReviewedAction"]) -> list[Row]:
+    """Return the rows with the values, the best actions and the regret of each reviewed choice.
+
+    Of several rows of one turn, these stand in the last, whose actions were not undone.
+    """
+    joined = [dict(row) for row in rows]
+    rows_by_turn = {row["turn"]: row for row in joined if row.get("event") != "undo"}
+    for choice in reviewed_actions:
+        facts = {"values": choice.values, "best": [*choice.best], "regret": choice.regret}
+        rows_by_turn[choice.turn] |= {f"{key} {choice.seat}": fact for key, fact in facts.items()}
+    return joined
 
 
 def visible_turn_facts(session: Session, snapshot: SeatSnapshot) -> dict[str, object]:

@@ -1,7 +1,7 @@
 """Export of a recorded game as SVG, HTML, screen recording, text, CSV or JSON."""
 
 import json
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from json.encoder import encode_basestring_ascii
 from pathlib import Path
 from typing import NamedTuple
@@ -17,15 +17,19 @@ from dmplay.game.game import Game
 from dmplay.game.key_preferences import DEFAULT_KEY_PREFERENCES
 from dmplay.game.launch_requests import GameRequest, ReplayRequest
 from dmplay.game.playback import Playback
+from dmplay.game.recorded_games import RecordedGame, iter_games, list_rows_with_file
 from dmplay.game.seat_snapshot import SeatSnapshot
 from dmplay.game.seats import list_human_seats
+from dmplay.game.transcript_verification import iter_transcript_files
+from dmplay.game.turn_facts import Row, flatten_turn_facts, join_review
 from dmplay.output.film import texts_to_animated_svg
+from dmplay.output.grading_report import FAILURE_EXIT_CODE
 from dmplay.output.html_export import render_page
 from dmplay.output.svg_export import choose_picture_path, text_to_svg, write_or_print
 from dmplay.output.tables import format_csv_row
+from dmplay.terminal.progress import ProgressBar
 from dmplay.terminal.styles import ScreenLine, to_ansi, to_plain_text
 from dmplay.transcript.format import collect_end_facts
-from dmplay.transcript.header import collect_header_facts
 from dmplay.ui.screen.frame import Frame, compose_frame
 from dmplay.ui.screen.frame_state import PICTURE_FRAME_STATE, Viewport, fit_line
 from dmplay.views.protocol import DrawOptions, expand_for_picture
@@ -33,7 +37,7 @@ from dmplay.views.protocol import DrawOptions, expand_for_picture
 DEFAULT_COLUMNS = 80  # columns of a screen
 ROWS_AROUND_BOARD = 8  # rows of title, goal, log, message and keys
 MAX_CACHED_ROWS = 2**10  # drawn rows of screens that are kept
-SEED_KEYS = ("seed", "episode")
+ROW_FORMATS = ("csv", "jsonl")  # formats with a row for each turn, also of several games
 # escape sequences that clear the screen, quoted as in JSON
 CLEAR_SCREEN_JSON = r"\u001b[H\u001b[2J"
 
@@ -45,6 +49,7 @@ class ExportOptions(NamedTuple):
     turn: int | None = None  # None for the last turn
     hint: bool = False
     typed_options: Sequence[str] = ()  # typed options that apply to screens only
+    review: bool = False  # whether rows have the values and the regret of choices
 
 
 def _iter_screen_strings(
@@ -179,34 +184,48 @@ def render_text(game: Playback, options: ExportOptions) -> Iterator[str]:
 
 def render_csv(game: Playback, options: ExportOptions) -> Iterator[str]:
     """Yield the turns as CSV, one row per turn and one column per fact and seat."""
+    return format_rows_as_csv(_iter_rows(game, options))
+
+
+def render_jsonl(game: Playback, options: ExportOptions) -> Iterator[str]:
+    """Yield the turns as lines of JSON, with the columns of the CSV."""
+    return map(_format_json_line, _iter_rows(game, options))
+
+
+def _iter_rows(game: Playback, options: ExportOptions) -> Iterable[Row]:
+    """Return a row for the initial position and for every turn, undo or reroll."""
+    rows = map(flatten_turn_facts, game.iter_turn_facts())
+    return join_review([*rows], game.review_choices()) if options.review else rows
+
+
+def format_rows_as_csv(rows: Iterable[Row]) -> Iterator[str]:
+    """Yield rows as CSV with a header of all their columns; lists and tables are JSON."""
     columns: dict[str, None] = {}
-    rows: list[tuple[object, ...]] = []  # each with the columns known at that turn
-    for facts in _iter_turn_facts(game):
-        row = dict(_iter_turn_columns(facts))
+    cells: list[tuple[object, ...]] = []  # of each row, for the columns known at that row
+    for row in rows:
         columns |= dict.fromkeys(row)
-        rows.append(tuple(map(row.get, columns)))
-    for values in [tuple(columns), *rows]:
+        cells.append(tuple(_to_cell(row.get(column)) for column in columns))
+    for values in [tuple(columns), *cells]:
         yield format_csv_row([*values, *[None] * (len(columns) - len(values))])
 
 
-def _iter_turn_columns(facts: Mapping[str, object]) -> Iterator[tuple[str, object]]:
-    """Yield the column names and values of a turn's facts."""
-    for key, value in facts.items():
-        for name, item in value.items() if isinstance(value, dict) else [("", value)]:
-            yield f"{key} {name}".strip(), json.dumps(item) if isinstance(item, list) else item
+def _to_cell(value: object) -> object:
+    """Return a list or a table as JSON, and any other value unchanged."""
+    return json.dumps(value) if isinstance(value, list | dict) else value
+
+
+def _format_json_line(row: Row) -> str:
+    """Return a row as a line of JSON."""
+    return f"{json.dumps(row)}\n"
 
 
 def render_json(game: Playback, options: ExportOptions) -> Iterator[str]:
     """Yield the whole game as one JSON object."""
-    header_items = collect_header_facts(game.transcript.header).items()
-    facts = {
-        key: value for key, value in header_items if game.is_seed_visible or key not in SEED_KEYS
-    }
     # the list of turns replaces the turn limit
-    outline = json.dumps(facts | {"turns": []}, indent=1)
+    outline = json.dumps(game.header | {"turns": []}, indent=1)
     before, after = outline.removesuffix("\n}").split('\n "turns": []')
     yield f'{before}\n "turns": ['
-    for number, turn_facts in enumerate(_iter_turn_facts(game)):
+    for number, turn_facts in enumerate(game.iter_turn_facts()):
         yield ("," if number else "") + _indent_json(f"\n{json.dumps(turn_facts, indent=1)}", 2)
     end = _indent_json(json.dumps(collect_end_facts(game.session), indent=1), 1)
     yield f'\n ]{after},\n "end": {end}\n}}\n'
@@ -217,15 +236,6 @@ def _indent_json(text: str, columns: int) -> str:
     return text.replace("\n", "\n" + " " * columns)
 
 
-def _iter_turn_facts(game: Playback) -> Iterator[dict[str, object]]:
-    """Yield the facts of the initial position and of every turn, undo or reroll."""
-    yield game.narrator.all_turn_facts()
-    for turns_before in game.iter_agent_turns():
-        added_turns = len(game.session.turns) - turns_before
-        event = {1: {}, 0: {"event": "reroll"}}.get(added_turns, {"event": "undo"})
-        yield game.narrator.all_turn_facts() | event
-
-
 RENDERERS: dict[str, Callable[[Playback, ExportOptions], Iterator[str]]] = {
     "svg": render_svg,
     "film": render_film,
@@ -233,8 +243,69 @@ RENDERERS: dict[str, Callable[[Playback, ExportOptions], Iterator[str]]] = {
     "cast": render_cast,
     "text": render_text,
     "csv": render_csv,
+    "jsonl": render_jsonl,
     "json": render_json,
 }
+
+
+def _choose_format(formats: Sequence[str], options: ExportOptions) -> str:
+    """Return the format; raise BadParameter unless it is the only one and the options suit it."""
+    if len(formats) != 1:
+        raise BadParameter(
+            f"export: choose one of {', '.join(f'--{name}' for name in EXPORT_FORMATS)}"
+        )
+    (format_name,) = formats
+    if options.turn is not None and not EXPORT_FORMATS[format_name].shows_one_turn:
+        stills = " or ".join(
+            f"--{name}"
+            for name, export_format in EXPORT_FORMATS.items()
+            if export_format.shows_one_turn
+        )
+        raise BadParameter(f"--at: only with {stills}, not with --{format_name}")
+    if options.hint and format_name != "svg":
+        raise BadParameter(f"--hint: only with --svg, not with --{format_name}")
+    if options.review and format_name not in ROW_FORMATS:
+        raise BadParameter(f"--review: only with --csv or --jsonl, not with --{format_name}")
+    if options.typed_options and not EXPORT_FORMATS[format_name].screen_rows:
+        raise BadParameter(
+            f"--{options.typed_options[0]}: "
+            f"only with formats that show the screen, not with --{format_name}"
+        )
+    return format_name
+
+
+def export_rows(  # noqa: PLR0913 - the options of a command
+    paths: Sequence[Path],
+    formats: Sequence[str],
+    options: ExportOptions,
+    output: Path | None = None,
+    *,
+    force: bool = False,
+    trusted: bool = False,
+    peek: bool = False,
+) -> Printout:
+    """Export the rows of all games in files and folders as one table, to a file or a Printout.
+
+    A file that is not a game is named on standard error, and the exit code is FAILURE_EXIT_CODE.
+    """
+    format_name = _choose_format(formats, options)
+    if format_name not in ROW_FORMATS:
+        expected = "expected --csv or --jsonl for a folder or several files"
+        raise BadParameter(f"--{format_name}: {expected}")
+    check_extension_fits_format(output, format_name)
+    rows, errors = list[Row](), list[str]()
+    files = [*iter_transcript_files(paths)]
+    with ProgressBar(f"exporting {format_count(len(files), 'file')}") as bar:
+        for number, game in enumerate(iter_games(files, trusted=trusted, peek=peek), 1):
+            if isinstance(game, RecordedGame):
+                rows += list_rows_with_file(game, review=options.review)
+            else:
+                errors.append(f"not exported: {game}")
+            bar(number / len(files))
+    lines = format_rows_as_csv(rows) if format_name == "csv" else map(_format_json_line, rows)
+    return write_or_print(output, lines if rows else [], force=force)._replace(
+        stderr_text="\n".join(errors), exit_code=FAILURE_EXIT_CODE if errors else 0
+    )
 
 
 def export_transcript(
@@ -251,25 +322,7 @@ def export_transcript(
     terminal written to a new file that the Printout names. Raise BadParameter unless exactly one
     format is chosen and the options suit it.
     """
-    if len(formats) != 1:
-        raise BadParameter(
-            f"export: choose one of {', '.join(f'--{name}' for name in EXPORT_FORMATS)}"
-        )
-    (format_name,) = formats
-    if options.turn is not None and not EXPORT_FORMATS[format_name].shows_one_turn:
-        stills = " or ".join(
-            f"--{name}"
-            for name, export_format in EXPORT_FORMATS.items()
-            if export_format.shows_one_turn
-        )
-        raise BadParameter(f"--at: only with {stills}, not with --{format_name}")
-    if options.hint and format_name != "svg":
-        raise BadParameter(f"--hint: only with --svg, not with --{format_name}")
-    if options.typed_options and not EXPORT_FORMATS[format_name].screen_rows:
-        raise BadParameter(
-            f"--{options.typed_options[0]}: "
-            f"only with formats that show the screen, not with --{format_name}"
-        )
+    format_name = _choose_format(formats, options)
     check_extension_fits_format(output, format_name)
     game = Playback(recording.path, trusted=recording.trusted, peek=recording.peek)
     path = output

@@ -35,7 +35,7 @@ EXTRAS_OF_TOPICS = {
     "libraries": ("gymnasium", "openspiel", "pettingzoo"),
     "mcp": ("mcp",),
     "plotting": ("plot",),
-    "python": ("gymnasium", "openspiel", "pettingzoo"),
+    "python": ("gymnasium", "openspiel", "pandas", "pettingzoo"),
 }
 TOPIC_PARAMETERS = [
     pytest.param(
