@@ -26,6 +26,7 @@ class TaskInfo(NamedTuple):
     is_agent_move: bool = False  # An agent's move blocks everything else.
     is_after_game: bool = False  # A part of the verdict on a finished game.
     can_be_skipped: bool = False  # A part whose result is not needed for the keys after a game.
+    delays_quit: bool = False  # A short part whose result is recorded.
 
 
 class TaskCancelled(KeyboardInterrupt):

@@ -151,9 +151,14 @@ class GameController:
         self.finished_games[recorder] = self._game.problem_name
         if self._game.verdict.has_facts and not self._game.verdict.standing.aids:
             self.last_unaided_game = self._game
-        if self._on_game_end:
-            medal = self._game.verdict.earned_medal
-            self._on_game_end(recorder, medal.name if medal else "")
+        self.record_result()
+
+    def record_result(self) -> None:
+        """Record the result and the medal of the current game if it is finished."""
+        game = self._game
+        if game and game.recorder and self._on_game_end and game.session.over:
+            medal = game.verdict.earned_medal
+            self._on_game_end(game.recorder, medal.name if medal else "")
 
     def take_write_notice(self) -> str:
         """Return one line if the transcript began to fail, or works again; '' if nothing changed.

@@ -14,6 +14,7 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from time import strftime
 from typing import Any, NamedTuple, Protocol
 
@@ -118,14 +119,12 @@ def record_finished_game(recorder: Recorder, medal: str = "") -> None:
         or safe_files.is_output_device(recorder.path)
     ):
         return
-    with contextlib.suppress(DmplayError, OSError):  # The file may have changed in the meantime.
-        transcript = read_transcript(recorder.path)
-        record = _read_transcript_record(transcript, recorder.session.problem)
-        if (
-            record
-            and record.best
-            and not (_is_new_best(record) and _is_verified(recorder.path, record))
-        ):
+    with contextlib.suppress(DmplayError, OSError), TemporaryDirectory() as folder:
+        # The player may still undo turns of the game, so that its own file has no end.
+        path = Path(folder, recorder.path.name)
+        path.write_text(recorder.content_with_end, encoding="utf-8")
+        record = _read_transcript_record(read_transcript(path), recorder.session.problem)
+        if record and record.best and not (_is_new_best(record) and _is_verified(path, record)):
             record = replace(record, best=None)
         if record:
             save_record(replace(record, medal="" if record.aids else medal))

@@ -5,12 +5,13 @@ from math import ceil
 from dmplay.core.text import format_reward
 from dmplay.game.game import Game
 from dmplay.game.hints.review import ReviewedAction
+from dmplay.game.verdict import Verdict
 from dmplay.transcript.format import NATURAL_END_REASONS
+from dmplay.views.toolkit.canvas import ASCII_TRANSLATION
 
 MAX_MARKS = 60  # marks of a line; in longer games a mark is about several turns
 # for a choice that is not judged, is right, lost little, much (?!) and very much (??)
-MARKS, ASCII_MARKS = "·▁▃▅█", "~.-?#"
-NOT_JUDGED, RIGHT, LOST_LITTLE, LOST_MUCH, LOST_VERY_MUCH = range(5)
+LOSS_MARKS = "·▁▃▅█"
 
 
 def format_share_line(game: Game, *, ascii_only: bool) -> str:
@@ -27,27 +28,34 @@ def format_share_line(game: Game, *, ascii_only: bool) -> str:
     medal = verdict.earned_medal
     parts += [f"{medal.name} medal"] if medal and medal.name else []
     parts += [f"with {' and '.join(verdict.standing.aids)}"] if verdict.standing.aids else []
-    parts += [_format_marks(game, ASCII_MARKS if ascii_only else MARKS)] if verdict.moves else []
+    parts += [_format_marks(game, ascii_only=ascii_only)] if verdict.moves else []
     return f"{', '.join(parts)}: {request.format_command(game.problem_name, game.seed)}"
 
 
-def _format_marks(game: Game, marks: str) -> str:
-    """Return a mark for each turn, or for the worst of each few turns."""
-    turn_count, costly = len(game.session.turns), game.verdict.marks
-    levels = [NOT_JUDGED] * turn_count
-    for move in game.verdict.moves:
-        level = max(levels[move.turn - 1], _rate_choice(move, costly.get(move.turn, "")))
-        levels[move.turn - 1] = level
-    size = ceil(turn_count / MAX_MARKS)
-    groups = [levels[first : first + size] for first in range(0, turn_count, size)]
-    text = "".join(marks[max(group)] for group in groups)
-    return text if size == 1 else f"{text} ({size} turns each)"
+def mark_losses(verdict: Verdict, turn_count: int) -> str:
+    """Return a mark for each turn, by the choice in it that lost most."""
+    marks = [LOSS_MARKS[0]] * turn_count
+    for move in verdict.moves:
+        index, mark = move.turn - 1, _mark_choice(move, verdict.marks.get(move.turn, ""))
+        marks[index] = max(marks[index], mark, key=LOSS_MARKS.index)
+    return "".join(marks)
 
 
-def _rate_choice(move: ReviewedAction, mark: str) -> int:
-    """Return the index of the mark of a choice."""
-    if mark:
-        return LOST_VERY_MUCH if mark == "??" else LOST_MUCH
+def _mark_choice(move: ReviewedAction, log_mark: str) -> str:
+    """Return the mark of a choice in a turn that has this mark in the log, or ''."""
+    not_judged, right, lost_little, lost_much, lost_very_much = [*LOSS_MARKS]
+    if log_mark:
+        return lost_very_much if log_mark == "??" else lost_much
     if move.is_too_close or move.regret is None:
-        return NOT_JUDGED
-    return LOST_LITTLE if move.is_mistake else RIGHT
+        return not_judged
+    return lost_little if move.is_mistake else right
+
+
+def _format_marks(game: Game, *, ascii_only: bool) -> str:
+    """Return a mark for each turn, or for the worst of each few turns."""
+    marks = mark_losses(game.verdict, len(game.session.turns))
+    size = ceil(len(marks) / MAX_MARKS)
+    groups = [marks[first : first + size] for first in range(0, len(marks), size)]
+    text = "".join(max(group, key=LOSS_MARKS.index) for group in groups)
+    text = text.translate(ASCII_TRANSLATION) if ascii_only else text
+    return text if size == 1 else f"{text} ({size} turns each)"

@@ -33,7 +33,9 @@ from dmplay.registry import agents
 from dmplay.transcript.format import NATURAL_END_REASONS
 
 MAX_SECONDS = 1.0  # seconds of processor time of each part of a verdict that nobody waits for
-COMPARISON_TASK = TaskInfo("comparing your score with other games", is_after_game=True)
+COMPARISON_TASK = TaskInfo(
+    "comparing your score with other games", is_after_game=True, delays_quit=True
+)
 AVERAGE_LUCK = 0.1  # of the regret of random play: less luck is average
 CHOICE_WORDS = (  # by the share of the regret of random play that is not exceeded
     (GOLD_SHARE, "excellent choices"),

@@ -174,6 +174,14 @@ class Recorder:
         """The text that the file contains."""
         return self._written.decode()
 
+    @property
+    def content_with_end(self) -> str:
+        """The text that the file contains, or would contain if it were closed now."""
+        if not self.is_open:
+            return self.content
+        end_block = format_end_block(self.session, shorten_digest(self._digest), None)
+        return self.content + "\n".join([*end_block, ""])
+
     def pop_write_notice(self) -> str:
         """Return one line if writing began to fail, or works again, since the last call; else ''.
 

@@ -1,9 +1,11 @@
 """The launcher of games and shells: full screen, lines of text, JSON or no output at all."""
 
 import contextlib
+import shutil
 import sys
 from collections.abc import Iterable, Iterator, Sequence
 from shlex import quote
+from textwrap import fill
 
 from dmplay import __version__
 from dmplay.core.text import escape_unprintable
@@ -210,7 +212,11 @@ def print_epilogue(controller: GameController, *, ascii_only: bool = False) -> N
         lines.append(f"again: {controller.game.play_again_command}")
     lines += [f"log: {path}" for path in controller.game.log_paths] if controller.has_game else []
     for line in lines:
-        print(escape_unprintable(line), file=sys.stderr)
+        text = escape_unprintable(line)
+        if line.startswith("share: ") and sys.stderr.isatty():  # broken between words
+            width, indent = shutil.get_terminal_size().columns, " " * len("share: ")
+            text = fill(text, width, subsequent_indent=indent, break_on_hyphens=False)
+        print(text, file=sys.stderr)
 
 
 def report_removed_saves(removal: SaveRemoval) -> None:

@@ -178,8 +178,8 @@ def test_a_finished_game_ends_with_a_line_to_share(tmp_path: Path) -> None:
     assert line.startswith("share: hexworld seed 7, score 7.29, bronze medal, ")
     marks, _, command = line.rpartition(", ")[2].partition(": ")
     assert len(marks) == 4
-    assert marks[1:] == "..."
-    assert marks[0] in "?#"
+    assert marks[1:] == "___"
+    assert marks[0] in "=#"
     assert command == "dmplay hexworld --turns 4 --seed 7"
     unfinished = run_dmplay(tmp_path, *arguments, "--force", stdin="e\nquit\n").stderr
     assert "share: " not in unfinished

@@ -33,12 +33,14 @@ def classify_busy_key(key: str, task_info: TaskInfo, trigger_key: str) -> BusyKe
 
     The cancel keys cancel any task. While an agent chooses, only the quit keys have another effect.
     While a finished game is reviewed, its keys wait, or skip a part that can be skipped, and keys
-    of actions, which a fast player pressed too late, have no effect. Otherwise, as for a hint,
-    every key but `trigger_key`, which started the task, cancels it and runs.
+    of actions, which a fast player pressed too late, have no effect. The quit keys wait for the
+    medal. Otherwise, as for a hint, every key but `trigger_key`, which started the task, cancels it
+    and runs.
     """
     if key in CANCEL_KEYS or (task_info.is_agent_move and key in STOP_MOVE_KEYS):
         return BusyKeyAction.CANCEL
-    if task_info.is_after_game and key in AFTER_GAME_KEYS:
+    waits = key in AFTER_GAME_KEYS or (key in QUIT_KEYS and task_info.delays_quit)
+    if task_info.is_after_game and waits:
         can_skip = task_info.can_be_skipped
         return BusyKeyAction.CANCEL_THEN_RUN if can_skip else BusyKeyAction.RUN_LATER
     if task_info.is_agent_move or (task_info.is_after_game and not is_command_key(key)):

@@ -338,6 +338,10 @@ class ScreenEventLoop(ABC):
                     self._enqueue_event(handler, key)
                 await asyncio.sleep(POLL_SECONDS)
                 continue
+            if current_info != task_info:  # Keys need not wait for the next part.
+                for key, handler in waiting_events:
+                    self._enqueue_event(handler, key)
+                waiting_events.clear()
             task_info = current_info
             timer = loop.call_later(POLL_SECONDS, self._enqueue_event, _redraw_only)
             key, handler = await self._events.get()

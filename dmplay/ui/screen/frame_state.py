@@ -41,6 +41,8 @@ class FrameState(NamedTuple):
     best_return: str = ""  # the player's record in this game, from earlier games
     is_picture: bool = False  # in a picture or a film, no key works
     clock_keys: tuple[str, ...] = ()  # keys that start, stop and pace the clock
+    # the key of a replay that goes to the worst turn, once the game is reviewed; '' without one
+    worst_key: str = "X review"
 
 
 EMPTY_FRAME_STATE = FrameState()

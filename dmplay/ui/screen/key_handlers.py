@@ -24,7 +24,13 @@ from dmplay.ui.screen.play_operations import (
 from dmplay.ui.screen.play_screen import PlayScreen
 from dmplay.ui.screen.post_game_timeline import GameTimeline
 from dmplay.ui.screen.realtime_clock import find_clock
-from dmplay.ui.screen.replay_keys import REPLAY_HELP, WORST_KEY, handle_replay_key, type_turn
+from dmplay.ui.screen.replay_keys import (
+    REPLAY_HELP,
+    WORST_KEY,
+    handle_replay_key,
+    play_again,
+    type_turn,
+)
 from dmplay.ui.shell.commands import COMMANDS, conceal_choice_errors, find_command, format_help_page
 from dmplay.views.toolkit.hexgrid import KEY_FAMILY as HEX_KEY_FAMILY
 
@@ -39,6 +45,7 @@ LOOKBACK_HELP = (
     "look back",
     "after the game: show its turns; X goes to the worst, digits and Enter to any",
 )
+MARKS_HELP = ("?! ??", "marks", "after the game: turns in which a choice lost much, or very much")
 SCROLL_HELP = ("PgUp", "scroll", "scroll the log; after the game: list its turns")
 HEX_SCROLL_HELP = ("Shift-PgUp", "scroll", "scroll the log (PgUp alone moves you NE)")
 NUMBER_SCROLL_HELP = ("Shift-PgUp", "scroll", "scroll the log (PgUp alone changes the number)")
@@ -194,7 +201,7 @@ def _handle_lookback_key(screen: PlayScreen, key: str) -> bool:
     ):
         return True
     if timeline and key == "enter":
-        screen.show_reply(find_command("branch").run(screen.controller, str(timeline.turns_played)))
+        play_again(screen, timeline.turns_played)
         return True
     if timeline and key == "escape":
         screen.modes.handle_event(ModeEvent.CLOSED)
@@ -289,7 +296,7 @@ def _show_help(screen: PlayScreen) -> None:
         if key.help and key.is_listed_for(screen)
     ]
     replay_keys = REPLAY_HELP if isinstance(screen.game, Playback) else ()
-    lookback_keys = [LOOKBACK_HELP] if screen.game.human_seats else []
+    lookback_keys = [LOOKBACK_HELP, MARKS_HELP] if screen.game.human_seats else []
     scroll_keys = [SCROLL_HELP]
     if _has_hex_map(screen):
         scroll_keys = [HEX_SCROLL_HELP, RECORD_HELP]

@@ -221,6 +221,8 @@ class PlayScreen:
             note=self._find_note() if self._notes else "",
             clock_keys=self.clock_keys,
         )
+        if self.replay_timeline:
+            state = state._replace(worst_key="X worst" * bool(self.replay_timeline.worst_turns))
         if timeline:
             return state._replace(hint=timeline.move_hints, is_lookback=True)
         typed_action = self.number_input.read_action(game) if self.number_input.text else None
@@ -460,8 +462,14 @@ class PlayScreen:
         return self.review_game if self.post_game_review.is_due(self.game) else None
 
     def review_game(self) -> None:
-        """Review the game if it has ended, for the log and for stepping through its turns."""
-        self.post_game_review.review_game(self.game)
+        """Review the game if it has ended, for the log and for stepping through its turns.
+
+        Its result is recorded at once, as the player may close the window.
+        """
+        try:
+            self.post_game_review.review_game(self.game)
+        finally:
+            self.controller.record_result()
 
     def load_hints_in_background(self) -> None:
         """Import the agents that give hints, so that no key press waits for it."""

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from contextlib import suppress
-from math import ceil
 
 import numpy as np
 
@@ -14,9 +13,9 @@ from dmplay.game.game import Game
 from dmplay.game.hints import review
 from dmplay.game.hints.hint_provider import Hint, HintProvider, format_fixed
 from dmplay.game.hints.review import ReviewedAction
+from dmplay.game.share_line import mark_losses
 from dmplay.game.verdict import Verdict, iter_verdicts
 from dmplay.ui.screen.event_log import mark_turn_row
-from dmplay.views.toolkit.canvas import BAR_LEVELS
 
 MAX_WORST_TURNS = 3  # worst turns that are named
 MIN_CAPTION_COLUMNS = 72  # columns of the screen from which the rows on regrets are complete
@@ -161,9 +160,22 @@ class GameTimeline(Game):
     @property
     def worst_turns(self) -> list[int]:
         """The numbers of the turns with the largest regrets, the largest first."""
-        regrets = self._turn_regrets
+        regrets, moves = self._turn_regrets, self._moves_by_turn
         ranked = sorted(range(self.turn_count), key=lambda turn: (-regrets[turn], turn))
-        return [turn + 1 for turn in ranked[:MAX_WORST_TURNS] if regrets[turn] > 0]
+        costly = [turn for turn in ranked if any(move.is_mistake for move in moves[turn])]
+        return [turn + 1 for turn in costly[:MAX_WORST_TURNS]]
+
+    @property
+    def no_worst_turn_reason(self) -> str:
+        """The reason why there are no worst turns."""
+        moves = [move for moves in self._moves_by_turn for move in moves]
+        if any(move.basis.accuracy.is_bound for move in moves):
+            return "no choice is judged, because only bounds are known; ← and → show each turn"
+        if moves and all(move.regret is not None for move in moves):
+            are_clear = not any(move.is_too_close for move in moves)
+            clear = "every choice was right" if are_clear else "no choice clearly lost anything"
+            return f"nothing to improve: {clear}"
+        return "no choice has a known regret; ← and → show each turn"
 
     def find_next_worst_turn(self, current: int) -> int:
         """Return the turn with the largest regret; after it was shown, the next largest.
@@ -172,10 +184,7 @@ class GameTimeline(Game):
         """
         turns = self.worst_turns
         if not turns:
-            moves = [move for moves in self._moves_by_turn for move in moves]
-            if moves and all(move.is_judged and move.regret is not None for move in moves):
-                raise BadParameter("nothing to improve: no choice of this game lost anything")
-            raise BadParameter("no choice has a known regret; ← and → show each turn")
+            raise BadParameter(self.no_worst_turn_reason)
         is_repeated = self.shown_worst_turn == current and current in turns
         index = turns.index(current) + 1 if is_repeated else 0
         self.shown_worst_turn = turns[index % len(turns)]
@@ -205,10 +214,7 @@ class GameTimeline(Game):
         prefix, suffix = captions[is_short or width < MIN_CAPTION_COLUMNS]
         bar_columns = max(width - len(prefix) - len(suffix) - MARGIN_COLUMNS, 1)
         first = max(min(self.turns_played - bar_columns // 2, self.turn_count - bar_columns), 0)
-        max_regret = max(regrets)
-        bars = [
-            BAR_LEVELS[ceil((len(BAR_LEVELS) - 1) * (regret / max_regret))] for regret in regrets
-        ]
+        bars = [*mark_losses(self.verdict, self.turn_count)]
         bars[self.turns_played] = f"[{bars[self.turns_played]}]"
         last = first + bar_columns
         row = f"{'…' * (first > 0)}{''.join(bars[first:last])}{'…' * (last < self.turn_count)}"

@@ -74,11 +74,16 @@ def type_turn(
 def _play_from_turn(screen: PlayScreen, playback: Playback) -> None:
     """Start a game from this turn; a person plays the first seat if agents alone played."""
     if list_human_seats(playback.player_names):
-        reply = find_command("branch").run(screen.controller, str(len(playback.session.turns)))
+        play_again(screen, len(playback.session.turns))
     else:
         seat = playback.problem.agents[0]
-        reply = find_command("seat").run(screen.controller, f"{seat}={HUMAN}")
-    screen.show_reply(reply)
+        screen.show_reply(find_command("seat").run(screen.controller, f"{seat}={HUMAN}"))
+
+
+def play_again(screen: PlayScreen, turn_count: int) -> None:
+    """Play on as a new game from the position after so many turns."""
+    screen.show_reply(find_command("branch").run(screen.controller, str(turn_count)))
+    screen.message = f"turn {turn_count + 1} again, in a new game; the first one is saved"
 
 
 def _go_to_worst_choice(screen: PlayScreen, playback: Playback) -> None:
@@ -93,8 +98,11 @@ def _go_to_worst_choice(screen: PlayScreen, playback: Playback) -> None:
 def _leave_to_learn(screen: PlayScreen, playback: Playback) -> None:
     """Leave the replay to find better actions; raise BadParameter if no mistake is known."""
     is_played_by_people = bool(list_human_seats(playback.player_names))
-    if not is_played_by_people or not prepare_timeline(screen, playback).worst_turns:
-        raise BadParameter("M: no choice of a person in this game has a known regret")
+    if not is_played_by_people:
+        raise BadParameter("M: no person played in this game")
+    timeline = prepare_timeline(screen, playback)
+    if not timeline.worst_turns:
+        raise BadParameter(f"M: {timeline.no_worst_turn_reason}")
     screen.learns_from_game = True
     raise PlayerQuit
 

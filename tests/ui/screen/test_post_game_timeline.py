@@ -99,7 +99,7 @@ moves into a wall: ne -0.624, nw -0.624, sw -0.624, se -0.624    w      -0.48
                                                                  se     -1.10
 
  turn 2. chose W, moved W to (5,2). reward 0. score 0.
- value lost each turn █▂[▂]▁  [ ] = next turn; most in turns 1, 3, 2
+ value lost each turn █▃[▃]▁  [ ] = next turn; most in turns 1, 3, 2
  next, turn 3: chose se; e or w was better by 0.62 (0.51 of the score).
 
  ← → turns  X worst  Enter play on  N new  R restart  Bksp undo  ? help  q quit""",
@@ -143,7 +143,7 @@ chance of hunger, turn by turn ▅▁▁▁
 true state: sated
 hint: best i; s ▌··· -0.5; f ████ -3.88
 
- value lost ▁▂▁[█]▂  most in turns 4, 5, 2
+ value lost ▁▃▁[█]▃  most in turns 4, 5, 2
  next, turn 4: chose feed; ignore was better by
    3.88.
 
@@ -169,7 +169,7 @@ true state: sated
 
  turn 3. chose ignore, heard quiet. belief: sated 0.973, hungry 0.027. reward
    0. score -15.45.
- value lost each turn _._[#].  [ ] = next turn; most in turns 4, 5, 2
+ value lost each turn _:_[#]:  [ ] = next turn; most in turns 4, 5, 2
  next, turn 4: chose feed; ignore was better by 3.88 (2.83 of the score).
 
  < > turns  X worst  Enter play on  N new  R restart  ? help  q quit  : command""",
@@ -264,7 +264,7 @@ def test_the_lookback_is_not_available_before_the_end(key: str) -> None:
 def test_playing_on_from_an_earlier_turn_writes_a_branch_marked_as_peeked(tmp_path: Path) -> None:
     screen = play_to_end("crying-baby", current_game=make_saved_game(tmp_path))
     screen_text = press_keys(screen, "left", "left", "enter")
-    assert "branched at turn 3. new game of crying-baby. " in screen_text
+    assert "turn 4 again, in a new game" in screen_text
     assert "turn 3/5" in screen_text
     press_keys(screen, "i", "i")
     screen.controller.end_game()
@@ -325,7 +325,7 @@ def test_a_long_game_shows_the_regret_around_the_turn() -> None:
     screen_text = press_keys(screen, *["l"] * 90, "enter", *["left"] * 3, size=SMALL_SIZE)
     row = next(row for row in screen_text.split("\n") if "value lost" in row)
     assert len(row) <= SMALL_SIZE[0]
-    assert row == " value lost …▂▂▂▂▂[▂]▂▂▂  most in turns 2, 3, 4"
+    assert row == " value lost …▃▃▃▃▃[▃]▃▃▃  most in turns 2, 3, 4"
 
 
 def test_dots_say_that_more_turns_lost_as_much_as_the_last_one_named() -> None:

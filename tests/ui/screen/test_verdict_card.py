@@ -8,6 +8,7 @@ from dmplay.game.background_tasks import TaskInfo
 from dmplay.game.game_series import GameController
 from dmplay.game.game_setup import start_new_game
 from dmplay.game.launch_requests import GameRequest
+from dmplay.transcript.recorder import Recorder
 from dmplay.ui.screen.busy_keys import BusyKeyAction, classify_busy_key
 from dmplay.ui.screen.frame_state import Viewport
 from dmplay.ui.screen.key_handlers import handle_key
@@ -160,3 +161,26 @@ def test_the_bars_of_eight_turns_fit_beside_a_shorter_caption(tmp_path: Path) ->
     handle_key(screen, "X")
     (row,) = (row for row in draw(screen, (80, 24)) if "value lost" in row)
     assert "…" not in row
+
+
+def test_quitting_waits_for_the_medal_but_not_for_the_rest_of_the_review() -> None:
+    comparison = TaskInfo("comparing", is_after_game=True, delays_quit=True)
+    assert classify_busy_key("q", comparison, "h") is BusyKeyAction.RUN_LATER
+    review = TaskInfo("reviewing your actions", is_after_game=True)
+    assert classify_busy_key("q", review, "h") is BusyKeyAction.CANCEL_THEN_RUN
+
+
+def test_a_finished_game_is_recorded_before_its_player_leaves_the_screen(tmp_path: Path) -> None:
+    """The player may still undo the last turn, so that the file has no end."""
+    records = list[tuple[str, str]]()
+
+    def record(recorder: Recorder, medal: str) -> None:
+        records.append((recorder.content_with_end.rstrip().rpartition("\n")[2][:4], medal))
+
+    request = GameRequest("hexworld", seed=SEED, record_path=tmp_path / "game.dmt")
+    controller = GameController(start_new_game(request), on_game_end=record)
+    screen = PlayScreen(controller, BASE_TERMINAL)
+    _press_keys(screen, "l b n n")
+    assert controller.game.recorder is not None
+    assert controller.game.recorder.is_open
+    assert records == [("end:", "bronze")]
