@@ -40,7 +40,7 @@ def assert_turns_match_problem(game: dmplay.Session) -> None:
         outcome = game.problem.step(state[None], turn.actions[None], turn.uniforms[None])
         observations = outcome.observations if game.problem.partially_observable else outcome.state
         for actual, expected in zip(
-            turn[2:], (outcome.state, observations, outcome.rewards), strict=True
+            turn[2:5], (outcome.state, observations, outcome.rewards), strict=True
         ):
             assert actual.dtype == expected.dtype
             assert np.array_equal(actual, expected[0])

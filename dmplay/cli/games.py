@@ -26,6 +26,7 @@ def play(
     seat: options.SeatAgents = [],  # noqa: B006
     ghost: options.GhostAgent = "",
     predict: options.PredictionKind = "",
+    state_belief: options.StateBelief = False,
     turns: options.TurnLimit = None,
     record: options.RecordPath = None,
     keep: options.KeptMegabytes = 200,
@@ -72,8 +73,9 @@ def play(
     typed_request = GameRequest(
         format_variant_name(problem, variant), tuple(set_), seed, episode, agent=agent,
         other_agent=vs, seats=tuple(seat), ghost_agent=ghost, prediction=predict, turns=turns,
-        record_path=record, kept_megabytes=keep, record_frames=frames, force=force,
-        strict="hints" if strict_hints else strict, reveal=reveal, player=player,
+        states_belief=state_belief, record_path=record, kept_megabytes=keep,
+        record_frames=frames, force=force, strict="hints" if strict_hints else strict,
+        reveal=reveal, player=player,
         key_preferences=options.configured_keys(keys),
         can_ask=current_terminal(terminal_options).can_ask,
         typed_options=frozenset(typed_options),

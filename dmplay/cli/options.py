@@ -203,6 +203,13 @@ PredictionKind = Annotated[
         name_lists.complete_prediction_kinds,
     ),
 ]
+StateBelief = Annotated[
+    bool,
+    typer.Option(
+        "--state-belief",
+        help="hide the belief, and ask for yours with each action; the transcript records it",
+    ),
+]
 OtherAgents = Annotated[
     str, _agent_option("agent that plays all seats but the first (default: see 'dmplay agents')")
 ]

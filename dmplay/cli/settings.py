@@ -16,7 +16,7 @@ from dmplay.errors import BadParameter, UnknownName
 
 COMMAND_LINE_ONLY = ("execute", "force", "help", "output", "record", "trust", "update", "write")
 # they suit some problems only
-PROBLEM_OPTIONS = ("agent", "ghost", "predict", "seat", "set", "variant", "vs")
+PROBLEM_OPTIONS = ("agent", "ghost", "predict", "seat", "state-belief", "set", "variant", "vs")
 VALUE_TYPES: dict[type, tuple[tuple[type, ...], str]] = {
     bool: ((bool,), "true or false"),
     int: ((int,), "a whole number"),

@@ -8,7 +8,10 @@ import numpy as np
 from dmplay.core.arrays import Array, Reals
 from dmplay.core.problem import Problem, checked_state_indices, initial_state_distribution
 from dmplay.core.tabular import Tabular
-from dmplay.errors import ImpossibleObservation
+from dmplay.errors import BadParameter, ImpossibleObservation
+
+SUM_TOLERANCE = 0.011  # so that rounded probabilities are accepted
+STATED_DIGITS = 10  # significant digits of a stated belief, as of all facts in a transcript
 
 
 class Posterior(NamedTuple):
@@ -74,3 +77,20 @@ def _impossible_observation_message(
     pairs = zip(problem.observations, observations, strict=True)
     obs = [space.format_observation(np.array(o)) for space, o in pairs if o is not None]
     return f"observation {', '.join(obs)} after {', '.join(acts)} has probability 0 in this belief"
+
+
+def normalize_belief(values: Reals, tolerance: float = SUM_TOLERANCE) -> Reals:
+    """Return probabilities `[S]` divided by their sum.
+
+    Raise BadParameter if one is negative or not finite, or if the sum is not 1 within a tolerance.
+    """
+    total = float(values.sum())
+    if not abs(total - 1.0) <= tolerance or values.min() < 0.0:
+        got = f"probabilities that add up to {total:g}"
+        raise BadParameter(f"got {got}, expected 1, and none below 0")
+    return np.asarray(values / total)
+
+
+def round_stated_belief(values: Reals) -> Reals:
+    """Return a stated belief `[S]` as a transcript records it, so that both are the same."""
+    return np.array([float(f"{p:.{STATED_DIGITS}g}") for p in values.tolist()])

@@ -29,7 +29,11 @@ FIELD_OMITTED = np.zeros(0)  # placeholder for a percept field that the policy d
 
 
 class Policy(Protocol):
-    """The interface of a policy for one seat, which plays a batch of one game or of many."""
+    """The interface of a policy for one seat, which plays a batch of one game or of many.
+
+    A policy may have one more method, `stated_belief(memory)`. It returns the belief `[B, S]` that
+    it holds when it chooses, with NaN for none, or None. Transcripts record it.
+    """
 
     @property
     def uniform_count(self) -> int:

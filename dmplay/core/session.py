@@ -2,7 +2,7 @@
 
 import math
 from collections import Counter
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
@@ -11,6 +11,7 @@ from typing import Generic, NamedTuple, Protocol, TypeVar
 
 import numpy as np
 
+from dmplay.core import belief
 from dmplay.core.arrays import (
     Array,
     Bools,
@@ -53,6 +54,8 @@ MAX_FAST_BELIEF_STATES = 4096  # maximum states of a displayed belief if its upd
 MAX_TABULAR_BELIEF_STATES = 2**16  # maximum states of a displayed belief if the problem is Tabular
 MAX_LISTED_STATES = 64  # maximum states of any other belief; a longer list is of no use to a reader
 
+NO_STATED_BELIEFS: Mapping[int, Reals] = {}
+
 P_co = TypeVar("P_co", bound=Problem, covariant=True)
 
 
@@ -71,6 +74,8 @@ class Turn(NamedTuple):
     state: Array  # [...]
     observations: Array  # [n], or the state
     rewards: Reals  # [n]
+    # seat -> the belief `[S]` that its player stated when it chose its action, if it stated one
+    stated_beliefs: Mapping[int, Reals] = NO_STATED_BELIEFS
 
 
 @dataclass(frozen=True)
@@ -285,17 +290,25 @@ class Session(NotebookDisplay):
             return find_wait_action(self.problem, seat)
         return seated_policy.choose() if seated_policy else None
 
-    def advance(self, actions: Sequence[float | None] = (), uniforms: Reals | None = None) -> Turn:
+    def advance(
+        self,
+        actions: Sequence[float | None] = (),
+        uniforms: Reals | None = None,
+        *,
+        stated_beliefs: Mapping[int, Reals] = NO_STATED_BELIEFS,
+    ) -> Turn:
         """Play one turn with the given actions, and those of the policies for the other seats.
 
-        Raise IllegalAction, and change nothing, if the state does not allow an action; EpisodeOver
-        if the game is over.
+        `stated_beliefs` has the beliefs `[S]` that players from outside state, by seat. Policies
+        with a method `stated_belief` state their own. Raise IllegalAction, and change nothing, if
+        the state does not allow an action; EpisodeOver if the game is over.
         """
         if self.over:
             reason_text = describe_end_reason(self.end_reason)
             raise EpisodeOver(f"turn {len(self.turns) + 1}: the game is over ({reason_text})")
         filled_actions = enumerate(self.fill_in_actions(actions))
         joint = np.array([self.validate_action(seat, action) for seat, action in filled_actions])
+        stated = self._collect_stated_beliefs(stated_beliefs)
         turn_number = len(self.turns) + 1
         if uniforms is None:
             reroll = self.reroll_counts.get(turn_number, 0)
@@ -308,9 +321,25 @@ class Session(NotebookDisplay):
         is_hidden = self.problem.partially_observable
         observations = readonly_copy(outcome.observations[0]) if is_hidden else state
         rewards = make_readonly(outcome.rewards[0] + 0.0)
-        turn = Turn(make_readonly(joint), readonly_copy(uniforms), state, observations, rewards)
+        turn = Turn(
+            make_readonly(joint), readonly_copy(uniforms), state, observations, rewards, stated
+        )
         self.turns.append(turn)
         return turn
+
+    def _collect_stated_beliefs(self, outside_beliefs: Mapping[int, Reals]) -> Mapping[int, Reals]:
+        """Return the beliefs from outside, and those that policies of active seats state now."""
+        if outside_beliefs:
+            check_has_belief(self)
+        stated = {
+            seat: readonly_copy(belief.round_stated_belief(values))
+            for seat, values in outside_beliefs.items()
+        }
+        for seat, seated in enumerate(self.seated_policies if self.has_visible_beliefs else ()):
+            if seated and seat not in stated and not self.is_inactive(seat):
+                values = seated.stated_belief()
+                stated |= {} if values is None else {seat: readonly_copy(values)}
+        return stated or NO_STATED_BELIEFS
 
     def append_turns(self, turns: Iterable[Turn]) -> None:
         """Append turns that were computed before, from the current state on."""
@@ -347,10 +376,10 @@ class Session(NotebookDisplay):
 
     def reroll(self, draws: Reals | None = None) -> Turn:
         """Play the last turn again, with the same actions and new uniforms or `draws`."""
-        actions = self.undo()[0].actions
+        undone = self.undo()[0]
         turn_number = len(self.turns) + 1
         self.reroll_counts[turn_number] = self.reroll_counts.get(turn_number, 0) + 1
-        return self.advance(list(actions), draws)
+        return self.advance(list(undone.actions), draws, stated_beliefs=undone.stated_beliefs)
 
     def observation_after(self, seat: int, turn: int) -> Array:
         """Return the observation of a seat after a turn; after turn 0, the initial observation."""
@@ -369,7 +398,7 @@ class Session(NotebookDisplay):
 
     def build_percept(self, seat: int, turn: int) -> Percept:
         """Return the information that a turn (from 1) gave a seat, as a batch of one row."""
-        actions, _, state, observations, rewards = self.turns[turn - 1]
+        actions, _, state, observations, rewards, _ = self.turns[turn - 1]
         outcome = Outcome(state[None], rewards[None], observations[None])
         return build_percept(self.problem, seat, actions[None], outcome)
 
@@ -473,6 +502,12 @@ class Session(NotebookDisplay):
             added = [weight * reward for reward in rewards] + rewards
             self._running_sums.append((weight * self.problem.discount, *map(add, sums, added)))
         return self._running_sums[-1]
+
+
+def check_has_belief(session: Session) -> None:
+    """Raise BadParameter unless the states are hidden, finite and few enough for a belief."""
+    if not session.has_visible_beliefs:
+        raise BadParameter("this problem has no belief over hidden states that can be stated")
 
 
 def list_active_seats(session: Session, seats: Sequence[int]) -> list[int]:
@@ -593,6 +628,30 @@ class SeatedPolicy:
         legal_row = None if legal is None else readonly_copy(legal[None])
         choice = forbid_writes(self, self.policy.choose, self.current_memory(), legal_row, u)
         return float(validate_policy_actions(self.policy, choice, 1, self)[0])
+
+    def stated_belief(self) -> Reals | None:
+        """Return the belief `[S]` that the policy states in the current state; None if none.
+
+        It is the row that an optional method of the policy, `stated_belief(memory)`, returns for
+        its memory; NaN stands for no statement. Raise BadPolicy unless it is a belief.
+        """
+        state_belief: Callable[[Memory], object] | None = getattr(
+            self.policy, "stated_belief", None
+        )
+        if state_belief is None:
+            return None
+        rows = forbid_writes(self, state_belief, self.current_memory())
+        size = len(self.session.problem.enumerate_states())
+        values = None if rows is None else np.asarray(rows)
+        if values is None or (values.dtype.kind == "f" and np.isnan(values).all()):
+            return None
+        name = f"{self}: {type(self.policy).__name__}.stated_belief"
+        if values.shape != (1, size) or values.dtype.kind not in "biuf":
+            raise BadPolicy(f"{name}: got shape {values.shape}, expected (1, {size})")
+        try:
+            return belief.round_stated_belief(belief.normalize_belief(values[0].astype(float)))
+        except BadParameter as error:
+            raise BadPolicy(f"{name}: {error}") from None
 
     def can_reproduce_turns(self, s: Array, turns: Turn, source: SeededUniforms) -> bool:
         """Return whether the policy chooses the recorded actions of the next turns `[T, ...]`.

@@ -2,18 +2,20 @@
 
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from dmplay.core.arrays import Array, Reals
+from dmplay.core.belief import normalize_belief
 from dmplay.core.problem import ContinuousStates, Problem
 from dmplay.core.spaces import Labels, normalize_label
 from dmplay.errors import BadParameter, UnknownName
 
+MAX_QUOTED_CHARACTERS = 60  # maximum characters of a bad value in an error message
+MAX_LISTED_NAMES = 8  # maximum number of states in an error message
 MAX_ORDERED_LABELS = 4  # more probabilities are typed with their names
 PAIR_PATTERN = re.compile(r"\(?\s*(-?\d+)\s*(?:,|\s)\s*(-?\d+)\s*\)?")  # such as (8,2)
-SUM_TOLERANCE = 0.011  # so that rounded probabilities are accepted
 FRACTION_PATTERN = re.compile(r"([-+]?\d+)\s*/\s*(\d+)")
 
 
@@ -38,7 +40,9 @@ def parse_whole_number(text: str) -> int:
     return int(text)
 
 
-def parse_distribution(text: str, labels: tuple[str, ...]) -> dict[str, float]:
+def parse_distribution(
+    text: str, labels: tuple[str, ...], noun: str = "answer"
+) -> dict[str, float]:
     """Return typed probabilities by label, such as `hungry 0.8 sated 0.2` or `hungry=0.8, ...`.
 
     Without names, there is one number for each label, in their order.
@@ -54,7 +58,7 @@ def parse_distribution(text: str, labels: tuple[str, ...]) -> dict[str, float]:
         raise BadParameter(f"got {text!r}, expected {describe_distribution_syntax(labels)}")
     typed: dict[str, float] = {}
     for name, number in zip(words[::2], words[1::2], strict=True):
-        label = find_label(name, labels)
+        label = find_label(name, labels, noun)
         if label in typed:
             raise BadParameter(f"got {label} twice, expected it once")
         typed[label] = parse_number(number)
@@ -75,7 +79,7 @@ def split_labels(text: str) -> list[str]:
     return re.sub(r",\s|>|(?<=\)),", " ", joined).split()
 
 
-def find_label(text: str, labels: tuple[str, ...]) -> str:
+def find_label(text: str, labels: tuple[str, ...], noun: str = "answer") -> str:
     """Return the label that a text names; raise UnknownName with the nearest names.
 
     Parentheses, and spaces after commas, need not be typed: `8,2` names `(8,2)`.
@@ -83,7 +87,7 @@ def find_label(text: str, labels: tuple[str, ...]) -> str:
     by_normal_form = {_strip_parentheses(label): label for label in labels}
     label = by_normal_form.get(_strip_parentheses(text))
     if label is None:
-        raise UnknownName("answer", text.strip(), labels)
+        raise UnknownName(noun, text.strip(), labels)
     return label
 
 
@@ -126,14 +130,34 @@ def parse_history(problem: Problem, seat: int, history: Sequence[str]) -> list[t
 
 def parse_belief(problem: Problem, text: str) -> Reals:
     """Return the belief `[S]` that a text describes; raise BadParameter if its sum is not 1."""
-    names = tuple(map(problem.format_state, problem.enumerate_states()))
-    typed = parse_distribution(text, names)
-    total = sum(typed.values())
-    if abs(total - 1.0) > SUM_TOLERANCE or min(typed.values()) < 0.0:
-        got = f"probabilities that add up to {total:g}"
-        raise BadParameter(f"got {got}, expected 1, and none below 0")
-    belief = np.array([typed.get(name, 0.0) for name in names])
-    return np.asarray(belief / belief.sum())
+    names = list_state_names(problem)
+    typed = parse_distribution(text, names, "state")
+    return normalize_belief(np.array([typed.get(name, 0.0) for name in names]))
+
+
+def list_state_names(problem: Problem) -> tuple[str, ...]:
+    """Return the name of each state, in the order of beliefs."""
+    return tuple(map(problem.format_state, problem.enumerate_states()))
+
+
+def read_belief(problem: Problem, value: object) -> Reals:
+    """Return the belief `[S]` in a value of JSON: a text, a list, or an object of state names.
+
+    States that an object leaves out have probability 0. Raise BadParameter for other values.
+    """
+    if isinstance(value, str):
+        return parse_belief(problem, value)
+    names = list_state_names(problem)
+    if isinstance(value, Mapping):
+        by_label = {find_label(str(name), names, "state"): number for name, number in value.items()}
+        value = [by_label.get(name, 0.0) for name in names]
+    numbers = value if isinstance(value, list) else []
+    if len(numbers) != len(names) or not all(type(number) in (int, float) for number in numbers):
+        got = repr(value)[:MAX_QUOTED_CHARACTERS]
+        expected = f"a probability for each state: {', '.join(names[:MAX_LISTED_NAMES])}"
+        expected += ", ..." * (len(names) > MAX_LISTED_NAMES)
+        raise BadParameter(f"got {got}, expected {expected}")
+    return normalize_belief(np.array(numbers, float))
 
 
 def _list_state_spellings(text: str) -> list[str]:

@@ -115,6 +115,7 @@ class Assignment:
             force=options.force,
             can_ask=options.can_ask,
             typed_options=options.typed_options,
+            states_belief=options.states_belief,
         )
 
     def _choose_seed_and_path(self, options: GameRequest) -> tuple[int, Path]:

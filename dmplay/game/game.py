@@ -9,7 +9,7 @@ from rich.text import Text
 
 from dmplay.agents.base import AdviceQuestion
 from dmplay.agents.script import EndOfScript, Script
-from dmplay.core.arrays import Array
+from dmplay.core.arrays import Array, Reals
 from dmplay.core.problem import Problem, find_seat
 from dmplay.core.safe_files import MAX_FILE_BYTES
 from dmplay.core.session import (
@@ -17,6 +17,7 @@ from dmplay.core.session import (
     Session,
     Turn,
     View,
+    check_has_belief,
     count_turns_to_undo,
     is_waiting_for_others,
     list_active_seats,
@@ -47,7 +48,7 @@ from dmplay.transcript.recorder import Recorder
 from dmplay.views.protocol import DrawOptions, draw_picture, fit_board, load_view_module
 
 if TYPE_CHECKING:
-    from dmplay.game.predictions import Predictor, ScoredPrediction
+    from dmplay.game.predictions import EchoedBelief, Predictor, ScoredPrediction
 
 PREDICTION_NOTE_PREFIX = "# prediction "
 NO_CHOICES: Mapping[int, float] = {}
@@ -88,7 +89,9 @@ class Game:
         self._judged_turn: Turn | None = None  # the last turn when it was computed
         self.ghost: Ghost | None = None
         self.predictor: Predictor | None = None  # asks for predictions before each turn
-        self._last_prediction: ScoredPrediction | None = None  # scored and not reported yet
+        self._last_prediction: ScoredPrediction | EchoedBelief | None = (
+            None  # scored and not reported yet
+        )
         self.save_removal = SaveRemoval()  # old saves deleted to make room for this game
         self.repeats_uniforms = False  # whether a game with the same uniforms was played before
         # called between turns that need no player
@@ -104,7 +107,8 @@ class Game:
             self.rewards_visible = True
         self._thinking_task_info = TaskInfo(f"{label} thinking", is_agent_move=True)
         self._pending_choices: dict[int, float] = {}
-        self._undone_actions: list[list[float]] = []
+        self._stated_beliefs: dict[int, Reals] = {}  # of people, with their pending choices
+        self._undone_turns: list[Turn] = []
         self._attach_session(session)
 
     def _attach_session(self, session: Session) -> None:
@@ -153,8 +157,13 @@ class Game:
 
     @property
     def shows_belief(self) -> bool:
-        """False if a lesson asks the player to keep the belief."""
-        return self.request is None or self.request.shows_belief
+        """False if a lesson, or `--state-belief`, asks the player to keep the belief.
+
+        The boards of some problems always show it.
+        """
+        if self.request is None or not self.request.states_belief:
+            return self.request is None or self.request.shows_belief
+        return bool(getattr(self.view_module, "NEEDS_BELIEF", False))
 
     @property
     def pauses_when_left(self) -> bool:
@@ -362,11 +371,14 @@ class Game:
         picture = draw_picture(self.view_module, self.view(), self._state_if_revealed)
         return picture.plain.split("\n") if picture else []
 
-    def choose(self, action: float, seat: int | None = None) -> bool:
+    def choose(
+        self, action: float, seat: int | None = None, *, stated_belief: Reals | None = None
+    ) -> bool:
         """Store one person's choice; play the turn as soon as all people have chosen.
 
-        Without `seat` it is the choice of the next person. Return whether a turn was played. Raise
-        BadParameter if the game is over or no person plays.
+        Without `seat` it is the choice of the next person, who may state a belief `[S]` with it.
+        Return whether a turn was played. Raise BadParameter if the game is over, no person plays,
+        or no states are hidden of which there could be a belief.
         """
         choosing_seat = self.choosing_seat if seat is None else seat
         if self.session.over:
@@ -374,6 +386,12 @@ class Game:
         if choosing_seat is None:
             raise BadParameter("no person plays in this game")
         self.session.validate_action(choosing_seat, action)
+        if stated_belief is None and self.predictor:
+            stated_belief = self.predictor.pop_stated_belief()
+        self._stated_beliefs.pop(choosing_seat, None)
+        if stated_belief is not None:
+            check_has_belief(self.session)
+            self._stated_beliefs[choosing_seat] = stated_belief
         choices = {**self._pending_choices, choosing_seat: action}
         if len(choices) == len(list_active_seats(self.session, self.human_seats)):
             is_played = self.advance(choices)
@@ -398,7 +416,7 @@ class Game:
         question = self.predictor.question if self.predictor else None
         return question.text if question else ""
 
-    def pop_scored_prediction(self) -> "ScoredPrediction | None":
+    def pop_scored_prediction(self) -> "ScoredPrediction | EchoedBelief | None":
         """Return the prediction that was scored since the last call, if any."""
         scored, self._last_prediction = self._last_prediction, None
         return scored
@@ -408,7 +426,7 @@ class Game:
         if self.predictor is None:
             return
         self._last_prediction = scored = self.predictor.score_turn(self.session.turns[-1])
-        if scored and self.recorder:
+        if scored and scored.note and self.recorder:
             self.recorder.write_note(f"{PREDICTION_NOTE_PREFIX}turn {scored.turn}: {scored.note}")
 
     def advance(self, choices: Mapping[int, float] = NO_CHOICES) -> bool:
@@ -417,6 +435,8 @@ class Game:
         The game ends instead if a script has no action left ("quit") or an agent forfeits
         ("forfeit"). Pending choices are discarded in every case.
         """
+        stated = {seat: b for seat, b in self._stated_beliefs.items() if seat in choices}
+        self._stated_beliefs = {}
         try:
             actions = self._collect_joint_action(
                 [choices.get(seat) for seat in range(len(self.player_names))]
@@ -432,8 +452,8 @@ class Game:
         finally:
             self._pending_choices = {}
         with defer_signals():
-            self.session.advance(actions)
-            self._undone_actions.clear()
+            self.session.advance(actions, stated_beliefs=stated)
+            self._undone_turns.clear()
             self._record_turn()
             self._score_prediction()
         self._advance_ghost()
@@ -521,7 +541,7 @@ class Game:
             undone_turns = self.session.undo(
                 count_turns_to_undo(self.session, self.human_seats, turns)
             )
-            self._undone_actions += [list(turn.actions) for turn in reversed(undone_turns)]
+            self._undone_turns += reversed(undone_turns)
             self.undo_count += 1
             if self.recorder:
                 self.recorder.write_event("undo", len(undone_turns))
@@ -532,11 +552,11 @@ class Game:
 
         Raise BadParameter if no turn was undone.
         """
-        if not self._undone_actions:
+        if not self._undone_turns:
             raise BadParameter("redo: no turn was undone")
         self._pending_choices.clear()
         self._replay_undone_turn()
-        while self._undone_actions and is_waiting_for_others(self.session, self.human_seats):
+        while self._undone_turns and is_waiting_for_others(self.session, self.human_seats):
             self.on_intermediate_turn()
             self._replay_undone_turn()
         self.play_until_choice()
@@ -544,8 +564,9 @@ class Game:
     def _replay_undone_turn(self) -> None:
         """Play the last undone actions again and write the turn to the transcript."""
         with defer_signals():
-            self.session.advance(self._undone_actions[-1])
-            self._undone_actions.pop()
+            turn = self._undone_turns[-1]
+            self.session.advance(list(turn.actions), stated_beliefs=turn.stated_beliefs)
+            self._undone_turns.pop()
             self._record_turn()
         self._advance_ghost()
 
@@ -555,7 +576,7 @@ class Game:
         if not self.session.turns:
             raise BadParameter("reroll: no turn has been played yet")
         self._pending_choices.clear()
-        self._undone_actions.clear()
+        self._undone_turns.clear()
         with defer_signals():
             self.session.reroll()
             if self.recorder:

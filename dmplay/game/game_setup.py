@@ -31,7 +31,7 @@ from dmplay.game.launch_requests import (
 )
 from dmplay.game.narration import render_transcript_frame
 from dmplay.game.playback import Playback
-from dmplay.game.predictions import VALUE, Predictor
+from dmplay.game.predictions import VALUE, BeliefPrompt, Predictor
 from dmplay.game.saves import STDOUT_PATH, load_transcript, resolve_dash_to_stream
 from dmplay.game.seats import (
     HUMAN,
@@ -137,17 +137,22 @@ def start_new_game(request: GameRequest, disclosed_games: Collection[GameKey] = 
 def _make_predictor(
     session: Session, player_names: Sequence[str], request: GameRequest
 ) -> Predictor | None:
-    """Return the predictor of the person's seat; None if no predictions are requested.
+    """Return the predictor of the person's seat; None if nothing is asked between turns.
 
     Raise BadParameter unless one person plays, and the game allows these predictions.
     """
-    if not request.prediction:
+    if not (request.prediction or request.states_belief):
         return None
+    option = "--state-belief" if request.states_belief else "--predict"
     seats = list_human_seats(player_names)
+    if request.prediction and request.states_belief:
+        raise BadParameter("--predict and --state-belief: expected only one of them")
     if len(seats) != 1:
-        raise BadParameter(f"--predict: got {len(seats)} human players, expected one")
+        raise BadParameter(f"{option}: got {len(seats)} human players, expected one")
     if "rate" in request.typed_options:
-        raise BadParameter("--predict: real time leaves no time to predict; leave out --rate")
+        raise BadParameter(f"{option}: real time leaves no time to answer; leave out --rate")
+    if request.states_belief:
+        return BeliefPrompt(session, seats[0])
     if request.prediction == VALUE and request.strict == "hints":
         raise BadParameter("--predict value: this game forbids hints (--strict=hints)")
     players = [*map(shorten_player_name, player_names)]
@@ -481,7 +486,7 @@ def _copy_turns(
         recorder.write_event("help", dict(past_session.hint_counts))
     for number, turn in enumerate(past_session.turns[:turn_count], 1):
         if number in past_session.reroll_counts:
-            session.advance(list(turn.actions))
+            session.advance(list(turn.actions), stated_beliefs=turn.stated_beliefs)
             recorder.write_turn()
             session.undo()
             session.reroll_counts[number] = past_session.reroll_counts[number]

@@ -56,6 +56,7 @@ class GameRequest:
     person_label: str = HUMAN_PLAYER  # player of human seats as recorded
     can_ask: bool = True  # whether a person may be asked for actions
     prediction: str = ""  # what the person predicts each turn: belief[:STATE], outcome or value
+    states_belief: bool = False  # whether the person states a belief each turn, shown none
     is_seed_visible: bool = True  # whether the seed may be shown before the end
     has_fresh_seed: bool = False  # whether the seed was drawn for this game
     lesson_goal: str = ""  # the goal in a lesson, which then judges the finished game itself
@@ -87,6 +88,7 @@ class GameRequest:
             for word in (option, value)
         ]
         flags = {"--strict": self.strict, "--reveal": self.reveal}
+        flags["--state-belief"] = self.states_belief
         words += [option for option, is_set in flags.items() if is_set is True]
         words += ["--strict=hints"] if self.strict == "hints" else []
         return shlex.join(["dmplay", problem_name, *words, "--seed", str(seed)])

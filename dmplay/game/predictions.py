@@ -11,16 +11,19 @@ from typing import NamedTuple
 import numpy as np
 
 from dmplay.agents.base import AdviceQuestion
+from dmplay.core.arrays import Reals
 from dmplay.core.problem import ContinuousStates, Problem
-from dmplay.core.session import Session, Turn
+from dmplay.core.session import Session, Turn, check_has_belief
 from dmplay.core.spaces import Labels
-from dmplay.core.text import format_count, format_score
+from dmplay.core.text import format_count, format_number, format_score
+from dmplay.core.typed_text import list_state_names, parse_belief
 from dmplay.errors import BadParameter, DmplayError, UnknownName
 from dmplay.game.hints.hint_provider import HintProvider
 from dmplay.game.position import Position
 
 BELIEF, OUTCOME, VALUE = "belief", "outcome", "value"
 PREDICTION_KINDS = (BELIEF, OUTCOME, VALUE)
+STATED = "stated belief"  # no prediction: the belief of the person before its action
 SKIP_WORD = "skip"
 MAX_FIXED_STATES = 4  # up to so many states, the questions are about the last one
 GUESS = 0.5  # a probability that says nothing, to compare with
@@ -70,6 +73,8 @@ class ScoredPrediction(NamedTuple):
 class Predictor:
     """The questions about one seat's outcomes, the answers and their scores."""
 
+    noun, verb = "prediction", "predicts"  # in the prompt, and of the Enter key
+
     def __init__(self, option: str, session: Session, seat: int, provider: HintProvider) -> None:
         self.kind, _, state_text = option.partition(":")
         self._session, self._seat = session, seat
@@ -115,7 +120,7 @@ class Predictor:
         self._last_turn = question.turn
         return question.action
 
-    def score_turn(self, turn: Turn) -> ScoredPrediction | None:
+    def score_turn(self, turn: Turn) -> "ScoredPrediction | EchoedBelief | None":
         """Return the score of the prediction about the turn just played; None if there is none."""
         question, answer = self._answered_question, self._answer
         self._answered_question = self._answer = None
@@ -275,6 +280,88 @@ class Predictor:
         scores = [item.score for item in self.scored]
         mean = float(np.mean(scores)) if scores else None
         return {"kind": self.kind, "count": len(scores), "mean_score": mean}
+
+    def pop_stated_belief(self) -> Reals | None:
+        """Return the belief `[S]` that was typed since the last call; None for a prediction."""
+        return None
+
+
+class EchoedBelief(NamedTuple):
+    """A belief that a person stated, repeated after the turn."""
+
+    turn: int
+    stated: dict[str, float]
+    note: str = ""  # the transcript has the belief as a line of the turn
+
+    @property
+    def text(self) -> str:
+        """The probabilities above 0 in a sentence."""
+        pairs = (f"{name} {format_number(p)}" for name, p in self.stated.items() if p)
+        return f"you stated the belief {', '.join(pairs)}."
+
+    @property
+    def data(self) -> dict[str, object]:
+        """The belief as data."""
+        return {**self._asdict(), "note": self.text}
+
+
+class BeliefPrompt(Predictor):
+    """The question about one seat's belief, asked after each choice of its player."""
+
+    noun, verb = "belief", "states it"
+
+    def __init__(self, session: Session, seat: int) -> None:
+        check_has_belief(session)
+        self.kind, self.question = STATED, None
+        self._session, self._seat = session, seat
+        self._names = list_state_names(session.problem)
+        self._typed: Reals | None = None
+        self._count = 0
+
+    def ask(self, action: float, provider: HintProvider) -> Question:
+        """Return the question about the player's belief before an action."""
+        turn = len(self._session.turns) + 1
+        action = self._session.validate_action(self._seat, action)
+        first, *_, last = self._names
+        example = f"{first}=0.3 {last}=0.7"
+        text = f"state the probability of each state, such as {example}; Enter skips"
+        self.question = Question(turn, action, text, "", None)
+        return self.question
+
+    def answer(self, text: str) -> float:
+        """Store a typed belief, and return the action to play; an empty text states none.
+
+        Raise BadParameter for an invalid belief, which leaves the question open.
+        """
+        assert self.question is not None
+        is_skipped = text.strip().lower() in {"", SKIP_WORD}
+        self._typed = None if is_skipped else parse_belief(self._session.problem, text)
+        action, self.question = self.question.action, None
+        return action
+
+    def pop_stated_belief(self) -> Reals | None:
+        """Return the belief `[S]` that was typed since the last call, if any."""
+        typed, self._typed = self._typed, None
+        return typed
+
+    def score_turn(self, turn: Turn) -> EchoedBelief | None:
+        """Return the belief that was stated in the turn just played, if any."""
+        belief = turn.stated_beliefs.get(self._seat)
+        if belief is None:
+            return None
+        stated = dict(zip(self._names, belief.tolist(), strict=True))
+        return EchoedBelief(len(self._session.turns), stated)
+
+    @property
+    def summary(self) -> str:
+        """An empty text: the beliefs have no score while the game is played."""
+        return ""
+
+    @property
+    def data(self) -> dict[str, object]:
+        """The number of stated beliefs."""
+        turns = self._session.turns
+        return {"kind": STATED, "count": sum(self._seat in t.stated_beliefs for t in turns)}
 
 
 def format_outcome(problem: Problem, seat: int, turn: Turn) -> str:

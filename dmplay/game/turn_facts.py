@@ -12,10 +12,11 @@ from dmplay.transcript.format import collect_turn_facts
 if TYPE_CHECKING:
     from dmplay.game.hints.review import ReviewedAction
 
+BELIEF_KEYS = ("stated", "belief")  # before the action, and after the turn
 MAX_NAMED_STATES = 4  # states whose names label a belief
-DEBRIEF_COLUMNS = ("turn", "actions", "state", "observations", "rewards", "belief")
+DEBRIEF_COLUMNS = ("turn", "actions", "stated", "state", "observations", "rewards", "belief")
 # keys that a player may see
-PUBLIC_FACT_KEYS = ("turn", "actions", "state", "observations", "rewards", "belief")
+PUBLIC_FACT_KEYS = ("turn", "actions", "stated", "state", "observations", "rewards", "belief")
 
 Row = dict[str, object]  # the value of each column
 
@@ -138,7 +139,7 @@ def _format_belief(entry: object) -> str:
 def format_facts(facts: Mapping[str, object], state_names: Sequence[str] = ()) -> str:
     """Return the facts of a turn as one line of text; a belief is labelled by the state names."""
     return " ".join(
-        _format_fact(key, _label_beliefs(value, state_names) if key == "belief" else value)
+        _format_fact(key, _label_beliefs(value, state_names) if key in BELIEF_KEYS else value)
         for key, value in facts.items()
     )
 

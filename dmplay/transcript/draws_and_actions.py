@@ -1,13 +1,19 @@
 """The inputs of a transcript block: their form is checked, but not whether they are legal."""
 
 import json
+import math
+from collections.abc import Mapping
 
 import numpy as np
 
 from dmplay.core.arrays import Reals
+from dmplay.core.belief import normalize_belief
 from dmplay.core.problem import Problem
-from dmplay.errors import DmplayError
+from dmplay.core.session import NO_STATED_BELIEFS, belief_size
+from dmplay.errors import BadParameter, DmplayError
 from dmplay.transcript.reader import Block, Transcript
+
+STATED_SUM_TOLERANCE = 1e-9  # their sum is rounded to ten digits, as each probability is
 
 
 def read_uniforms(transcript: Transcript, block: Block, count: int) -> Reals:
@@ -42,6 +48,37 @@ def read_actions(transcript: Transcript, block: Block, problem: Problem) -> list
             explanation = f"actions: {agent}: {error}"
             raise transcript.error_at(block.line_of_key("actions"), explanation) from None
     return actions
+
+
+def read_stated_beliefs(
+    transcript: Transcript, block: Block, problem: Problem
+) -> Mapping[int, Reals]:
+    """Return the belief `[S]` that each seat stated in a turn, by seat; {} if none did.
+
+    Raise BadTranscript unless each is a list with the probability of every state.
+    """
+    if "stated" not in block.keys:
+        return NO_STATED_BELIEFS
+    line, values_by_agent = block.line_of_key("stated"), block["stated"]
+    stated = values_by_agent if isinstance(values_by_agent, dict) else {}
+    if not stated or [*stated] != [agent for agent in problem.agents if agent in stated]:
+        expected = f"expected beliefs of one or more of {', '.join(problem.agents)}"
+        raise transcript.error_at(line, f"stated: {expected}")
+    size = belief_size(problem)
+    if math.isinf(size):
+        raise transcript.error_at(line, "stated: this problem has no belief over hidden states")
+    beliefs = {}
+    for agent, values in stated.items():
+        is_list = isinstance(values, list) and len(values) == size
+        if not is_list or not all(type(p) in (int, float) for p in values):
+            expected = f"expected {size:.0f} numbers, one for each state"
+            raise transcript.error_at(line, f"stated: {agent}: {expected}")
+        try:
+            normalize_belief(np.array(values, float), STATED_SUM_TOLERANCE)
+        except BadParameter as error:
+            raise transcript.error_at(line, f"stated: {agent}: {error}") from None
+        beliefs[problem.agents.index(agent)] = np.array(values, float)
+    return beliefs
 
 
 def read_hint_counts(transcript: Transcript, block: Block, problem: Problem) -> dict[str, int]:

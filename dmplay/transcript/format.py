@@ -10,7 +10,7 @@
     state: "(7,2)"                                  then the facts that follow from them
 
     turn: 1
-    actions: {"agent": "e"}
+    actions: {"agent": "e"}                         (and `stated`: beliefs that players stated)
     draws: [0.897213801]
     state: "(8,1)"
     rewards: {"agent": 0}
@@ -27,6 +27,8 @@ import math
 import re
 from collections.abc import Callable, Collection, Iterator, Mapping
 from typing import NamedTuple
+
+import numpy as np
 
 from dmplay.core.arrays import Array, array_bytes
 from dmplay.core.problem import Problem
@@ -106,6 +108,22 @@ def _actions_to_json(problem: Problem, actions: Array) -> object:
     return {agent: space.to_json_value(action) for agent, space, action in joint_action}
 
 
+def _extract_stated_beliefs(session: Session) -> Array | None:
+    """Return the beliefs `[n, S]` stated in the last turn, NaN for none; None if all are."""
+    stated = session.turns[-1].stated_beliefs if session.turns else {}
+    if not stated:
+        return None
+    size = len(next(iter(stated.values())))
+    seats = range(len(session.problem.agents))
+    return np.array([stated.get(seat, np.full(size, np.nan)) for seat in seats])
+
+
+def _stated_beliefs_to_json(problem: Problem, beliefs: Array) -> object:
+    """Return the beliefs that were stated as lists, by the agents' names."""
+    pairs = zip(problem.agents, beliefs.tolist(), strict=True)
+    return {agent: _round_numbers(row) for agent, row in pairs if not math.isnan(row[0])}
+
+
 def _extract_uniforms(session: Session) -> Array | None:
     """Return the uniforms of the last turn or of the start; None if there are none."""
     uniforms = session.turns[-1].uniforms if session.turns else session.initial_uniforms
@@ -157,6 +175,7 @@ TURN_FACTS: Mapping[str, TurnFact] = {  # the lines of a turn after its number, 
     "actions": TurnFact(
         lambda game: game.turns[-1].actions if game.turns else None, _actions_to_json
     ),
+    "stated": TurnFact(_extract_stated_beliefs, _stated_beliefs_to_json),
     "draws": TurnFact(_extract_uniforms, lambda _, draws: draws.tolist()),
     "state": TurnFact(_extract_state, _state_to_json),
     "observations": TurnFact(_extract_observations, _observations_to_json),
@@ -166,7 +185,11 @@ TURN_FACTS: Mapping[str, TurnFact] = {  # the lines of a turn after its number, 
     "belief": TurnFact(_extract_belief, _round_by_agent),
 }
 TURN_KEYS = ("turn", *TURN_FACTS)
-FIELDS_BY_FACT = {"draws" if name == "uniforms" else name: name for name in Turn._fields}
+FIELDS_BY_FACT = {
+    "draws" if name == "uniforms" else name: name
+    for name in Turn._fields
+    if name != "stated_beliefs"
+}
 
 
 def collect_turn_facts(session: Session) -> dict[str, object]:
@@ -206,6 +229,11 @@ class TurnFormatter:
                 or session.problem.format_transcript_state(array)
             ):
                 rows += self._iter_value_lines(key, array[None])
+            if key == "actions" and last.stated_beliefs:
+                stated = TURN_FACTS["stated"]
+                beliefs = stated.extract(session)
+                assert beliefs is not None
+                rows.append(f"stated: {encode_json(stated.to_json(session.problem, beliefs))}")
         if not self.omits_belief:
             rows += self._iter_value_lines("belief", session.current_beliefs()[None])
         return rows

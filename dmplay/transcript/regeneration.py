@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 from dmplay.core.policy import Policy
 from dmplay.core.problem import Problem
 from dmplay.core.session import Session
-from dmplay.transcript.draws_and_actions import read_actions
+from dmplay.transcript.draws_and_actions import read_actions, read_stated_beliefs
 from dmplay.transcript.format import (
     NATURAL_END_REASONS,
     FrameRenderer,
@@ -107,11 +107,16 @@ def _rewrite_block(
     actions = read_actions(transcript, block, session.problem)
     earlier_turns = transcript.header.count_turns_of_earlier_players()
     triples = zip(actions, session.seated_policies, earlier_turns, strict=True)
+    recorded_actions = [
+        None if policy and len(session.turns) >= first else action
+        for action, policy, first in triples
+    ]
+    stated = read_stated_beliefs(transcript, block, session.problem)
     session.advance(
-        [
-            None if policy and len(session.turns) >= first else action
-            for action, policy, first in triples
-        ]
+        recorded_actions,
+        stated_beliefs={
+            seat: belief for seat, belief in stated.items() if recorded_actions[seat] is not None
+        },
     )
     return _rewrite_turn(session, block, frame)
 

@@ -14,6 +14,7 @@ from dmplay.transcript.draws_and_actions import (
     read_actions,
     read_count,
     read_hint_counts,
+    read_stated_beliefs,
     read_uniforms,
 )
 from dmplay.transcript.format import MAX_CACHED_LINES
@@ -39,7 +40,9 @@ def apply_block(
                 )
             actions = actions or read_actions(transcript, block, session.problem)
             session.advance(
-                actions, read_uniforms(transcript, block, session.problem.uniform_counts.step)
+                actions,
+                read_uniforms(transcript, block, session.problem.uniform_counts.step),
+                stated_beliefs=read_stated_beliefs(transcript, block, session.problem),
             )
         elif block.kind == "help":
             session.hint_counts.update(read_hint_counts(transcript, block, session.problem))
@@ -136,7 +139,7 @@ class BatchReplayer:
             position, min(position + min(remaining, self._max_batch_turns), len(self._blocks))
         ):
             block = self._blocks[index]
-            if state is None or block.keys is not keys:
+            if state is None or block.keys is not keys or "stated" in keys:
                 break
             states.append(state)
             state_text = None if state_column is None else block.values[state_column]
@@ -191,7 +194,8 @@ class BatchReplayer:
             copied_observations,
             make_readonly(rewards[:turn_count] + 0.0),
         )
-        return turns if {len(array) for array in turns} == {turn_count} else None
+        lengths = {len(array) for array in turns if isinstance(array, np.ndarray)}
+        return turns if lengths == {turn_count} else None
 
     def _playable_mask(self, s: Array, a: Array) -> Bools:
         """Return the mask `[T]` of turns that can be played: not over, and the actions legal."""

@@ -53,7 +53,7 @@ def check_external_problem(name: str, path: Path, turns: int) -> ExternalProblem
         pass
     game.finish()
     for turn, replayed_turn in zip(played_turns, session.turns, strict=True):
-        assert all(map(np.array_equal, turn, replayed_turn)), name
+        assert all(map(np.array_equal, turn[:5], replayed_turn[:5])), name
     report = verify(path, trusted=True)
     assert report.is_ok, f"{name}: {report}"
     assert not report.problem_change

@@ -223,7 +223,7 @@ def test_replay_does_not_trust_the_states_in_the_file(
         for turn, expected in zip(
             turns, replay(parse_transcript(text.encode()), problem).turns, strict=True
         ):
-            assert all(map(np.array_equal, turn, expected))
+            assert all(map(np.array_equal, turn[:5], expected[:5]))
 
 
 def record_transcript(

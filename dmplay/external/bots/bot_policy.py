@@ -134,6 +134,16 @@ class Bot(SeatPolicy):
                 conversation.request_actions([*map(ActionRequest, memory[0], legal_masks, u)])
             )
 
+    def stated_belief(self, memory: Memory) -> Reals | None:
+        """Return the beliefs `[B, S]` stated with the program's last actions; NaN for none."""
+        conversation = self._state.conversation
+        if conversation is None:
+            return None
+        rows = [conversation.stated_belief(node) for node in memory[0]]
+        size = next((len(row) for row in rows if row is not None), 0)
+        nothing = np.full(size, np.nan)
+        return np.array([nothing if row is None else row for row in rows]) if size else None
+
     @property
     def _sends_beliefs(self) -> bool:
         """True if the program may receive beliefs and they are short enough to list."""

@@ -1,12 +1,15 @@
 """The game's side of the bot protocol: a bot receives its seat's information, and requests."""
 
+import math
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple, Protocol
 
 from dmplay.core.arrays import Bools, Reals
 from dmplay.core.problem import Problem
+from dmplay.core.session import belief_size
 from dmplay.core.spaces import Labels
-from dmplay.errors import DmplayError, Forfeit
+from dmplay.core.typed_text import read_belief
+from dmplay.errors import BadParameter, DmplayError, Forfeit
 from dmplay.external.bots.protocol import (
     MANY_GAMES_OFFER,
     PROTOCOL_VERSION,
@@ -83,6 +86,8 @@ class BotConversation:
             # time
         ] = {}
         self._last_id = 0
+        # the node before the last action of each game, and the belief stated with that action
+        self._stated: dict[int, tuple[HistoryNode, Reals | None]] = {}
 
     def exchange_hello(self, game_facts: JsonObject, offers: list[str]) -> None:
         """Send hello with the facts of a game, and store the requests in the program's answer."""
@@ -135,8 +140,10 @@ class BotConversation:
             try:
                 self.channel.send("".join(messages), self._clock)
                 messages.clear()
-                answer = self._read_answer("act", request_id).get("action")
-                yield self._parse_action(answer, request.legal_actions_mask)
+                answer = self._read_answer("act", request_id)
+                stated = self._parse_belief(answer.get("belief"))
+                self._stated[request.history.game_number] = request.history, stated
+                yield self._parse_action(answer.get("action"), request.legal_actions_mask)
             except Forfeit as error:
                 error.episode = request.history.game_number
                 raise
@@ -192,6 +199,22 @@ class BotConversation:
             ):
                 raise Forfeit("garbled", f"got id {answer_id!r}, expected {request_id}")
         raise Forfeit("garbled", f"the bot sent {MAX_IGNORED_LINES} lines without an answer")
+
+    def _parse_belief(self, value: object) -> Reals | None:
+        """Return the belief `[S]` in an answer, None if there is none; raise Forfeit if invalid."""
+        if value is None:
+            return None
+        try:
+            if math.isinf(belief_size(self._problem)):
+                raise BadParameter("got one, but there is no belief over hidden states")
+            return read_belief(self._problem, value)
+        except DmplayError as error:
+            raise Forfeit("garbled", f"belief: {error}") from None
+
+    def stated_belief(self, history: HistoryNode) -> Reals | None:
+        """Return the belief `[S]` stated with the action after a history; None if none was."""
+        node, stated = self._stated.get(history.game_number, (None, None))
+        return stated if node is history else None
 
     def _parse_action(self, answer: object, legal: Bools | None) -> float:
         """Return the action in an answer; raise Forfeit if it is malformed or illegal."""

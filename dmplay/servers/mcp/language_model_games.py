@@ -5,7 +5,8 @@ from pathlib import Path
 from typing import TypedDict
 
 from dmplay.core.problem import Problem, find_seat
-from dmplay.core.session import DEFAULT_TURN_LIMIT
+from dmplay.core.session import DEFAULT_TURN_LIMIT, check_has_belief
+from dmplay.core.typed_text import read_belief
 from dmplay.errors import BadParameter, UnknownName
 from dmplay.external.bots.protocol import (
     JsonObject,
@@ -142,10 +143,13 @@ class ModelGames:
         seat.last_reported_turn = -1 if history else seat.last_reported_turn
         return self._report_status(game)
 
-    def play_action(self, game: str, action: str, turn: int = 0) -> GameStatus:
+    def play_action(
+        self, game: str, action: str, turn: int = 0, belief: object = None
+    ) -> GameStatus:
         """Play an action and return the status; raise BadParameter if `turn` is not the next one.
 
-        A `turn` of 0 stands for any.
+        A `turn` of 0 stands for any. The transcript records the `belief` that the model states, a
+        value that `read_belief` reads.
         """
         seat = self._find_model_seat(game)
         current_game, view = seat.game, seat.game.view()
@@ -154,7 +158,11 @@ class ModelGames:
             raise BadParameter(f"turn: got {turn}, expected {next_turn}")
         space = current_game.problem.actions[seat.seat]
         labels = view.action_labels if view.state_action_labels else space
-        current_game.choose(labels.parse_action(action))
+        stated = None
+        if belief is not None:
+            check_has_belief(current_game.session)
+            stated = read_belief(current_game.problem, belief)
+        current_game.choose(labels.parse_action(action), stated_belief=stated)
         return self._report_status(game)
 
     def get_hint(self, game: str) -> JsonObject:

@@ -128,6 +128,14 @@ Action = Annotated[
 TurnNumber = Annotated[
     int, Field(description="number of the turn, so that it is played once; 0 for the next turn")
 ]
+NOTHING_STATED: dict[str, float] = {}
+StatedBelief = Annotated[
+    dict[str, float],
+    Field(
+        description="optional, if states are hidden: the probability of each state before your "
+        "action, as you believe; states that are left out have probability 0"
+    ),
+]
 TurnCount = Annotated[int, Field(description="number of your turns to take back")]
 
 
@@ -158,11 +166,13 @@ def _make_tools(games: ModelGames) -> Sequence[Callable[..., object]]:
         """Return the current situation of a game; with `history`, also all turns played."""
         return games.game_status(game, history=history)
 
-    async def act(game: GameId, action: Action, turn: TurnNumber = 0) -> GameStatus:
+    async def act(
+        game: GameId, action: Action, turn: TurnNumber = 0, belief: StatedBelief = NOTHING_STATED
+    ) -> GameStatus:
         """Play a turn with one of the legal actions. If you give the number of the turn, it is
-        played at most once.
+        played at most once. The transcript records the belief that you state.
         """
-        return games.play_action(game, action, turn)
+        return games.play_action(game, action, turn, belief or None)
 
     async def hint(game: GameId) -> JsonObject:
         """Return the action that a good player would choose. The transcript records each hint."""

@@ -67,8 +67,9 @@ def format_footer(
     """
     if frame_state.handover_agent:
         return fit_text(Text(" Enter shows the board  q quit"), viewport)
-    if game.open_question:
-        return fit_text(Text(" Enter predicts  Esc skips  Bksp erases, or undoes"), viewport)
+    if game.open_question and game.predictor:
+        keys = f" Enter {game.predictor.verb}  Esc skips  Bksp erases, or undoes"
+        return fit_text(Text(keys), viewport)
     if frame_state.is_picture:  # A hint's ranking of the actions stays.
         is_ranked = frame_state.hint and game.choosing_seat is not None
         forms = _iter_key_rows(game, frame_state.hint) if is_ranked else [Text("")]

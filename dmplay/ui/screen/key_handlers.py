@@ -112,7 +112,9 @@ def _handle_prediction_key(screen: PlayScreen, key: str) -> None:
         screen.prediction_text = screen.prediction_text[:-1]
     elif len(typed_text) == 1 and typed_text.isprintable():
         screen.prediction_text += typed_text
-    screen.message = f"prediction: {screen.prediction_text}   ({screen.game.open_question})"
+    predictor = screen.game.predictor
+    noun = predictor.noun if predictor else ""
+    screen.message = f"{noun}: {screen.prediction_text}   ({screen.game.open_question})"
 
 
 def _turn_page(screen: PlayScreen, key: str) -> bool:

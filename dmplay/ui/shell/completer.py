@@ -19,7 +19,8 @@ from dmplay.ui.shell.commands import COMMANDS, COMMANDS_BY_TOPIC
 COMMAND_BREAKS = frozenset(";#")  # `;` begins another command, `#` a comment
 PLAY_OPTIONS = (
     "--variant", "--set", "--seed", "--episode", "--agent", "--vs", "--seat", "--ghost",
-    "--predict", "--turns", "--record", "--keep", "--frames", "--force", "--reveal", "--strict",
+    "--predict", "--state-belief", "--turns", "--record", "--keep", "--frames", "--force",
+    "--reveal", "--strict",
     "--strict=hints", "--keys",
     "--player", "--assignment", "--trust",
 )  # fmt: skip

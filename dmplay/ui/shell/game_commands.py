@@ -125,7 +125,8 @@ def show_belief(game: Game, argument: str) -> str:
     """
     view = game.view()
     if not game.shows_belief:
-        return "belief: not shown in this step of the lesson; keep it yourself."
+        activity = "step of the lesson" if game.lesson_goal else "game"
+        return f"belief: not shown in this {activity}; keep it yourself."
     if view.beliefs is None:
         if game.problem.partially_observable:
             return "belief: not computed; too many states."

@@ -111,8 +111,8 @@ class SentenceReporter(Reporter):
 
     def start_prompt(self, game: Game) -> str:
         """Return `action> `, after the agent's name if several people play, or `prediction> `."""
-        if game.open_question:
-            return "prediction> "
+        if game.open_question and game.predictor:
+            return f"{game.predictor.noun}> "
         agent = f"{game.problem.agents[game.viewing_seat]} " if len(game.human_seats) > 1 else ""
         return f"{agent}action> "
 
