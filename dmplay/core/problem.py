@@ -264,6 +264,11 @@ class Problem(ABC):
         return not self.partially_observable
 
     @property
+    def illegal_reason(self) -> str:
+        """The verb phrase that tells a player why a known action cannot be played now."""
+        return "is not legal now"
+
+    @property
     def action_aliases(self) -> Mapping[str, str]:
         """Other names of actions: alias -> label."""
         return {}

@@ -352,7 +352,8 @@ class Session(NotebookDisplay):
         if action is None:
             raise IllegalAction(f"{error_prefix}: no action given")
         action_set = self.action_labels(seat) or problem.actions[seat]
-        return action_set.validate_action(action, error_prefix, self.legal_actions_mask(seat))
+        mask = self.legal_actions_mask(seat)
+        return action_set.validate_action(action, error_prefix, mask, problem.illegal_reason)
 
     def undo(self, turns: int = 1) -> list[Turn]:
         """Undo the last turns and return them; the same actions give the same outcomes again."""

@@ -54,14 +54,20 @@ class Labels(tuple[str, ...]):
 
     to_json_value = format_action  # the value that a transcript records
 
-    def validate_action(self, action: float, error_prefix: str, legal: Bools | None = None) -> int:
+    def validate_action(
+        self,
+        action: float,
+        error_prefix: str,
+        legal: Bools | None = None,
+        illegal_reason: str = "is not legal now",
+    ) -> int:
         """Return the action as an int; raise IllegalAction if it is not an index, or not legal."""
         if action not in range(len(self)):
             expected = f"expected 0 to {len(self) - 1}"
             raise IllegalAction(f"{error_prefix}: got action {action}, {expected}")
         if legal is not None and not legal[int(action)]:
             expected = f"expected one of {self.describe_actions(legal)}"
-            message = f"{self[int(action)]} is not legal now; {expected}"
+            message = f"{self[int(action)]} {illegal_reason}; {expected}"
             raise IllegalAction(f"{error_prefix}: {message}")
         return int(action)
 
@@ -112,7 +118,7 @@ class Interval:
         return float(action)
 
     def validate_action(
-        self, action: float, error_prefix: str, legal: Bools | None = None
+        self, action: float, error_prefix: str, legal: Bools | None = None, illegal_reason: str = ""
     ) -> float:
         """Return the action rounded to ACTION_DECIMALS; raise IllegalAction beyond the bounds."""
         if not self.low <= action <= self.high:

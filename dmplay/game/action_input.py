@@ -91,6 +91,12 @@ class Keyboard:
         needs_typing = len(labels) > len(DIGIT_KEYS) or bool(self.number_steps)
         return not labels or (needs_typing and labels[0].isdigit())
 
+    def describe_numbers(self, seat: int) -> str:
+        """Return the numbers that a player may type, as a range if they have one."""
+        action_set = self.problem.actions[seat]
+        text = describe_number_range(action_set.labels) or action_set.describe_actions()
+        return text.removeprefix("a whole number from ").removeprefix("a number from ")
+
     def list_actions_with_keys(self, view: View[Problem]) -> list[tuple[str, str, bool]]:
         """Return (key, label, is_legal) for each action; [] for real-valued actions.
 

@@ -359,7 +359,7 @@ def format_resume_command(game: Game) -> str:
     if not game.human_seats and (game.request.turns or 0) > DEFAULT_TURN_LIMIT:
         words += ["--turns", str(game.request.turns)]
     is_marked = is_disclosed and not game.request.peeked
-    return shlex.join(words) + "  # the file will say that you saw the hidden states" * is_marked
+    return shlex.join(words) + "  # no medal: its hidden states can now be seen" * is_marked
 
 
 def branch_game(request: BranchRequest, disclosed_games: Collection[GameKey] = ()) -> Game:

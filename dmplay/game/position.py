@@ -238,7 +238,8 @@ class Position:
             action = self.problem.parse_action(self.seat, action)
         prefix = f"turn {self.turns_done + 1}, {self.problem.agents[self.seat]}"
         action_set = self.labels or self.problem.actions[self.seat]
-        return action_set.validate_action(action, prefix, self.view.legal_actions_mask)
+        mask = self.view.legal_actions_mask
+        return action_set.validate_action(action, prefix, mask, self.problem.illegal_reason)
 
     def format_action(self, action: float) -> str:
         """Return the label of an action, or its number as text."""

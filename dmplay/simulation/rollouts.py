@@ -31,7 +31,7 @@ from dmplay.core.problem import (
     validate_outcome,
 )
 from dmplay.core.session import DEFAULT_TURN_LIMIT, call_memory_method, validate_policy_actions
-from dmplay.core.spaces import ACTION_DECIMALS, Interval, Labels
+from dmplay.core.spaces import ACTION_DECIMALS
 from dmplay.core.uniforms import NATURE_STREAM, SeededUniforms, generate_uniforms
 from dmplay.core.work_budget import (
     DEFAULT_MEMORY_BYTES,
@@ -426,9 +426,10 @@ def _choose_for_seat(
 
 
 def _validate_actions(
-    action_set: Labels | Interval, choices: Array, legal: Bools | None, error_prefix: str
+    problem: Problem, seat: int, choices: Array, legal: Bools | None, error_prefix: str
 ) -> Array:
     """Return valid actions `[B]`, labels as integers; raise IllegalAction where a session would."""
+    action_set = problem.actions[seat]
     if action_set.labels and choices.dtype.kind == "f":
         for action in np.unique(choices):
             action_set.validate_action(action.item(), error_prefix)
@@ -442,7 +443,8 @@ def _validate_actions(
         is_legal = legal.reshape(-1).take(np.arange(0, legal.size, legal.shape[1]) + actions)
         if not is_legal.all():
             row = is_legal.argmin()
-            action_set.validate_action(actions[row].item(), error_prefix, legal[row])
+            action, reason = actions[row].item(), problem.illegal_reason
+            action_set.validate_action(action, error_prefix, legal[row], reason)
     return actions
 
 
@@ -469,7 +471,7 @@ def _choose_joint_actions(
     valid_actions = []
     for seat, seat_actions in enumerate(choices):
         seat_legal = None if legal is None else legal[:, seat]
-        call = problem.actions[seat], seat_actions, seat_legal, error_prefixes[seat]
+        call = problem, seat, seat_actions, seat_legal, error_prefixes[seat]
         valid_actions.append(_call_recording_seat(seat, _validate_actions, *call))
     actions = np.stack(valid_actions, axis=1).astype(int if all(problem.action_counts) else float)
     # Rounded as in a session, so that the text of an action is exactly the action.

@@ -123,7 +123,7 @@ def test_an_invalid_action_in_a_pipe_exits_with_2_and_keeps_the_turns(tmp_path: 
     assert run_dmplay(tmp_path, "verify", "g.dmt").returncode == 0
     illegal_result = run_dmplay(tmp_path, "2048", "--seed", "5", stdin="look\ndown\n")
     assert illegal_result.returncode == 2
-    assert "error: line 2: turn 1, agent: down is not legal now" in illegal_result.stderr
+    assert "error: line 2: turn 1, agent: down moves no tile" in illegal_result.stderr
 
 
 def test_the_printed_command_plays_the_same_game_again(tmp_path: Path) -> None:

@@ -96,7 +96,7 @@ def test_undo_of_more_turns_than_were_played_is_refused() -> None:
 def test_an_illegal_slide_is_refused_and_changes_nothing() -> None:
     game = make_session("2048", [0.0, 0.0, 0.0, 0.0], [0.0, 0.0])
     assert format_current_state(game) == "2 2 . ./. . . ./. . . ./. . . ."
-    with pytest.raises(IllegalAction, match=r"turn 1, agent: up is not legal now; expected .*down"):
+    with pytest.raises(IllegalAction, match=r"turn 1, agent: up moves no tile; expected .*down"):
         game.advance([3])
     assert game.turns == []
     assert format_current_state(game) == "2 2 . ./. . . ./. . . ./. . . ."
@@ -257,7 +257,7 @@ class Saying(Script):
         ("hexworld", "e", "Saying chose array.*, expected an array of"),
         ("hexworld", "e" * 80, r"Saying chose array[^\n]*, expected an array of"),
         ("simple-regulator", 10.5, r"got 10\.5, expected a number from -10 to 10"),
-        ("2048", 0, "left is not legal now; expected one of down, right, up"),
+        ("2048", 0, "left moves no tile; expected one of down, right, up"),
     ],
 )
 def test_an_invalid_action_is_refused_in_a_game_and_in_a_rollout(

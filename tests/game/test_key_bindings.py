@@ -97,7 +97,7 @@ def test_a_user_defined_key_works_and_is_shown_and_the_default_keys_still_work()
     result = play_keys(game, "k", "h", "j", "n")
     names = [game.problem.format_action(0, turn.actions[0]) for turn in game.session.turns]
     assert names == ["nw", "e", "w", "se"]
-    assert " h=e  u=ne  k=nw  j=w  b=sw  n=se" in result.frames[0].split("\n")[-1]
+    assert " h=e  u=ne (wall)  k=nw (wall)  j=w  b=sw  n=se" in result.frames[0].split("\n")[-1]
 
 
 def test_keys_of_a_problem_override_keys_of_its_family() -> None:
@@ -158,7 +158,7 @@ def test_each_of_two_people_is_shown_the_keys_of_their_seat() -> None:
         game = create_game_with_keys("predator-prey", KeyPreferences(preset), HUMAN, HUMAN)
         first, second = play_keys(game, action_keys[0]).frames
         for frame, key in zip((first, second), action_keys, strict=True):
-            assert f" {key}=e  " in frame.split("\n")[-1]
+            assert f" {key}=e " in frame.split("\n")[-1]
         assert f" {action_keys[1]}  " in second
 
 

@@ -14,7 +14,7 @@ make_view_after = partial(games.make_view_after, "catch")
 
 def test_descriptions_include_the_last_throw_and_the_expected_rewards() -> None:
     assert catch.describe_situation(make_view_after()) == (
-        "no throw yet. belief about the skill: 20 m 0.250, 40 m 0.250, 60 m 0.250, "
+        "threw nothing yet. belief about the skill: 20 m 0.250, 40 m 0.250, 60 m 0.250, "
         "80 m 0.250. expected reward: 10 m 8.7, 20 m 16.0, 30 m 21.3, 40 m 24.4, 50 m 25.0, "
         "60 m 23.5, 70 m 20.2, 80 m 15.8, 90 m 11.3, 100 m 7.4."
     )

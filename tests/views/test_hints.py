@@ -96,7 +96,7 @@ bars: your belief, computed as if caregiver1 acted at random""",
             regret=MACHINE_REGRET, forecast=MACHINE_FORECAST, revealed_state=np.array(1)
         ),
         r"""
-saw  nothing (not examined)                  0 failed
+saw  nondefective (not examined)             0 failed
                                                  .
 0 failed  #############....... 0.656            / \
 1 failed  ######.............. 0.308           . m \

@@ -66,7 +66,7 @@ def test_a_small_board_with_the_true_state() -> None:
     assert (
         board
         == """\
-saw  nothing (not examined)
+saw  nondefective (not examined)
 0 failed  █████████████▏······ 0.656
 1 failed  ██████▏············· 0.308
 2 failed  ▊··················· 0.036
@@ -85,7 +85,7 @@ def test_the_corners_of_the_triangle_are_certain_beliefs() -> None:
 def test_descriptions_include_the_belief_and_the_expected_rewards() -> None:
     view = make_view_after("manufacture")
     assert machine_replacement.describe_turn(view) == (
-        "chose manufacture, saw nothing (not examined). "
+        "chose manufacture, saw nondefective (not examined). "
         "belief: 0 failed 0.810, 1 failed 0.180, 2 failed 0.010."
     )
     assert machine_replacement.describe_situation(make_view_after()) == (

@@ -35,9 +35,12 @@ def test_the_description_says_that_a_car_is_at_its_goal() -> None:
 
 def test_a_car_at_the_left_wall_keeps_rolling() -> None:
     view = make_session_from_state("mountain-car", [-1.17, -0.06], [0]).view(0)
-    assert mountain_car.describe_turn(view) == "drove left, now at the left wall, speed -0.0587."
+    assert (
+        mountain_car.describe_turn(view)
+        == "drove left, now at the left wall, until its speed, -0.0587, turns positive."
+    )
     assert mountain_car.describe_situation(view) == (
-        "at the left wall, speed -0.0587. height +0.44. goal x >= 0.6."
+        "at the left wall, until its speed, -0.0587, turns positive. height +0.44. goal x >= 0.6."
     )
 
 

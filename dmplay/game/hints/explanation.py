@@ -243,8 +243,11 @@ class _ValueExplainer:
                 return
             if is_observed:
                 belief_text = self._describe_belief(parts, outcomes[0])
-                details = f", and then {belief_text}" if belief_text else ""
-                yield f"the observation is certain (so it tells nothing){details}"
+                details = f"; then {belief_text}" if belief_text else ""
+                if has_short_names:
+                    label = outcomes[0].label
+                    yield f"you then observe {label} in any case, which tells nothing{details}"
+                yield f"the observation is certain, so it tells nothing{details}"
             elif has_short_names and not isinstance(
                 self._session.problem.state_count, ContinuousStates
             ):

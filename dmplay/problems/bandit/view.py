@@ -83,7 +83,7 @@ def _format_pulls(view: View[Bandit], options: DrawOptions) -> str:
     pulls = [f"{labels[int(a)]}{'✓' if int(outcome) == SUCCESS else '✗'}" for a, outcome in pairs]
     while pulls and len(" ".join(pulls)) + 7 > options.width:
         pulls = pulls[1:]
-    return " ".join(pulls) or "none yet"
+    return " ".join(pulls) or "nothing yet"
 
 
 def goal_lines(view: View[Bandit]) -> list[str]:
@@ -92,7 +92,7 @@ def goal_lines(view: View[Bandit]) -> list[str]:
     return [
         "win often: pull the arm that wins most",
         "a win pays 1, a loss 0",
-        f"one of the {count} rows of chances below is true, but hidden",
+        f"one of the {count} rows of chances is true, but hidden",
     ]
 
 

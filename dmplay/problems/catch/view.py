@@ -27,6 +27,7 @@ from .rules import CAUGHT, DISTANCES, PROFICIENCIES, Catch
 
 NEEDS_BELIEF = True  # no board hides the belief
 KEYS: dict[str, str] = {}  # The player types a distance.
+NUMBER_NAME = "throw"
 NUMBER_STEPS = {"left": -10, "right": 10}  # steps in metres; Enter throws
 PROFICIENCY_NAMES = tuple(f"{proficiency} m" for proficiency in PROFICIENCIES)
 # columns before the plot, columns of a distance, rows from 1.0 to 0.0
@@ -251,7 +252,7 @@ def _draw_past_throws(view: View[Catch], canvas: Canvas, y: int, options: DrawOp
     while throw_texts and len(truth) + 7 + len(" ".join(throw_texts)) > options.width:
         throw_texts = throw_texts[1:]
     canvas.write_text(0, y, truth, "bold magenta")
-    canvas.write_text(len(truth), y, "throws " + (" ".join(throw_texts) or "none yet"))
+    canvas.write_text(len(truth), y, "throws " + (" ".join(throw_texts) or "nothing yet"))
 
 
 def goal_lines(view: View[Catch]) -> list[str]:
@@ -310,7 +311,7 @@ def describe_situation(view: View[Catch]) -> str:
     """Describe the last throw, the belief, and the expected reward of each distance."""
     pairs = zip(DISTANCES, _compute_expected_rewards(view), strict=True)
     rewards_text = ", ".join(f"{distance:.0f} m {reward:.1f}" for distance, reward in pairs)
-    last_throw = "no throw yet."
+    last_throw = "threw nothing yet."
     if view.turns_played:
         name, caught = _get_throw(view, view.turns_played - 1)
         last_throw = f"threw {name} m: {'caught' if caught else 'dropped'}."

@@ -358,9 +358,12 @@ def panel_rows(view: View[CollaborativePredatorPrey]) -> list[tuple[str, str]]:
 
 
 def describe_turn(view: View[CollaborativePredatorPrey]) -> str:
-    """Describe the last action and observation, and the likeliest hexes."""
+    """Describe the last action and observation, a catch if it may be known, and likely hexes."""
     stay = "stayed (caught), " if _has_certainly_caught(view) else ""
     turn = f"chose {view.last_action_label.upper()}, {stay}sensed {format_last_observation(view)}."
+    if view.rewards and view.rewards[-1] == CAPTURE_REWARD:
+        hunter = "the team" if len(view.problem.agents) > 1 else view.player_label
+        turn += f" {hunter} caught the prey."
     return f"{turn} {_describe_belief(view, 1)}".rstrip()
 
 

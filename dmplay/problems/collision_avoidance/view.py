@@ -319,6 +319,11 @@ def _describe_pass_outcome(view: View[CollisionAvoidance]) -> str:
     return f"{outcome}{suffix}: {_format_miss_distance(view)} the intruder"
 
 
+def describe_keys(_: View[CollisionAvoidance]) -> dict[str, str]:
+    """Return the effect of the key that gives no advisory."""
+    return {"no-advisory": "keep rate"}
+
+
 def goal_lines(view: View[CollisionAvoidance]) -> list[str]:
     """Return the goal: the distance to keep from the intruder, an action's effect, the costs."""
     return [
@@ -359,7 +364,7 @@ def panel_rows(view: View[CollisionAvoidance]) -> list[tuple[str, str]]:
     return [
         ("height", f"{h} m"),
         ("rate", f"{dh} m/s"),
-        ("pass in", "0 s: now (last turn)" if is_last_turn else f"{seconds_left} s"),
+        ("pass in", "0 s: now; any key ends the game" if is_last_turn else f"{seconds_left} s"),
         ("advisory", _get_current_advisory(view)),
     ]
 

@@ -41,6 +41,7 @@ class Game2048(Problem):
     can_run_forever = False  # tiles only grow and the board is small, so every game ends
     actions = (Labels(("left", "down", "right", "up")),)
     state_count = math.inf
+    illegal_reason = "moves no tile"
 
     @cached_property
     def _tile_chance(self) -> Chance:

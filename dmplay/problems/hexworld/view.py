@@ -122,8 +122,8 @@ def _format_caption(view: View[HexWorld], options: DrawOptions) -> str:
     ghost = ", & ghost" * (options.ghost_state is not None)
     keys = ", letters are keys" * options.show_keys
     rewards = exits.values()
-    good = ", ◆ good exit" * any(reward > 0 for reward in rewards)
-    bad = ", ✗ bad exit" * any(reward <= 0 for reward in rewards)
+    good = hexgrid.GOOD_EXIT_LEGEND * any(reward > 0 for reward in rewards)
+    bad = hexgrid.BAD_EXIT_LEGEND * any(reward <= 0 for reward in rewards)
     return f"@ {view.player_label}{ghost}{good}{bad}{keys}"
 
 
@@ -135,6 +135,14 @@ def _describe_last_move(view: View[HexWorld]) -> tuple[str, str]:
         exit_text = f"exit {format_signed(dict(view.problem.rewards)[before])}"
         return exit_text, f"took {exit_text}"
     return hexgrid.describe_move(view.problem.hexes, before, after, int(view.actions[-1]))
+
+
+def describe_keys(view: View[HexWorld]) -> dict[str, str]:
+    """Return the effect of the keys that move into a wall."""
+    position = _find_position(view)
+    if position is None or position in dict(view.problem.rewards):
+        return {}
+    return hexgrid.describe_wall_keys(view.problem.hexes, position)
 
 
 def goal_lines(view: View[HexWorld]) -> list[str]:

@@ -329,12 +329,12 @@ def describe_situation(view: View[MachineReplacement]) -> str:
 
 
 def _format_last_product(view: View[MachineReplacement]) -> str:
-    """Return the last product as text; only an examination shows one.
+    """Return the last product as text; only after an examination is it a clue.
 
-    After the other actions, the observation is the same in every state, and tells nothing.
+    After the other actions, the observation is the same in every state.
     """
     if view.turns_played and not _is_examined(view, view.actions[-1]):
-        return "nothing (not examined)"
+        return f"{format_last_observation(view)} (not examined)"
     return format_last_observation(view)
 
 
@@ -350,8 +350,8 @@ def _describe_product_and_belief(view: View[MachineReplacement]) -> str:
 
 
 def describe_end(game: FinishedGame[MachineReplacement]) -> str:
-    """Return the number of turns in which the machine produced, and with failed components."""
+    """Return the number of turns in which the machine produced, and with failed parts."""
     produces = game.actions[:, 0] < 2  # manufacture or examine
     failed = int((produces & (game.states[:-1] > 0)).sum())
     text = f"{game.player} ran the machine for {produces.sum()} of {game.turns}"
-    return f"{text}, {failed} of them with a failed component"
+    return f"{text}, {failed} of them with a failed part"

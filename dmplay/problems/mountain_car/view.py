@@ -266,7 +266,8 @@ def _describe_state(view: View[MountainCar]) -> str:
     if view.problem.terminal(view.observation[None])[0]:
         return f"at the goal, position {position}"
     if x == LEFT_WALL:
-        return f"at the left wall, {f'speed {speed}' if v else 'stopped'}"
+        hold = f"until its speed, {speed}, turns positive" if v < 0 else f"speed {speed}"
+        return f"at the left wall, {hold if v else 'stopped'}"
     motion = f"rolls {'right' if v > 0 else 'left'} at {speed}" if v else "stands still"
     return f"{motion}, position {position}"
 

@@ -191,6 +191,13 @@ def _describe_action_and_move(view: View[PredatorPrey], seat: int) -> str:
     return f"chose {DIRECTIONS[_get_last_action(view, seat)].upper()}, {move_text}"
 
 
+def describe_keys(view: View[PredatorPrey]) -> dict[str, str]:
+    """Return the effect of the keys that move into a wall."""
+    if _mark_feeding_agents(view)[view.seat]:
+        return {}
+    return hexgrid.describe_wall_keys(view.problem.hexes, _list_positions(view)[view.seat])
+
+
 def goal_lines(view: View[PredatorPrey]) -> list[str]:
     """Return the goal and the rewards of a predator or a prey, as clauses."""
     problem, slips = view.problem, [*filter(None, [hexgrid.describe_slips(view.problem.slip)])]

@@ -23,6 +23,7 @@ from dmplay.views.toolkit.number_line import NumberLine, format_signed_fixed
 from .rules import START_DEVIATION, START_MEAN, SimpleRegulator
 
 KEYS: dict[str, str] = {}
+NUMBER_NAME = "push"
 NUMBER_STEPS = {"left": -0.05, "right": 0.05, "down": -0.5, "up": 0.5}
 NUMBER_LINE_LIMITS = (1.0, 2.0, 5.0)  # limits of the number line, and these times 10, 100, ...
 LEGEND = "● number, ▄█▄ where it could {verb}, → push to its aim"

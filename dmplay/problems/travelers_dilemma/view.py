@@ -34,6 +34,7 @@ from .rules import BONUS_DOLLARS, MAX_CLAIM, MIN_CLAIM, TravelersDilemma
 panel_rows, describe_turn = payoff_table.panel_rows, payoff_table.describe_turn
 KEYS: dict[str, str] = {}  # claims are typed
 # amount that each key adds to the claim
+NUMBER_NAME = "claim"
 NUMBER_STEPS = {"up": 1, "down": -1, "pageup": 10, "pagedown": -10}
 # columns of a row's label, of a cell, and of an ellipsis
 ROW_LABEL_COLUMNS, CELL_COLUMNS, ELLIPSIS_COLUMNS = 5, 8, 3

@@ -1,6 +1,6 @@
 """The last row of the play screen: the keys that work now."""
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import lru_cache, partial
 from typing import NamedTuple
 
@@ -42,19 +42,21 @@ SHORT_LABEL_COLUMNS = (7, 4)  # maximum label columns to try when the full label
 
 
 class ActionKey(NamedTuple):
-    """A key that plays an action: its name, the action's label, legality and regret as text."""
+    """A key that plays an action: the action's label, legality, regret and effect as text."""
 
     key: str
     label: str
     is_legal: bool
     regret_text: str = ""
+    effect: str = ""
 
     @property
     def text(self) -> str:
         """The key, label and regret between blanks; '' if the action is illegal."""
         key = KEY_SYMBOLS.get(self.key, self.key)
         label = key if self.key == self.label else "=".join(filter(None, (key, self.label)))
-        return f" {label}{self.regret_text} " * self.is_legal
+        effect = f" ({self.effect})" * bool(self.effect)
+        return f" {label}{effect}{self.regret_text} " * self.is_legal
 
 
 def format_footer(
@@ -144,14 +146,21 @@ def _iter_key_rows(game: Game, hint: Hint | None) -> Iterator[Text]:
     if game.keyboard.is_number_entry(game.viewing_seat):
         nudges = " ".join(KEY_SYMBOLS.get(key, key) for key in game.keyboard.number_steps)
         recommendation = f" {hint.recommended_action} {BEST_LABEL} " if hint else ""
-        yield Text(f"{recommendation} type a number, Enter plays it  {nudges} change it ")
-        yield Text(f"{recommendation} a number, Enter ")
+        name = getattr(game.view_module, "NUMBER_NAME", "number")
+        numbers = game.keyboard.describe_numbers(game.viewing_seat)
+        for number in (f"{name} ({numbers})", name):
+            yield Text(f"{recommendation} type a {number}, Enter plays it  {nudges} change it ")
+            yield Text(f"{recommendation} type a {number}, Enter plays it  {nudges} ")
+        yield Text(f"{recommendation} a {name}, Enter ")
     else:
         legal = [
             ActionKey(*action_key)
             for action_key in game.keyboard.list_actions_with_keys(game.view())
         ]
         yield from (_join_keys(ranked) for ranked in _iter_ranked_keys(legal, hint))
+        describe_keys = getattr(game.view_module, "describe_keys", None)
+        effects: Mapping[str, str] = describe_keys(game.view()) if describe_keys else {}
+        yield _join_keys(key._replace(effect=effects.get(key.label, "")) for key in legal)
         yield _join_keys(legal)
         for max_width in (*SHORT_LABEL_COLUMNS, 0):
             short_keys = [
@@ -170,7 +179,7 @@ def _truncate_label(label: str, max_width: int) -> str:
     return label if len(label) <= max_width else f"{label[: max_width - 1]}…" if max_width else ""
 
 
-def _join_keys(actions: Sequence[ActionKey]) -> Text:
+def _join_keys(actions: Iterable[ActionKey]) -> Text:
     """Join the texts of action keys into one row."""
     row = Text()
     for action in actions:
@@ -233,7 +242,7 @@ def _format_command_tails(
     for index, command_row in enumerate(command_rows):
         row = "  ".join([*navigation_keys, *command_row])
         tails.append(f"{row}  {COMMAND_KEY_HELP}")
-        if is_game_over or index == len(command_rows) - 1:
+        if is_game_over or index:
             tails.append(row)
     last_row = command_rows[-1]
     counts = range(max(len(navigation_keys) - 1, 0), -1, -1)

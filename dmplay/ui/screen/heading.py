@@ -56,6 +56,8 @@ def _title_facts(
     facts = [turn_text if limit in UNSHOWN_TURN_LIMITS else f"{turn_text}/{limit}"]
     if snapshot.rewards_visible:
         facts.append(f"{score_name} {format_reward(game.narrator.seat_return(snapshot))}")
+    elif game.human_seats:
+        facts.append("score hidden")
     own_seat = game.viewing_seat if game.human_seats else None
     facts += _format_players(
         tuple(game.problem.agents), game.player_names, own_seat, is_short=are_seats_short

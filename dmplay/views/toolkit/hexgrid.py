@@ -60,6 +60,10 @@ class HexCell(NamedTuple):
     top_line: str = ""
 
 
+# clauses of a caption on signs that small hexes lack
+SIGN_LEGENDS = GOOD_EXIT_LEGEND, BAD_EXIT_LEGEND = ", ◆ good exit", ", ✗ bad exit"
+
+
 class HexSize(NamedTuple):
     """A hex size: columns of a hex, rows of text in it (0 for dots), and rows of each slope."""
 
@@ -86,6 +90,8 @@ def iter_maps(
 ) -> Iterator[Text]:
     """Yield the map in every size, the largest first; `extra_sizes` are between large and small.
 
+    In the sizes with less than two rows of text in a hex, the caption has no SIGN_LEGENDS.
+
     The large sizes are drawn only if `options.allow_large` is set and they fit. In each size, the
     map comes with each caption that is no wider than it, the fullest first, then without a caption.
     A smaller size that does not fit is yielded as blank text of the same extent.
@@ -104,12 +110,14 @@ def iter_maps(
             cells = tuple(map(_add_coordinates, hexes, cells, [size] * len(hexes)))
         has_short_regrets = options.regret is not None and size.text_rows < 2
         legend = f"; {SMALL_HEX_LEGEND}" if has_short_regrets else ""
-        last_row = caption.rpartition("\n")[2]
-        captions = (f"{caption}{legend}", legend[2:], caption, last_row) if caption else ()
+        text = caption
+        for sign_legend in SIGN_LEGENDS if not has_room else ():
+            text = text.replace(sign_legend, "")
+        captions = (f"{text}{legend}", legend[2:], text, text.rpartition("\n")[2]) if text else ()
         for plain_text, spans in _draw_captioned_map(tuple(hexes), cells, size, captions):
-            text = plain_text.blank_copy().append_text(plain_text)  # a tenth of the time of `copy`
-            text.spans = [*spans]
-            yield text
+            drawing = plain_text.blank_copy().append_text(plain_text)  # a tenth of `copy`'s time
+            drawing.spans = [*spans]
+            yield drawing
 
 
 @lru_cache(16)
@@ -298,6 +306,12 @@ def format_wall_regrets(hexes: Sequence[Hex], position: Hex, options: DrawOption
     parts = [f"{DIRECTIONS[a]} {format_regret(options, a)}" for a in walls]
     caption = "numbers and bars: how much less than the best action"
     return f"{caption}\nmoves into a wall: {', '.join(parts)}" if parts else caption
+
+
+def describe_wall_keys(hexes: Sequence[Hex], position: Hex) -> dict[str, str]:
+    """Return the effect of the keys that move into a wall, by direction."""
+    pairs = zip(DIRECTIONS, hex_neighbours(position), strict=True)
+    return {direction: "wall" for direction, hex_ in pairs if hex_ not in hexes}
 
 
 def format_move_condition(forecast: Forecast) -> str:

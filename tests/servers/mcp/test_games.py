@@ -84,7 +84,7 @@ def test_invalid_calls_raise_one_line_errors_and_change_nothing(folder: Path) ->
     start = games.start_game("2048")
     invalid_calls: dict[str, Callable[[], object]] = {
         "unknown game 'g2'; did you mean g1?": lambda: games.play_action("g2", "left"),
-        "down is not legal now; expected one of": lambda: games.play_action("g1", "down"),
+        "down moves no tile; expected one of": lambda: games.play_action("g1", "down"),
         "unknown action '1'": lambda: games.play_action("g1", "1"),
         "turn: got 2, expected 1": lambda: games.play_action("g1", "left", turn=2),
         "undo: no turn was played": lambda: games.undo_turns("g1"),

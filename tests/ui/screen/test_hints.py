@@ -165,7 +165,7 @@ def test_a_hint_is_not_drawn_as_a_typed_number() -> None:
     hint, typed = (
         play_keys(make_game("catch"), *keys).last for keys in (["tab"], ["tab", "6", "0"])
     )
-    assert "→" not in hint.split("type a number")[0]
+    assert "→" not in hint.split("type a throw")[0]
     assert "→60←" in typed
 
 

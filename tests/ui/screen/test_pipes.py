@@ -87,7 +87,7 @@ def test_an_unknown_word_in_a_pipe_exits_with_2_and_names_its_line(tmp_path: Pat
 def test_an_illegal_action_in_a_pipe_exits_with_2_and_names_its_line(tmp_path: Path) -> None:
     result = run_dmplay(tmp_path, "2048", "--seed", "7", stdin="down\n" * 50)
     assert result.returncode == 2
-    assert re.search(r"error: line \d+: turn \d+, agent: down is not legal now", result.stderr)
+    assert re.search(r"error: line \d+: turn \d+, agent: down moves no tile", result.stderr)
 
 
 ASCII_ENVIRONMENT = {"PYTHONIOENCODING": "ascii", "LANG": "C", "LC_ALL": "C"}

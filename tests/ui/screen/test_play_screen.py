@@ -560,7 +560,7 @@ def test_a_number_is_typed_or_nudged_and_played_by_enter(keys: str) -> None:
     assert "→60←" in result.frames[-3]
     assert "threw 60 m:" in result.frames[-2]
     assert "type a number first" in result.last
-    assert "type a number, Enter plays it  ← → change it" in result.last
+    assert "type a throw (10 to 100 in steps of 10), Enter plays it  ← → " in result.last
     assert len(current_game.session.turns) == 1
 
 

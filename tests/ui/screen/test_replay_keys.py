@@ -130,7 +130,7 @@ def test_the_footer_of_a_replay_keeps_the_keys_for_its_turns_on_a_small_screen(
         for columns in (80, 50, 36, 20)
     }
     assert footers == {
-        80: "← → turns  P play  X review  Enter play from here  ? help  q quit  : command",
+        80: "← → turns  P play  X review  Enter play from here  Tab hint  ? help  q quit",
         50: "← → turns  P play  X review  ? help  q quit",
         36: "← → turns  P play  ? help  q quit",
         20: "? help  q quit",
