@@ -160,7 +160,7 @@ def puzzle(
 def learn_from(
     paths: Annotated[
         list[Path],
-        typer.Argument(metavar="[GAME]...", help="recorded games (default: all saved games)"),
+        typer.Argument(metavar="[GAME]...", help="recorded games (default: the 50 newest saves)"),
     ] = [],  # noqa: B006 - typer reads it once
     trust: options.Trust = False,
     *,

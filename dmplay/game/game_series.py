@@ -15,6 +15,7 @@ from dmplay.game.command_line_results import CliInterpreter
 from dmplay.game.command_reply import Page
 from dmplay.game.game import Game
 from dmplay.game.game_setup import start_game, start_new_game
+from dmplay.game.player_records import LOST_MEDAL, can_earn_medal
 from dmplay.transcript.concealment import GameKey, make_game_key
 from dmplay.transcript.recorder import Recorder
 
@@ -49,6 +50,7 @@ class GameController:
         self.last_unaided_game: Game | None = None  # that a person finished without help
         self.cli_interpreter, self._on_game_end = cli_interpreter, on_game_end
         self._game: Game | None = None
+        self._helped_game: Game | None = None  # the last one that had help, or had it before
         self._game_key: GameKey | None = None  # the key of the current game
         self._disclosed_games: set[GameKey] = set()  # games whose hidden information was shown
         # all games, with the latest transcript
@@ -83,6 +85,7 @@ class GameController:
         self.end_game()
         self._previous_recorders = [*self.finished_games][ended_count:]
         self._game = game
+        self._helped_game = game if game.had_help else None
         self.save_removal = self.save_removal.followed_by(game.save_removal)
         game_key = make_game_key(game.problem_name, game.session.uniform_source)
         if self._repeats_uniforms(game, game_key):
@@ -168,6 +171,14 @@ class GameController:
         recorder = self._game.recorder if self._game else None
         is_hidden = self.is_interactive and self.awaiting_handover
         return "" if recorder is None or is_hidden else recorder.pop_write_notice()
+
+    def pop_medal_notice(self) -> str:
+        """Return a line after the first help of a game that costs the medal; else ''."""
+        game = self._game
+        if game is None or game is self._helped_game or not game.had_help:
+            return ""
+        self._helped_game = game
+        return LOST_MEDAL if can_earn_medal(game) and not game.session.over else ""
 
     def confirmation_question(self, line: str) -> str:
         """Return a question before a typed line ends an unfinished game; '' if none is needed.

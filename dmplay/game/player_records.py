@@ -34,6 +34,7 @@ from dmplay.transcript.format import NATURAL_END_REASONS, REPEATED_UNIFORMS_PREF
 from dmplay.transcript.reader import Transcript, read_transcript
 from dmplay.transcript.recorder import Recorder
 
+LOST_MEDAL = "this game now counts for no medal"
 RECORDS = "records"  # the section of the file
 RESULT_KEYS = ("return", "turns", "seed", "day")  # the keys of a result
 

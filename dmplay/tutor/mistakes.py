@@ -105,7 +105,8 @@ def choose_mistakes(paths: Sequence[Path], today: date, *, trusted: bool = False
     """Return at most five mistakes to ask: those that are due first, then new ones.
 
     They are from these games; all are asked again if none is due or new. Without paths they are
-    from the saved games, newest first. Saved games without exact values are left out.
+    from the MAX_SEARCHED_GAMES newest saved games, newest first. Saved games without exact values
+    are left out.
     """
     progress = load_question_progress()
     if paths:

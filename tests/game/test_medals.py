@@ -146,6 +146,16 @@ def test_hints_and_undone_turns_cost_the_medal_and_the_end_says_so() -> None:
     ]
 
 
+@pytest.mark.parametrize("front_end", ["lines", "shell", "json"])
+def test_lines_and_shell_say_once_that_help_costs_the_medal(front_end: str, tmp_path: Path) -> None:
+    words = ["hexworld", "--seed", "7", "-o", "g.dmt", *["--json"] * (front_end == "json")]
+    typed = "hint\nhint\ne\nundo\n"
+    if front_end == "shell":
+        words, typed = ["shell"], f"play hexworld --seed 7\n{typed}"
+    output = run_dmplay(tmp_path, *words, stdin=typed).stdout
+    assert output.count("counts for no medal") == (front_end != "json")
+
+
 def test_a_game_against_other_players_than_the_default_ones_is_no_record(tmp_path: Path) -> None:
     words = ("prisoners-dilemma", "--vs", "grim", "--turns", "1", "-o", "g.dmt")
     end = run_dmplay(tmp_path, *words, stdin="d\n").stdout

@@ -426,4 +426,5 @@ def describe_end(game: FinishedGame[CollaborativePredatorPrey]) -> str:
     more = [", ..."] * (len(turns) > MAX_LISTED_CATCHES)
     numbers = "".join([", ".join(map(str, turns[:MAX_LISTED_CATCHES])), *more])
     where = f": turn{'s' * (len(turns) > 1)} {numbers}" if turns else ""
-    return f"{game.team} caught the prey in {len(turns)} of {game.turns}{where}"
+    caught = f"{game.team} caught the prey in {len(turns)} of {game.turns}{where}"
+    return f"{caught}; a catch pays {CAPTURE_REWARD:g}, any other turn costs {-MOVE_REWARD:g}"

@@ -192,7 +192,7 @@ class LessonPlayer(LineDialog):
         self._print_lines(f"next: {escape_newlines(words)} ({following.title})")
         if self._terminal.full_screen and self._run.lesson.number:  # not a beginner's first game
             with suppress(DialogLeft), exit_on_signals():
-                self._read_choice(f"Enter opens lesson {following.number}, q leaves> ")
+                self._read_choice(f"Enter opens lesson {following.number}; q and Enter leave> ")
                 self.next_lesson = following
 
     def _show_algorithm(self, name: str, position: PositionInGame) -> None:

@@ -44,7 +44,9 @@ def play_mistakes(terminal: Terminal, command: MistakesCommand) -> int:
     with ProgressBar("looking for choices that lost much"):
         exercises = mistakes.choose_mistakes(command.paths, current_day(), trusted=command.trusted)
     if not exercises:
-        where = " or ".join(map(str, command.paths)) or "the saved games"
+        where = " or ".join(map(str, command.paths)) or (
+            f"the {mistakes.MAX_SEARCHED_GAMES} newest saved games"
+        )
         reason = mistakes.NO_MISTAKES if command.paths else "nothing is new or due"
         dialog.print_lines(f"no mistake to learn from in {where}: {reason}.")
         return 0

@@ -43,9 +43,8 @@ SCROLL_ROWS_BY_KEY = {  # rows to scroll back, by key, for the log and for pages
 LOOKBACK_HELP = (
     "Enter",
     "look back",
-    "after the game: show its turns; X goes to the worst, digits and Enter to any",
+    "after the game: its turns (?! lost much, ?? very much); X worst, digits: any",
 )
-MARKS_HELP = ("?! ??", "marks", "after the game: turns in which a choice lost much, or very much")
 SCROLL_HELP = ("PgUp", "scroll", "scroll the log; after the game: list its turns")
 HEX_SCROLL_HELP = ("Shift-PgUp", "scroll", "scroll the log (PgUp alone moves you NE)")
 NUMBER_SCROLL_HELP = ("Shift-PgUp", "scroll", "scroll the log (PgUp alone changes the number)")
@@ -298,7 +297,7 @@ def _show_help(screen: PlayScreen) -> None:
         if key.help and key.is_listed_for(screen)
     ]
     replay_keys = REPLAY_HELP if isinstance(screen.game, Playback) else ()
-    lookback_keys = [LOOKBACK_HELP, MARKS_HELP] if screen.game.human_seats else []
+    lookback_keys = [LOOKBACK_HELP] if screen.game.human_seats else []
     scroll_keys = [SCROLL_HELP]
     if _has_hex_map(screen):
         scroll_keys = [HEX_SCROLL_HELP, RECORD_HELP]

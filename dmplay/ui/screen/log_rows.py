@@ -23,6 +23,9 @@ def list_verdict_lines(game: Game) -> list[str]:
     marks = {*game.verdict.marks.values()}
     legend = [f"{mark} {text}" for mark, text in MARK_LEGEND.items() if mark in marks]
     lines += [f"marks in the log: {', '.join(legend)}"] if legend else []
+    is_judged = any(move.is_judged for move in game.verdict.moves)
+    if game.problem.partially_observable and game.human_seats and not is_judged:
+        lines.append("Enter shows each turn again, with all that was hidden")
     return [*map(escape_unprintable, lines)]
 
 

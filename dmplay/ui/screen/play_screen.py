@@ -39,7 +39,7 @@ if TYPE_CHECKING:  # Most games need no algorithms.
     from dmplay.game.watching import WatchedSteps
 
 MAX_POSITION_COLUMNS = 40  # columns of the row that shows the position in a replay
-LOST_MEDAL, SHORT_LOST_MEDAL = "this game now counts for no medal", "no medal now"
+SHORT_LOST_MEDAL = "no medal now"
 OVERLAYS = ("", "values", "policy", "states")
 OVERLAY_LABELS = {
     "values": "values",
@@ -102,7 +102,6 @@ class PlayScreen:
         """Reset the state that belongs to one game, when a new game starts."""
         game = self.game
         self._event_log = EventLog(game)
-        self._had_help = game.had_help
         self.number_input = NumberInput()  # number that the player is typing
         self.key_prefix = ""  # first arrow of a diagonal
         self.prediction_text = ""  # prediction that the player is typing
@@ -173,9 +172,7 @@ class PlayScreen:
 
     def _announce_help(self) -> None:
         """Say once, beside the message, that the game counts for no medal because of help."""
-        if self.game.had_help and not self._had_help:
-            self.loses_medal = player_records.can_earn_medal(self.game)
-        self._had_help = self.game.had_help
+        self.loses_medal = self.loses_medal or bool(self.controller.pop_medal_notice())
 
     def _report_write_notice(self) -> None:
         """Log once that the transcript cannot be written, or is written again."""
@@ -243,7 +240,8 @@ class PlayScreen:
         if not self.loses_medal:
             return message
         free_columns = self._viewport.width - len(message) - 3
-        notice = LOST_MEDAL if len(LOST_MEDAL) < free_columns else SHORT_LOST_MEDAL
+        notice = player_records.LOST_MEDAL
+        notice = notice if len(notice) < free_columns else SHORT_LOST_MEDAL
         return "   ".join(filter(None, [message, notice]))
 
     @property

@@ -74,6 +74,7 @@ class Shell:
                 if self.controller.has_game:
                     self._print_reply(take_prediction_report(self.controller.game))
         finally:  # The effects before an error are printed as well.
+            self._print_reply(self.controller.pop_medal_notice())
             self._print_reply(self.controller.take_write_notice())
             is_changed = self.game is not game or self._turn_count() != turn_count
             if is_changed and not self.awaiting_handover:

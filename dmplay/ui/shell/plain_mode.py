@@ -57,6 +57,9 @@ class Reporter:
         """Return the prompt of the next input line, here ''; subclasses may print a request."""
         return ""
 
+    def report_medal_notice(self, notice: str) -> None:
+        """Report that help costs the medal; by default nothing."""
+
     def prepare_end(self, game: Game) -> None:
         """Compute the verdict on a finished game, before its medal is saved."""
 
@@ -115,6 +118,11 @@ class SentenceReporter(Reporter):
             return f"{game.predictor.noun}> "
         agent = f"{game.problem.agents[game.viewing_seat]} " if len(game.human_seats) > 1 else ""
         return f"{agent}action> "
+
+    def report_medal_notice(self, notice: str) -> None:
+        """Print that help costs the medal; nothing if it does not."""
+        if notice:
+            self.report_text(notice)
 
     def prepare_end(self, game: Game) -> None:
         """Compute the verdict on a finished game, before its medal is saved."""
@@ -312,6 +320,7 @@ def _run_and_report(controller: GameController, line: str, reporter: Reporter) -
             reporter.report_reply(game, score, turn_count)
     elif reply:
         reporter.report_reply(game, reply, turn_count)
+    reporter.report_medal_notice(controller.pop_medal_notice())
     _report_write_notice(reporter, controller)
 
 

@@ -229,7 +229,7 @@ def test_an_algorithm_is_watched_after_the_answer(tmp_path: Path) -> None:
         terminal.until("value-iteration on hexworld")
         terminal.press("q")
         terminal.until("lesson 3 is finished")
-        terminal.until("Enter opens lesson 4, q leaves>")
+        terminal.until("Enter opens lesson 4; q and Enter leave>")
         terminal.press("4\r")
         terminal.until("error: got '4', expected Enter")
         terminal.press("\r")

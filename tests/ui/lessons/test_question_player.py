@@ -111,7 +111,7 @@ def test_without_saved_games_there_is_no_mistake(tmp_path: Path) -> None:
     result = run_dmplay(tmp_path, "learn", "from")
     assert (result.returncode, result.stderr) == (0, "")
     assert result.stdout == (
-        "no mistake to learn from in the saved games: nothing is new or due.\n"
+        "no mistake to learn from in the 50 newest saved games: nothing is new or due.\n"
     )
 
 
