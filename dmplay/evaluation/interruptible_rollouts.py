@@ -15,6 +15,7 @@ from dmplay.simulation.rollouts import (
     RolloutBlocksLost,
     RolloutInterrupted,
     RolloutSpec,
+    merge_rollouts,
     rollout_entrants,
 )
 
@@ -77,7 +78,7 @@ def run_rollouts_without_forfeits(
             parts.append(part)
             interruption = part.interruption
     finished = [rollout for part in parts for rollout in part.rollouts]
-    rollouts = (Rollout(*map(np.concatenate, zip(*finished, strict=True))),) if finished else ()
+    rollouts = (merge_rollouts(finished),) if finished else ()
     numbers = np.concatenate([part.episode_numbers for part in parts] or [np.empty(0, int)])
     forfeits.sort(key=lambda error: error.episode or 0)
     return PartialRollouts(rollouts, numbers, interruption, tuple(forfeits))

@@ -16,6 +16,7 @@ from dmplay.evaluation.interruptible_rollouts import (
     check_episode_count,
     run_rollouts_without_forfeits,
 )
+from dmplay.evaluation.played_games import PlayedGames
 from dmplay.evaluation.return_bounds import compute_return_bounds
 from dmplay.evaluation.statistics import (
     Estimate,
@@ -25,7 +26,13 @@ from dmplay.evaluation.statistics import (
 )
 from dmplay.registry.agents import AgentLike, load_agents
 from dmplay.registry.problems import ProblemLike, load_problem
-from dmplay.simulation.rollouts import DEFAULT_ARRAYS, Rollout, RolloutSpec, rollout_entrants
+from dmplay.simulation.rollouts import (
+    DEFAULT_ARRAYS,
+    Rollout,
+    RolloutSpec,
+    merge_rollouts,
+    rollout_entrants,
+)
 from dmplay.simulation.worker_pool import WorkerCount
 
 DEFAULT_EPISODES = 10_000  # if the caller sets no limit
@@ -53,7 +60,7 @@ class RunResult(NamedTuple):
     mean_turns: float  # per game
     terminated_share: float  # share of the games that reached a terminal state
     seconds: float
-    rollout: Rollout
+    rollout: PlayedGames
     episode_numbers: Ints
     shortfall_reason: str = ""  # why fewer games were played than requested, or ''
     forfeits: tuple[Forfeit, ...] = ()  # of programs; the games in which they were are left out
@@ -73,14 +80,16 @@ def rollout(  # noqa: PLR0913 - each is the caller's to choose
     progress: ProgressCallback | None = None,
     keep: Sequence[str] = DEFAULT_ARRAYS,
     start_uniforms: Reals | None = None,
-) -> Rollout:
+) -> PlayedGames:
     """Play consecutive episodes of a seed from `first_episode` on, and return arrays of them.
 
     `agents` has one agent for each seat, or is one for all. `turn_limit` is another name of
     `turns`. Row r is the game that a session plays with `SeededUniforms(seed, first_episode + r)`,
     whatever the workers, the executor, the blocks and their order. With `start_uniforms`, all games
     begin as the game with these initial uniforms does. `progress` is called with the share of the
-    games that is played. Raise RolloutBlocksLost if workers died again and again,
+    games that is played. `keep` names the arrays of the result that are wanted, such as "returns",
+    or "trajectories" for those of each turn: states, actions, observations and rewards. Raise
+    BudgetExceeded if these take too much memory, RolloutBlocksLost if workers died again and again,
     RolloutInterrupted on Ctrl-C, and BadPolicy, IllegalAction or BadParameter for what cannot be
     played.
     """
@@ -89,7 +98,7 @@ def rollout(  # noqa: PLR0913 - each is the caller's to choose
     spec = RolloutSpec(episode_range, turns, seed, workers, executor, progress, keep)
     spec = spec._replace(start_uniforms=start_uniforms)
     (result,) = rollout_entrants(problem, [load_agents(problem, agents, turns=turns)], spec)
-    return result
+    return PlayedGames.of_rollout(problem, result, np.array(episode_range))
 
 
 def run(  # noqa: PLR0913 - each is the caller's to choose
@@ -134,7 +143,7 @@ def run(  # noqa: PLR0913 - each is the caller's to choose
         rollout_parts = [rollout for result in parts for rollout in result.rollouts]
         if not rollout_parts:
             raise part.interruption or part.forfeits[-1]
-        merged = Rollout(*map(np.concatenate, zip(*rollout_parts, strict=True)))
+        merged = merge_rollouts(rollout_parts)
         errors = (estimate_mean(sample).standard_error for sample in merged.returns.T)
         is_precise = max_standard_error is None or max(errors) <= max_standard_error
         if part.interruption or is_precise or end >= MAX_EPISODES:
@@ -163,6 +172,6 @@ def summarize_rollout(
         seat_summaries.append(SeatSummary(agent, *estimates, quantiles, doubt))
     mean_turns, ended_share = float(rollout.turn_counts.mean()), float(rollout.terminated.mean())
     return RunResult(
-        tuple(seat_summaries), len(episode_numbers), mean_turns, ended_share, seconds, rollout,
-        episode_numbers,
+        tuple(seat_summaries), len(episode_numbers), mean_turns, ended_share, seconds,
+        PlayedGames.of_rollout(problem, rollout, episode_numbers), episode_numbers,
     )  # fmt: skip

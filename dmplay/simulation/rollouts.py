@@ -3,11 +3,11 @@
 import math
 import sys
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from contextlib import contextmanager, nullcontext
 from functools import partial
-from typing import NamedTuple, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -58,7 +58,11 @@ MAX_QUICK_PROBE_SECONDS = 0.005  # seconds of a probe of one game up to which la
 
 
 class Rollout(NamedTuple):
-    """The results of E games of n agents; arrays that are not kept have no rows."""
+    """The results of E games of n agents; arrays that are not kept have no rows.
+
+    The last four arrays have entries for the T turns of the longest game. After the end of a game,
+    these are 0 for rewards, -1 for other integers, nan for other reals, and else 0, "" or None.
+    """
 
     returns: Reals  # [E, n], discounted sums of rewards
     total_rewards: Reals  # [E, n], undiscounted sums of rewards
@@ -66,8 +70,14 @@ class Rollout(NamedTuple):
     terminated: Bools  # [E], whether the game ended in a terminal state
     final_states: Array  # [E, ...], the final states
     control_variates: Reals  # [E, n], discounted sums of the control variate
+    states: Array  # [E, T + 1, ...], the initial state and the state after each turn
+    actions: Array  # [E, T, n], joint actions
+    observations: Array  # [E, T, n, ...], after each turn; the states if agents see them
+    rewards: Reals  # [E, T, n]
 
 
+TRAJECTORY_ARRAYS = ("states", "actions", "observations", "rewards")
+TRAJECTORIES = "trajectories"  # stands in `keep` for these, and for the turn counts
 # the luck [B, n] in the rewards of a turn
 ControlVariateFunction = Callable[[Array, Array, Outcome], Reals]
 # the arrays kept by default
@@ -129,8 +139,12 @@ def rollout_entrants(
     for policies in entrants:
         check_policies(problem.agents, policies)
     for name in keep:
-        if name not in Rollout._fields:
-            raise UnknownName("array", name, Rollout._fields)
+        if name not in {*Rollout._fields, TRAJECTORIES}:
+            raise UnknownName("array", name, [*Rollout._fields, TRAJECTORIES])
+    if TRAJECTORIES in keep:
+        keep = [*dict.fromkeys([*keep, "turn_counts", *TRAJECTORY_ARRAYS])]
+        keep.remove(TRAJECTORIES)
+    spec = spec._replace(keep=keep)
     block_spec = spec._replace(executor=None, progress=None)
     block_function = partial(_run_block_for_entrants, problem, entrants, block_spec)
     in_process = spec.executor is None and workers == 1 and progress is None
@@ -147,14 +161,16 @@ def rollout_entrants(
                 block_function, episode_range, size=size, workers=workers, executor=spec.executor
             )
             for block, block_results in blocks:
-                results = results or tuple(
-                    _allocate_rollout(block_result, keep, len(episode_range))
-                    for block_result in block_results
+                results = tuple(
+                    _allocate_rollout(block_result, keep, len(episode_range), earlier)
+                    for block_result, earlier in zip(
+                        block_results, results or [None] * len(entrants), strict=True
+                    )
                 )
                 block_rows = slice(block.start - first, block.stop - first)
                 for result, block_result in zip(results, block_results, strict=True):
                     for name in keep:
-                        getattr(result, name)[block_rows] = getattr(block_result, name)
+                        _store_rows(getattr(result, name), block_rows, getattr(block_result, name))
                 finished[block_rows] = True
                 budget.spend_work(0, float(finished.mean()))
         except LostGames as error:
@@ -245,13 +261,97 @@ def _efficient_block_size(
     return int(np.clip(block_size, MIN_BLOCK_EPISODES, MAX_BLOCK_EPISODES))
 
 
-def _allocate_rollout(template: Rollout, keep: Sequence[str], episodes: int) -> Rollout:
-    """Return uninitialized arrays `[episodes, ...]`; arrays that are not in `keep` have no rows."""
+def _allocate_rollout(
+    template: Rollout, keep: Sequence[str], episodes: int, earlier: Rollout | None = None
+) -> Rollout:
+    """Return arrays `[episodes, ...]` with the rows of earlier blocks; else they have no rows.
+
+    Arrays with an entry for each turn grow with the longest game, and are padded. Raise
+    BudgetExceeded if they take more memory than results may.
+    """
     arrays = []
-    for name, array in template._asdict().items():
-        row_count = episodes if name in keep else 0
-        arrays.append(np.empty((row_count, *array.shape[1:]), array.dtype))
+    for name in Rollout._fields:
+        array, old = getattr(template, name), earlier and getattr(earlier, name)
+        if name not in keep:
+            arrays.append(array[:0])
+        elif name not in TRAJECTORY_ARRAYS:
+            new = np.empty((episodes, *array.shape[1:]), array.dtype) if old is None else old
+            arrays.append(new)
+        else:
+            turns = array.shape[1] if old is None else max(array.shape[1], old.shape[1])
+            dtype = array.dtype if old is None else np.result_type(array, old)
+            if old is None or (turns, dtype) != (old.shape[1], old.dtype):
+                shape = (episodes, turns, *array.shape[2:])
+                _check_trajectory_memory(math.prod(shape) * dtype.itemsize)
+                padded = _make_padding(shape, dtype, name)
+                if old is not None:
+                    _store_rows(padded, slice(None), old)
+                old = padded
+            arrays.append(old)
     return Rollout(*arrays)
+
+
+def _store_rows(target: Array, rows: slice, array: Array) -> None:
+    """Store rows, those of trajectories with at most as many turns as the target."""
+    if array.ndim > 1 and array.shape[1] != target.shape[1]:
+        target[rows, : array.shape[1]] = array
+    else:
+        target[rows] = array
+
+
+def _check_trajectory_memory(byte_count: float) -> None:
+    """Raise BudgetExceeded if an array of all turns takes more memory than a computation may."""
+    remedy = "keep fewer arrays, or play fewer games at a time, with first_episode"
+    Budget("trajectories", remedy).check_memory(byte_count)
+
+
+def _make_padding(shape: tuple[int, ...], dtype: np.dtype[Any], name: str) -> Array:
+    """Return an array with the entries that stand for no turn."""
+    fill: dict[str, object] = {} if name == "rewards" else {"i": -1, "f": math.nan, "O": None}
+    padding: Array = np.full(shape, fill.get(dtype.kind, np.zeros((), dtype).item()), dtype)
+    return padding
+
+
+def merge_rollouts(parts: Sequence[Rollout]) -> Rollout:
+    """Return the games of several rollouts without trajectories as one rollout."""
+    return Rollout(*map(np.concatenate, zip(*parts, strict=True)))
+
+
+class _TrajectoryRecorder:
+    """The arrays of each turn of a block of games, as far as they are kept."""
+
+    def __init__(self, keep: Sequence[str], episode_count: int) -> None:
+        self.names = [name for name in TRAJECTORY_ARRAYS if name in keep]
+        self._turns: dict[str, list[Array]] = {name: [] for name in self.names}
+        self._episode_count, self._byte_count = episode_count, 0
+
+    def add_turn(self, rows: Ints, **arrays: Array) -> None:
+        """Add the arrays `[rows, ...]` of a turn of the running games."""
+        for name in self.names:
+            if name in arrays:
+                array = arrays[name]
+                shape = (self._episode_count, *array.shape[1:])
+                padded = _make_padding(shape, array.dtype, name)
+                padded[rows] = array
+                self._turns[name].append(padded)
+                self._byte_count += padded.nbytes
+        _check_trajectory_memory(self._byte_count)
+
+    def stack_turns(self, templates: Mapping[str, Array]) -> list[Array]:
+        """Return each array `[B, T, ...]`; an array that is not kept has no rows.
+
+        An array without turns gets its shape from a template `[B, ...]` of one turn.
+        """
+        arrays = []
+        for name in TRAJECTORY_ARRAYS:
+            turns = self._turns.get(name)
+            if turns:
+                arrays.append(np.stack(turns, axis=1))
+            else:
+                row_count = 0 if turns is None else self._episode_count
+                shape = (row_count, int(name == "states"), *templates[name].shape[1:])
+                arrays.append(np.zeros(shape, templates[name].dtype))
+        return arrays
 
 
 def _collect_finished_episodes(
@@ -342,6 +442,8 @@ def _play_block(  # noqa: PLR0915 - the steps of one loop
     sums = [*np.zeros(shape)]
     # turns played -> arrays of the games that ended then
     finished_groups = list[tuple[int, Memory]]()
+    recorder = _TrajectoryRecorder(spec.keep, episode_count)
+    recorder.add_turn(running, states=state)
     weight, turns_played = 1.0, 0
     memories = []
     for seat, player in enumerate(policies):
@@ -384,6 +486,16 @@ def _play_block(  # noqa: PLR0915 - the steps of one loop
                 seat, call_memory_method, prefix, player.update_memory, len(running),
                 memories[seat], percept,
             )  # fmt: skip
+        if recorder.names:
+            recorder.add_turn(
+                running,
+                states=outcome.state,
+                actions=actions,
+                observations=outcome.observations
+                if problem.partially_observable
+                else outcome.state,
+                rewards=outcome.rewards + 0.0,
+            )
         sums[0] += outcome.rewards
         if discounted:
             sums[1] += weight * outcome.rewards
@@ -397,7 +509,9 @@ def _play_block(  # noqa: PLR0915 - the steps of one loop
     turn_counts, state, totals, *other_sums = _merge_in_episode_order(finished_groups)
     control_variates = other_sums.pop() if control_variate else np.zeros_like(totals)
     returns = other_sums.pop() if discounted else totals.copy()
-    result = Rollout(returns, totals, turn_counts, terminal, state, control_variates)
+    no_turn = {"states": state, "actions": totals, "observations": totals, "rewards": totals}
+    trajectories = recorder.stack_turns(no_turn)
+    result = Rollout(returns, totals, turn_counts, terminal, state, control_variates, *trajectories)
     omitted = {*Rollout._fields} - {*spec.keep}
     return result._replace(**{name: getattr(result, name)[:0] for name in omitted})
 
