@@ -80,6 +80,9 @@ def run(
     until_se: Annotated[
         float | None, options.number_option(float, "play until every standard error is at most X")
     ] = None,
+    regret: Annotated[
+        bool, typer.Option("--regret", help="report what the choices of each seat lost")
+    ] = False,
     record: Annotated[
         Path | None, typer.Option(metavar="DIR", help="folder for transcripts of selected games")
     ] = None,
@@ -104,6 +107,7 @@ def run(
     \b
       dmplay run hexworld --agent optimal
       dmplay run hexworld --set slip=0.1,0.2,0.3 --until-se 0.01
+      dmplay run crying-baby --agent feed-when-crying --regret
       dmplay run 2048 --agent corner --episodes 200 --record games --worst 2
       dmplay run prisoners-dilemma --agent grim --vs tit-for-tat --turns 20 --json
     """
@@ -114,6 +118,7 @@ def run(
         _make_evaluation_request(problem, batch_options, terminal_options, agent),
         episodes=episodes,
         max_standard_error=until_se,
+        regret=regret,
         selection=TranscriptSelection(record, every, worst, best),
         ascii_=current_terminal(terminal_options).ascii,
     )

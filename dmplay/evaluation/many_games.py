@@ -17,6 +17,7 @@ from dmplay.evaluation.interruptible_rollouts import (
     run_rollouts_without_forfeits,
 )
 from dmplay.evaluation.played_games import PlayedGames
+from dmplay.evaluation.regret import RegretSummary, find_regret_meters, summarize_regret
 from dmplay.evaluation.return_bounds import compute_return_bounds
 from dmplay.evaluation.statistics import (
     Estimate,
@@ -39,6 +40,7 @@ DEFAULT_EPISODES = 10_000  # if the caller sets no limit
 # games before the errors are checked first, and their growth until the next check
 INITIAL_EPISODES, GROWTH_FACTOR = 100, 2
 MAX_EPISODES = 10_000_000
+REGRET_FIELDS = ("regrets", "choice_counts")
 RECORDED_FIELDS = ("returns", "total_rewards", "turn_counts", "terminated")
 
 
@@ -50,6 +52,7 @@ class SeatSummary(NamedTuple):
     totals: Estimate
     quantiles: tuple[float, ...]  # of the returns: minimum, quartiles, maximum
     doubt: str = ""  # why the interval of the returns may not hold the mean
+    regret: RegretSummary | None = None  # if it was requested
 
 
 class RunResult(NamedTuple):
@@ -107,6 +110,7 @@ def run(  # noqa: PLR0913 - each is the caller's to choose
     *,
     episodes: int | None = None,
     max_standard_error: float | None = None,
+    regret: bool = False,
     turns: int | None = None,
     seed: int = 0,
     workers: WorkerCount = 1,
@@ -119,7 +123,9 @@ def run(  # noqa: PLR0913 - each is the caller's to choose
     default 10,000, or with `max_standard_error` as many as bring every standard error of a return
     down to that. The games are those of `rollout`; Ctrl-C ends the run with the games played so
     far. The errors are checked after numbers of games that do not depend on the workers, so neither
-    does the result. Games in which a program forfeits are left out and listed.
+    does the result. Games in which a program forfeits are left out and listed. With
+    `regret`, the summary of each seat has the mean regret of its choices: what they lost beside the
+    best play against the other agents.
     """
     problem = load_problem(problem)
     policies = load_agents(problem, agents, turns=turns)
@@ -134,10 +140,13 @@ def run(  # noqa: PLR0913 - each is the caller's to choose
     end = DEFAULT_EPISODES if episodes is None else episodes
     if max_standard_error is not None:
         end = INITIAL_EPISODES
+    meters = find_regret_meters(problem, policies, turns) if regret else []
+    used_meters = [meter for meter in meters if meter and not meter.explain_unknown_regrets()]
     while True:
         spec = RolloutSpec(
-            range(start, end), turns, seed, workers, executor, progress, RECORDED_FIELDS
-        )
+            range(start, end), turns, seed, workers, executor, progress,
+            RECORDED_FIELDS + REGRET_FIELDS * regret, regret_meters=used_meters,
+        )  # fmt: skip
         part = run_rollouts_without_forfeits(problem, policies, spec)
         parts.append(part)
         rollout_parts = [rollout for result in parts for rollout in result.rollouts]
@@ -150,6 +159,17 @@ def run(  # noqa: PLR0913 - each is the caller's to choose
             episode_numbers = np.concatenate([result.episode_numbers for result in parts])
             seconds = time.monotonic() - start_time
             summary = summarize_rollout(problem, merged, episode_numbers, seconds, turns)
+            seats = [
+                item._replace(
+                    regret=summarize_regret(
+                        meter, merged.regrets[:, seat], merged.choice_counts[:, seat]
+                    )
+                )
+                for seat, (item, meter) in enumerate(
+                    zip(summary.seat_summaries, meters, strict=False)
+                )
+            ]
+            summary = summary._replace(seat_summaries=(*seats,)) if regret else summary
             forfeits = tuple(error for result in parts for error in result.forfeits)
             reason = str(part.interruption or "")
             return summary._replace(shortfall_reason=reason, forfeits=forfeits)

@@ -20,7 +20,9 @@ from dmplay.errors import BadParameter
 from dmplay.evaluation.comparison import Comparison, Difference, compare
 from dmplay.evaluation.executors import open_execution_backend
 from dmplay.evaluation.many_games import RunResult, run
+from dmplay.evaluation.regret import RegretSummary
 from dmplay.evaluation.solutions.solution import Row
+from dmplay.evaluation.statistics import Estimate
 from dmplay.game.command_line_results import Printout
 from dmplay.game.launch_requests import parse_settings
 from dmplay.output.evaluation_request import (
@@ -48,15 +50,18 @@ PLOT_COLUMNS = 48  # columns of a plot
 QUANTILE_NAMES = ("least", "quartile", "median", "third quartile", "most")
 
 
-def report_run(
+def report_run(  # noqa: PLR0913 - the options of the command
     request: EvaluationRequest,
     *,
     episodes: int | None,
     max_standard_error: float | None,
+    regret: bool = False,
     selection: TranscriptSelection = NO_TRANSCRIPTS,
     ascii_: bool = False,
 ) -> Printout:
     """Play many games for each setting of the parameters, and report the returns of each seat.
+
+    With `regret`, also report the mean regret of each seat.
 
     If a run is cut short after the first setting, the settings played so far are reported.
     """
@@ -79,6 +84,7 @@ def report_run(
                     players.policies,
                     episodes=episodes,
                     max_standard_error=max_standard_error,
+                    regret=regret,
                     turns=limited_request.turn_limit,
                     seed=limited_request.seed,
                     workers=workers,
@@ -148,7 +154,8 @@ def _format_run(
         if isinstance(policy, PointBasedPolicy)
     ]
     doubt_lines = [line for result in results for line in _format_doubt_lines(result)]
-    parts = [headline, "\n".join([format_table(rows), *doubt_lines, *bound_lines])]
+    regret_lines = [line for result in results for line in _format_regret_lines(result)]
+    parts = [headline, "\n".join([format_table(rows), *regret_lines, *doubt_lines, *bound_lines])]
     parts += [_plot_sweep(results)] if len(results) > 1 else []
     parts += [_format_histograms(results)]
     table = [
@@ -170,6 +177,44 @@ def _format_doubt_lines(result: SettingResult) -> list[str]:
     ]
 
 
+def _format_regret_lines(result: SettingResult) -> list[str]:
+    """Return a line with the regret of each seat, or with the reason why it is unknown."""
+    lines, setting = [], f"{result}, " if result.swept_parameters else ""
+    for summary in result.run.seat_summaries:
+        if summary.regret is None:
+            continue
+        regret, seat = summary.regret, f"{setting}{summary.seat}"
+        if regret.per_game is None or regret.per_choice is None:
+            lines.append(f"no regret of {seat}: {regret.basis}")
+            continue
+        exact = "exact" if regret.is_exact else "bounds"
+        per_game, per_choice = map(_format_bounds, (regret.per_game, regret.per_choice))
+        discounted = " (discounted)" * (result.lineup.problem.discount < 1.0)
+        lines.append(
+            f"regret of {seat}, {exact}, by {regret.basis}: "
+            f"{per_game} per game{discounted}, {per_choice} per choice"
+        )
+    return lines
+
+
+def _format_bounds(bounds: tuple[Estimate, Estimate]) -> str:
+    """Return a mean with its standard error, or the two means between which it lies."""
+    return " to ".join(
+        format_mean(bound.mean, bound.standard_error) for bound in dict.fromkeys(bounds)
+    )
+
+
+def _make_regret_row(regret: RegretSummary) -> Row:
+    """Return the regret of a seat as columns of data, which are empty if it is unknown."""
+    columns: Row = {}
+    for name, bounds in (("regret", regret.per_game), ("choice regret", regret.per_choice)):
+        low, high = bounds or (None, None)
+        columns[name] = low and low.mean
+        columns[f"{name} error"] = low and low.standard_error
+        columns[f"{name} at most"] = high and high.mean
+    return {**columns, "regret by": regret.basis}
+
+
 def _iter_data_rows(result: SettingResult) -> Iterator[Row]:
     """Yield a row of data for each seat of a setting."""
     for earned, name in zip(result.run.seat_summaries, result.lineup.agent_names, strict=True):
@@ -185,6 +230,7 @@ def _iter_data_rows(result: SettingResult) -> Iterator[Row]:
             "turns": result.run.mean_turns,
             "ended": result.run.terminated_share,
             **({"doubt": earned.doubt} if earned.doubt else {}),
+            **(_make_regret_row(earned.regret) if earned.regret else {}),
         }
 
 

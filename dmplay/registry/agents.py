@@ -97,6 +97,11 @@ class HintAgent:
         return ActionValues(legal_q, self.basis, problem.reward_scale)
 
     @property
+    def seat(self) -> int:
+        """The seat that the question is about."""
+        return self.question.seat
+
+    @property
     def is_about_game(self) -> bool:
         """True if its values are about the turns and the real other players of the game."""
         is_alone = len(self.policy.problem.agents) == 1
@@ -108,6 +113,18 @@ class HintAgent:
     def has_exact_regrets(self) -> bool:
         """True if its values are exact and about the game, so that all regrets are known."""
         return self.basis.accuracy is Accuracy.EXACT and self.is_about_game
+
+    def explain_unknown_regrets(self) -> str:
+        """Return why no regret of a choice can be bounded, '' if one may be."""
+        if not self.is_about_game:
+            players = self.basis.scope or "for unknown other players"
+            return f"the values of {self.base_name} are not about this game ({players})"
+        has_bounds = type(self.policy).value_bounds is not SeatPolicy.value_bounds
+        if has_bounds or self.has_exact_regrets:
+            return ""
+        accuracy = self.basis.accuracy
+        kind = "of unknown accuracy" if accuracy is Accuracy.UNKNOWN else f"only {accuracy.words}"
+        return f"the values of {self.base_name} are {kind}"
 
     def bound_regrets(self, memory: Memory, legal: Bools | None, actions: Array) -> Reals | None:
         """Return a lower and an upper bound `[2, B]` of the regret of one action of each row.
@@ -131,6 +148,7 @@ class HintAgent:
         """
         policy, rows = self.policy, np.arange(len(actions))
         label_count = len(policy.problem.actions[policy.seat].labels)
+        actions = actions.astype(np.int64) if label_count else actions
         if label_count and self.has_exact_regrets:
             q = policy.action_values(memory)
             if q is None:
@@ -500,6 +518,19 @@ def set_horizon_in_name(problem: Problem, seat: int, name: str, turn_limit: int)
         return name
     agent = _make_roster_agent(problem, seat, name)
     return _format_agent_name(base, agent.adapt_to_game(AdviceQuestion(seat, turn_limit)))
+
+
+def find_agent_name(problem: Problem, seat: int, policy: Policy) -> str:
+    """Return the name by which a policy can be loaded for a seat, with its parameters.
+
+    The name of a policy that is not in the roster is that of its class.
+    """
+    if isinstance(policy, Script):
+        return SCRIPTED_PLAYERS[0]
+    for name, agent_class in load_roster(problem, seat).agents.items():
+        if type(policy) is agent_class:
+            return _format_agent_name(name, policy)
+    return type(policy).__name__
 
 
 def default_parameters(agent_class: type[SeatPolicy]) -> dict[str, object]:

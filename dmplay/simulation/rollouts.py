@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from contextlib import contextmanager, nullcontext
 from functools import partial
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple, Protocol, TypeVar
 
 import numpy as np
 
@@ -47,6 +47,7 @@ from dmplay.simulation.worker_pool import MAX_BLOCK_EPISODES, WorkerCount, run_b
 T = TypeVar("T")
 # minimum episodes of a block; episodes and turns of a timing probe
 MIN_BLOCK_EPISODES, PROBE_EPISODES, PROBE_TURNS = 8, 32, 2
+REGRET_DECIMALS = 9  # decimals of a regret at a scale of 1
 DISPATCH_SECONDS = 0.006  # seconds that an executor takes to dispatch a block to a worker
 MEMORY_COPIES = 8  # copies of a memory that a policy makes while it updates it
 # bytes that are freed at once, so that the allocator keeps them for the next arrays
@@ -70,6 +71,10 @@ class Rollout(NamedTuple):
     terminated: Bools  # [E], whether the game ended in a terminal state
     final_states: Array  # [E, ...], the final states
     control_variates: Reals  # [E, n], discounted sums of the control variate
+    # [E, n, 2, 2], lower and upper bounds of the sums of regrets, discounted and undiscounted; nan
+    # for a seat without a regret meter
+    regrets: Reals
+    choice_counts: Ints  # [E, n], the choices whose regrets these are
     states: Array  # [E, T + 1, ...], the initial state and the state after each turn
     actions: Array  # [E, T, n], joint actions
     observations: Array  # [E, T, n, ...], after each turn; the states if agents see them
@@ -84,6 +89,21 @@ ControlVariateFunction = Callable[[Array, Array, Outcome], Reals]
 DEFAULT_ARRAYS = ("returns", "total_rewards", "turn_counts", "terminated", "final_states")
 
 
+class RegretMeter(Protocol):
+    """A judge of the choices of one seat in a batch of games, by the values of a policy."""
+
+    @property
+    def policy(self) -> Policy:
+        """The policy whose memory the judge needs."""
+
+    @property
+    def seat(self) -> int:
+        """The seat whose choices are judged."""
+
+    def bound_regrets(self, memory: Memory, legal: Bools | None, actions: Array) -> Reals | None:
+        """Return a lower and an upper bound `[2, B]` of the regret of each action, if known."""
+
+
 class RolloutSpec(NamedTuple):
     """The settings of a rollout: episodes, turn limit, seed, workers, and the arrays to keep."""
 
@@ -96,6 +116,7 @@ class RolloutSpec(NamedTuple):
     keep: Sequence[str] = DEFAULT_ARRAYS
     control_variate: ControlVariateFunction | None = None
     start_uniforms: Reals | None = None  # of all games; None if each game has its own
+    regret_meters: Sequence[RegretMeter] = ()
 
 
 class PartialResults(NamedTuple):
@@ -189,7 +210,7 @@ def _block_size(
     size = MAX_BLOCK_EPISODES
     for index, policies in enumerate(entrants):
         with _name_entrant_in_errors(index):
-            size = min(size, _max_episodes_in_memory(problem, policies, spec.seed))
+            size = min(size, _max_episodes_in_memory(problem, policies, spec))
             try:
                 if workers:
                     size = min(size, _efficient_block_size(problem, policies, spec, workers))
@@ -198,12 +219,17 @@ def _block_size(
     return size
 
 
-def _max_episodes_in_memory(problem: Problem, policies: Sequence[Policy], seed: int) -> int:
+def _list_memory_keepers(policies: Sequence[Policy], spec: RolloutSpec) -> list[tuple[int, Policy]]:
+    """Return the seat and the policy of each memory: those of players, then of regret meters."""
+    return [*enumerate(policies), *((meter.seat, meter.policy) for meter in spec.regret_meters)]
+
+
+def _max_episodes_in_memory(problem: Problem, policies: Sequence[Policy], spec: RolloutSpec) -> int:
     """Return the largest number of episodes whose memories fit, measured by those of one game."""
     start_count = problem.uniform_counts.start
-    u = generate_uniforms(seed, NATURE_STREAM, 0, first_episode=0, rows=1, count=start_count)
+    u = generate_uniforms(spec.seed, NATURE_STREAM, 0, first_episode=0, rows=1, count=start_count)
     state, memory_bytes = problem.sample_initial_states(u), 0
-    for seat, policy in enumerate(policies):
+    for seat, policy in _list_memory_keepers(policies, spec):
         observation = make_initial_observation(problem, state, seat)
         memory = call_memory_method("turn 1", policy.initial_memory, 1, observation)
         memory_bytes += sum(array.nbytes for array in memory)
@@ -439,14 +465,18 @@ def _play_block(  # noqa: PLR0915 - the steps of one loop
         u = np.tile(spec.start_uniforms, (episode_count, 1))
     state, discounted = problem.sample_initial_states(u), problem.discount != 1.0
     shape = 1 + discounted + bool(control_variate), episode_count, len(policies)
-    sums = [*np.zeros(shape)]
+    sums, meters = [*np.zeros(shape)], spec.regret_meters
+    regret_sums = np.full((episode_count, len(policies), 2, 2), np.nan)
+    regret_sums[:, [meter.seat for meter in meters]] = 0.0
+    judgments = [regret_sums, np.zeros((episode_count, len(policies)), int)] if meters else []
+    keepers = _list_memory_keepers(policies, spec)
     # turns played -> arrays of the games that ended then
     finished_groups = list[tuple[int, Memory]]()
     recorder = _TrajectoryRecorder(spec.keep, episode_count)
     recorder.add_turn(running, states=state)
     weight, turns_played = 1.0, 0
     memories = []
-    for seat, player in enumerate(policies):
+    for seat, player in keepers:
         observation = make_initial_observation(problem, state, seat)
         memory = _call_recording_seat(
             seat, call_memory_method, "turn 1", player.initial_memory, episode_count, observation
@@ -456,9 +486,11 @@ def _play_block(  # noqa: PLR0915 - the steps of one loop
         terminal = problem.terminal(state)
         (finished_rows,) = terminal.nonzero()
         if len(finished_rows):  # Finished games are stored, and the others continue.
-            arrays, (running_rows,) = (running, state, *sums), (~terminal).nonzero()
+            arrays = (running, state, *sums, *judgments)
+            (running_rows,) = (~terminal).nonzero()
             finished_groups.append((turns_played, _take_rows(arrays, finished_rows)))
-            running, state, *sums = _take_rows(arrays, running_rows)
+            running, state, *all_sums = _take_rows(arrays, running_rows)
+            sums, judgments = all_sums[: len(sums)], all_sums[len(sums) :]
             memories = [_take_rows(memory, running_rows) for memory in memories]
         if not len(running):
             break
@@ -471,20 +503,22 @@ def _play_block(  # noqa: PLR0915 - the steps of one loop
             for seat, policy in enumerate(policies)
         ]
         error_prefixes = [f"turn {turn}, {agent}" for agent in problem.agents]
-        players = zip(error_prefixes, policies, memories, strict=True)
+        players = zip(error_prefixes, policies, memories, strict=False)
         choosers = [partial(_choose_for_seat, *player) for player in players]
         with scale_progress(share, share):
             actions = _choose_joint_actions(
                 problem, choosers, state, choice_uniforms, error_prefixes
             )
+        for meter, memory in zip(meters, memories[len(policies) :], strict=True):
+            _add_regrets(problem, meter, memory, state, actions, weight, judgments)
         u = generate_block_uniforms(NATURE_STREAM, turn, problem.uniform_counts.step)
         outcome = problem.step(state, actions, u)
         validate_outcome(problem, outcome)
-        for seat, (prefix, player) in enumerate(zip(error_prefixes, policies, strict=True)):
+        for index, (seat, player) in enumerate(keepers):
             percept = build_percept(problem, seat, actions, outcome, required_fields(player))
-            memories[seat] = _call_recording_seat(
-                seat, call_memory_method, prefix, player.update_memory, len(running),
-                memories[seat], percept,
+            memories[index] = _call_recording_seat(
+                seat, call_memory_method, error_prefixes[seat], player.update_memory, len(running),
+                memories[index], percept,
             )  # fmt: skip
         if recorder.names:
             recorder.add_turn(
@@ -503,17 +537,49 @@ def _play_block(  # noqa: PLR0915 - the steps of one loop
             sums[-1] += weight * control_variate(state, actions, outcome)
         state, turns_played = outcome.state, turn
         weight *= problem.discount
-    finished_groups.append((turns_played, (running, state, *sums)))
+    finished_groups.append((turns_played, (running, state, *sums, *judgments)))
     terminal = np.ones(episode_count, bool)
     terminal[running] = problem.terminal(state)
     turn_counts, state, totals, *other_sums = _merge_in_episode_order(finished_groups)
+    counts = other_sums.pop() if meters else np.zeros(totals.shape, int)
+    regrets = other_sums.pop() if meters else np.full((*totals.shape, 2, 2), np.nan)
     control_variates = other_sums.pop() if control_variate else np.zeros_like(totals)
     returns = other_sums.pop() if discounted else totals.copy()
     no_turn = {"states": state, "actions": totals, "observations": totals, "rewards": totals}
     trajectories = recorder.stack_turns(no_turn)
-    result = Rollout(returns, totals, turn_counts, terminal, state, control_variates, *trajectories)
+    result = Rollout(
+        returns, totals, turn_counts, terminal, state, control_variates, regrets, counts,
+        *trajectories,
+    )  # fmt: skip
     omitted = {*Rollout._fields} - {*spec.keep}
     return result._replace(**{name: getattr(result, name)[:0] for name in omitted})
+
+
+def _add_regrets(  # noqa: PLR0913, PLR0917 - the facts of one turn
+    problem: Problem,
+    meter: RegretMeter,
+    memory: Memory,
+    state: Array,
+    actions: Array,
+    weight: float,
+    judgments: Sequence[Array],
+) -> None:
+    """Add the regrets of one seat's choices in a turn to the sums and counts of the games."""
+    seat, (sums, counts) = meter.seat, judgments
+    legal = problem.legal_actions_mask(state)
+    bounds = meter.bound_regrets(
+        memory, None if legal is None else legal[:, seat], actions[:, seat]
+    )
+    if bounds is None:
+        sums[:, seat] = np.nan
+        return
+    # Rounded, as the last digits depend on which games are played together.
+    scale, is_choice = problem.reward_scale, ~mark_inactive_agents(problem, state)[:, seat]
+    rounded = scale * np.round(bounds / scale, REGRET_DECIMALS)
+    regrets = np.where(is_choice, rounded, 0.0).T
+    sums[:, seat, 0] += weight * regrets
+    sums[:, seat, 1] += regrets
+    counts[:, seat] += is_choice
 
 
 def _merge_in_episode_order(ended: Sequence[tuple[int, Memory]]) -> Memory:
