@@ -61,6 +61,8 @@ _PUBLIC_MODULES = {
     "Plot": "plots.plot_data",
     "Series": "plots.plot_data",
     "TablePanel": "plots.plot_data",
+    # what puzzles about a problem use
+    "RuleOfThumb": "game.rules_of_thumb",
     # by name, from files and installed packages
     "list_agents": "registry.agents",
     "list_problems": "registry.problems",

@@ -230,7 +230,7 @@ class BestResponseEquilibrium(ReactivePolicy):
     @cached_property
     def _solution(self) -> BestResponseResult:
         """The policies that best-response dynamics lead to, over the reachable states."""
-        return _find_best_response_equilibrium(self.problem)
+        return find_best_response_equilibrium(self.problem)
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
         """Return actions drawn from the mixed strategy in each state."""
@@ -243,7 +243,7 @@ class BestResponseEquilibrium(ReactivePolicy):
 
 
 @memoize
-def _find_best_response_equilibrium(problem: Problem) -> BestResponseResult:
+def find_best_response_equilibrium(problem: Problem) -> BestResponseResult:
     """Return the policies that best-response dynamics lead to, over the reachable states."""
     graph = transition_graph.build_reachable_graph(problem)
     return best_response_dynamics.find_equilibrium(problem, graph)

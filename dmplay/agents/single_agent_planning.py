@@ -3,6 +3,7 @@
 from abc import abstractmethod
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,7 +14,6 @@ from dmplay.core.action_values import PAYS_SOONEST, Accuracy, Horizon, ValuesBas
 from dmplay.core.arrays import Array, Bools, Reals
 from dmplay.core.best_actions import mark_best_actions, select_greedy_actions
 from dmplay.core.chance import weighted_sum
-from dmplay.core.memoization import memoize
 from dmplay.core.parameters import parameter
 from dmplay.core.policy import Memory
 from dmplay.core.problem import Problem
@@ -22,6 +22,9 @@ from dmplay.errors import BadPolicy
 from dmplay.solvers.mdp import mdp_values
 from dmplay.solvers.pomdp import exact_pomdp, fast_informed_bound
 from dmplay.solvers.pomdp.exact_pomdp import AlphaVectorStage
+
+if TYPE_CHECKING:  # It is imported only for large problems.
+    from dmplay.solvers.mdp.large_mdp_value_iteration import BackwardSweepResult
 
 TIE_BREAK_DISCOUNT = 1.0 - 1e-6
 MAX_PLANNED_STATES = 2_000_000  # states times turns up to which a hint plans a game to its end
@@ -92,9 +95,14 @@ def solve_action_values(problem: Problem, discount: float) -> Reals:
         return mdp_values.compute_optimal_q(tabulate(problem), discount)
     from dmplay.solvers.mdp import large_mdp_value_iteration, transition_graph
 
-    optimum = large_mdp_value_iteration.run_backward_value_iteration(
-        transition_graph.build_full_graph(problem), discount
+    graph = transition_graph.build_full_graph(problem)
+    return list_action_values(
+        problem, large_mdp_value_iteration.run_backward_value_iteration(graph, discount)
     )
+
+
+def list_action_values(problem: Problem, optimum: "BackwardSweepResult") -> Reals:
+    """Return Q* `[S, A]` of a result of value iteration; -inf for illegal actions."""
     state_graph = optimum.graph
     q = np.full((len(state_graph.states), problem.action_counts[0]), -np.inf)
     q[state_graph.source_states, state_graph.joint_actions[:, 0]] = optimum.q
@@ -127,7 +135,8 @@ class PomdpOptimalPolicy(HorizonPolicy, GreedyBeliefPolicy):
     def _find_stage(self, turns_left: int | None) -> AlphaVectorStage:
         """Return the alpha vectors with these rewards to come."""
         if turns_left is None:
-            return _solve_infinite_horizon(self.problem)
+            require_discount_below_one(self.problem)
+            return exact_pomdp.find_infinite_horizon_stage(self.problem)
         return exact_pomdp.solve_stages(self.problem, self.horizon)[turns_left - 1]
 
 
@@ -224,14 +233,6 @@ class FastInformedBound(BeliefBoundPolicy):
             return fast_informed_bound.compute_finite_horizon_bounds(self.problem, turns)
         require_discount_below_one(self.problem)
         return [fast_informed_bound.compute_fast_informed_bound(self.problem)]
-
-
-@memoize
-def _solve_infinite_horizon(problem: Problem) -> AlphaVectorStage:
-    """Return the alpha vectors of a problem with an infinite horizon."""
-    return exact_pomdp.solve_infinite_horizon(
-        tabulate(problem), require_discount_below_one(problem)
-    )
 
 
 def require_discount_below_one(problem: Problem) -> float:

@@ -70,6 +70,17 @@ def solve(
     problem: options.ProblemName,
     variant: options.VariantName = "",
     set_: options.ParameterSettings = [],  # noqa: B006 - typer reads it once
+    method: Annotated[
+        str,
+        typer.Option(
+            "--method",
+            metavar="NAME",
+            help="solver: value-iteration, policy-iteration, backward-induction, alpha-vectors, "
+            "point-based, joint-plans, central-planner, enumeration, lemke-howson, "
+            "regret-matching, shapley-iteration, best-responses or simulation; it must fit the "
+            "problem",
+        ),
+    ] = "",
     episodes: Annotated[
         int | None,
         options.number_option(
@@ -105,6 +116,7 @@ def solve(
 
     \b
       dmplay solve hexworld --set slip=0.1
+      dmplay solve hexworld --method policy-iteration
       dmplay solve 2048 --episodes 100 --workers 2
       dmplay solve rock-paper-scissors --json
       dmplay solve ./tigers.dpomdp --turns 4
@@ -115,7 +127,7 @@ def solve(
     from dmplay.output import solution_report
 
     solve_options = SolveOptions(
-        episodes, turns, options.parse_workers(workers) if workers else None, work
+        episodes, turns, options.parse_workers(workers) if workers else None, work, method
     )
     return solution_report.report_solution(
         format_variant_name(problem, variant),

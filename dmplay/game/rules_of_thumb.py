@@ -29,14 +29,15 @@ MAX_BELIEF_STATES = 64  # maximum number of states of which one is assumed to be
 class RuleOfThumb(NamedTuple):
     """A rule of thumb.
 
-    `choose` returns None if the rule does not name exactly one action. `find_belief` returns the
+    `choose` returns the name or the index of an action, or None if the rule does not choose exactly
+    one. `find_belief` returns the
     belief on which the rule acts, if it is not the player's own. `excludes` returns whether an
     action of the rule makes no puzzle, for example a step into a wall. `describe` returns the rule
     as a clause after the name of its action, such as "which pays the most now".
     """
 
     text: str  # a phrase such as "throw the farthest"
-    choose: Callable[[Position], int | None]
+    choose: Callable[[Position], int | str | None]
     find_belief: Callable[[Position], Reals | None] | None = None
     excludes: Callable[[Position, int], bool] | None = None
     describe: Callable[[Position], str] | None = None
@@ -89,15 +90,12 @@ def find_losing_rule(
 def apply_rule(position: Position, rule: RuleOfThumb) -> int | None:
     """Return the action that a rule chooses, or None; raise BadParameter if it is no action."""
     action = rule.choose(position)
+    if isinstance(action, str):
+        return int(position.problem.parse_action(position.seat, action))
     if action is None or action in range(len(position.labels)):
         return action
-    expected = f"expected None or 0 to {len(position.labels) - 1}"
+    expected = f"expected None, the name of an action, or 0 to {len(position.labels) - 1}"
     raise BadParameter(f"rule of thumb {rule.text!r}: got {action!r}, {expected}")
-
-
-def choose_always(label: str) -> Callable[[Position], int]:
-    """Return the rule that always chooses the action with this label."""
-    return lambda position: int(position.problem.parse_action(position.seat, label))
 
 
 def is_repeated_game(problem: Problem) -> bool:

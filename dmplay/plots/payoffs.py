@@ -9,7 +9,7 @@ import numpy as np
 
 from dmplay.core.arrays import Reals
 from dmplay.core.text import format_count, format_number
-from dmplay.evaluation.solutions.solution import format_mixed_strategy
+from dmplay.evaluation.solutions.solution import format_cell, list_probabilities
 from dmplay.plots.plot_data import GridPanel, Plot, TablePanel
 from dmplay.plots.plotted_problem import PlottedProblem
 from dmplay.solvers.games import bimatrix_game, extreme_equilibria, lemke_howson
@@ -98,7 +98,7 @@ def _describe_equilibria(subject: PlottedProblem, profiles: Sequence[MixedProfil
     notes = []
     for profile in profiles[:MAX_LISTED_EQUILIBRIA]:
         strategies = (
-            f"{agent}: {format_mixed_strategy(problem, seat, profile[seat], 0.0)}"
+            f"{agent}: {format_cell(list_probabilities(problem, seat, profile[seat], 0.0))}"
             for seat, agent in enumerate(problem.agents)
         )
         notes.append(f"Nash equilibrium: {'; '.join(strategies)}")

@@ -72,9 +72,16 @@ def _iter_violations(problem: Problem, export: str) -> Iterator[Violation]:
 
 
 def _try_own_solution(problem: Problem) -> None:
-    """Solve a problem by its own code, with few games if it simulates them."""
+    """Solve a problem by its own code, with few games if it simulates them.
+
+    If the solution names an agent, compute the value of a start to every seat.
+    """
     with use_solve_options(SolveOptions(SIMULATED_GAMES)):
-        solve_by_own_code(problem)
+        solution = solve_by_own_code(problem)
+    if solution is not None and solution.agent is not None:
+        starts = problem.sample_initial_states(np.zeros((1, problem.uniform_counts.start)))
+        for seat in range(len(problem.agents)):
+            solution.value(None if problem.partially_observable else starts[0], seat)
 
 
 def _try_figure(problem: Problem, name: str, figure: Figure) -> None:

@@ -3,6 +3,7 @@
 import json
 import pickle
 import shutil
+from dataclasses import replace
 from pathlib import Path
 from types import ModuleType
 
@@ -46,9 +47,9 @@ AGENTS = {"eager": Eager}
         "goal_lines: got [7], expected a list of texts",
     ),
     "SOLUTION": (
-        "from dmplay import Solution\nSOLUTION = lambda problem: Solution('', '', [{'arm': {}}])",
+        "from dmplay import Solution\nSOLUTION = lambda problem: Solution('', '', [{'arm': []}])",
         "SOLUTION =",
-        "SOLUTION: returned rows with {}, expected texts, numbers and None",
+        "SOLUTION: returned a table with [], expected texts, numbers, None, tuples",
     ),
     "FIGURES": (
         "from dmplay import Figure, Plot\nFIGURES = {'arms': Figure('', lambda s: Plot('', [7]))}",
@@ -62,10 +63,10 @@ AGENTS = {"eager": Eager}
         "PUZZLE_GAMES: game 1: unknown seat 'arm'",
     ),
     "RULES_OF_THUMB": (
-        "from dmplay.tutor.rules_of_thumb import RuleOfThumb\n"
+        "from dmplay import RuleOfThumb\n"
         "RULES_OF_THUMB = [RuleOfThumb('pull the last arm', lambda position: 3)]",
         "RULES_OF_THUMB =",
-        "RULES_OF_THUMB: rule of thumb 'pull the last arm': got 3, expected None or 0 to 2",
+        "RULES_OF_THUMB: rule of thumb 'pull the last arm': got 3, expected None, the name",
     ),
     "REASONS": (
         "REASONS = lambda position, action: 'it pays'",
@@ -102,8 +103,10 @@ def describe_answers(problem: Problem) -> dict[str, object]:
     hint_agent = agents.find_hint_provider(problem, AdviceQuestion(0, problem.horizon))
     assert hint_agent
     session = Session(problem, SeededUniforms(3), [None])
+    solution, belief = dmplay.solve(problem), [0.1, 0.2, 0.3, 0.4]
     return {
-        "solution": dmplay.solve(problem)._replace(method=""),
+        "solution": replace(solution, method=""),
+        "values": [*solution.action_values(belief), *solution.bounds(belief)],
         "hints": (hint_agent.name, hint_agent.basis),
         "agents": [*agents.load_roster(problem).agents],
         "situation": load_view_module(problem).describe_situation(session.view(0)),
@@ -131,7 +134,7 @@ def test_a_users_bandit_gives_the_same_answers_as_the_built_in_one(
 def test_equal_arms_are_all_best(users_bandit: str) -> None:
     for name in (users_bandit, "bandit"):
         problem = dmplay.load_problem(f"{name}:equal")
-        assert "a b c" in str(dmplay.solve(problem))
+        assert "a b c" in str(dmplay.solve(problem).rows)
 
 
 def test_an_import_error_in_any_file_of_a_folder_is_a_violation(tmp_path: Path) -> None:

@@ -196,7 +196,14 @@ def test_a_module_solves_its_problem_or_leaves_it_to_a_general_method(tmp_path: 
             "returned an invalid Solution, expected two",
         ),
         ("SOLUTION = lambda p: Solution('', '', [{1: 2}])", "returned an invalid Solution"),
-        ("SOLUTION = lambda p: Solution('', '', [{}, {'a': 2}])", ".* rows with the same columns"),
+        ("SOLUTION = lambda p: Solution('', '', [{}, {'a': 2}])", ".* rows with equal columns"),
+        (
+            "SOLUTION = lambda p: Solution('', '', [{'a': []}])",
+            "returned a table with \\[\\], expec",
+        ),
+        ("SOLUTION = lambda p: Solution('', agent=3)", "returned the agent 3, expected an agent: "),
+        ("SOLUTION = lambda p: Solution('', accuracy='exact')", "returned the accuracy 'exact', "),
+        ("SOLUTION = lambda p: Solution('', start_values=(1, 2))", "returned the start_values"),
     ],
 )
 def test_an_invalid_solution_of_a_module_is_named_in_one_line(source: str, message: str) -> None:
@@ -207,6 +214,27 @@ def test_an_invalid_solution_of_a_module_is_named_in_one_line(source: str, messa
         assert re.search(message, checked.stdout)
     with pytest.raises(BadParameter, match=rf"^\./broken\.py:\d+: SOLUTION: {message}"):
         dmplay.solve(dmplay.load_problem("./broken.py"))
+
+
+def test_the_agent_of_a_solution_is_checked_and_answers() -> None:
+    agent = "class Right(ConstantPolicy):\n    action = 1\n"
+    values = "    def action_values(self, memory):\n        return np.array([[0.0, 2.0]])\n"
+    imports = "from dmplay import ConstantPolicy, Solution\n"
+    line = "SOLUTION = lambda problem: Solution('by hand', agent={})\n"
+    Path("right.py").write_text(imports + WALK_SOURCE + agent + values + line.format("Right"))
+    solution = dmplay.solve(dmplay.load_problem("./right.py"))
+    start = solution.position().state
+    assert (solution.value(start), solution.best_actions(start)) == (2.0, ["right"])
+    assert run_dmplay(Path.cwd(), "check", "./right.py").returncode == 0
+    for source, message in [
+        (agent + line.format("Right"), "the agent Right has none"),
+        (line.format("dict"), "dict: cannot construct a policy"),
+        (line.format("'nobody'"), "unknown agent 'nobody'"),
+    ]:
+        Path("wrong.py").write_text(imports + WALK_SOURCE + source)
+        checked = run_dmplay(Path.cwd(), "check", "./wrong.py")
+        assert checked.returncode == 2
+        assert re.search(message, checked.stdout), checked.stdout
 
 
 def draw_text(running_game: Game, width: int = 80) -> str:

@@ -6,7 +6,13 @@ import pytest
 
 import dmplay
 from dmplay.agents.agents_by_method import build_roster_by_method
-from dmplay.evaluation.solutions.solve import SIMULATION, SOLUTIONS, load_solution_function
+from dmplay.cli import reports
+from dmplay.evaluation.solutions.solve import (
+    NAMED_SOLVERS,
+    SIMULATION,
+    SOLUTIONS,
+    load_solution_function,
+)
 from dmplay.registry.builtin_names import problem_names
 from dmplay.solvers.methods import FIT_TESTS, Method, find_fitting_method, list_fitting_methods
 
@@ -31,6 +37,10 @@ def test_class_and_size_of_a_problem_choose_its_methods(name: str) -> None:
 
 def test_every_method_has_a_test_and_a_solution_that_can_be_loaded() -> None:
     assert {*FIT_TESTS} == {*SOLUTIONS} == {*Method}
+    help_text = str(reports.solve.__annotations__["method"].__metadata__[0].help)
+    for name, (_, function) in NAMED_SOLVERS.items():
+        assert name in help_text
+        assert callable(load_solution_function(function))
     for name in (*SOLUTIONS.values(), SIMULATION):
         assert callable(load_solution_function(name))
 

@@ -236,9 +236,9 @@ RULE = 'RuleOfThumb("jump", lambda position: {})'
         ("PUZZLE_GAMES = 3", "PUZZLE_GAMES: got 3, expected a list of GameSetup"),
         (
             f"RULES_OF_THUMB = [{RULE}]".format(9),
-            "rule of thumb 'jump': got 9, expected None or 0 to 2",
+            "rule of thumb 'jump': got 9, expected None, the name of an action, or 0 to 2",
         ),
-        ("RULES_OF_THUMB = [RuleOfThumb('sit', choose_always('sit'))]", "unknown action 'sit'"),
+        ("RULES_OF_THUMB = [RuleOfThumb('sit', lambda _: 'sit')]", "unknown action 'sit'"),
         ("RULES_OF_THUMB = []", "no rule of thumb loses in it"),
     ],
 )
@@ -246,7 +246,7 @@ def test_invalid_rules_of_thumb_and_puzzle_games_are_refused(
     line: str, message: str, tmp_path: Path
 ) -> None:
     folder = Path(find_spec("dmplay.problems.crying_baby").submodule_search_locations[0])  # type: ignore
-    imports = "from dmplay.game.rules_of_thumb import RuleOfThumb, choose_always\n"
+    imports = "from dmplay import RuleOfThumb\n"
     file = tmp_path / "own.py"
     file.write_text(f"{(folder / 'rules.py').read_text()}{imports}{line}\n")
     with pytest.raises(DmplayError, match=message):

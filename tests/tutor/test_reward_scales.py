@@ -9,7 +9,7 @@ import pytest
 
 from dmplay.errors import BadParameter
 from dmplay.game.position import find_exact_agent
-from dmplay.game.rules_of_thumb import list_rules
+from dmplay.game.rules_of_thumb import apply_rule, list_rules
 from dmplay.tutor.answers import check_answer
 from dmplay.tutor.exercise import ExerciseRun
 from dmplay.tutor.game_checks import check_game_conditions
@@ -122,7 +122,7 @@ def test_rules_of_thumb_choose_the_same_on_a_scaled_copy(
         chosen = []
         for number in range(6):
             position = game.ask(hint_agent)
-            chosen += [rule.choose(position) for rule in list_rules(game.problem)]
+            chosen += [apply_rule(position, rule) for rule in list_rules(game.problem)]
             if not game.session.over:
                 actions: list[float | None] = [None] * len(game.problem.agents)
                 actions[0] = number % 2

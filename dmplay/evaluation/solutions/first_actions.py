@@ -59,9 +59,22 @@ def solve_first_actions(problem: Problem) -> Solution:
     )
     horizon = _count_planned_turns(agent)
     horizon_text = f", {format_count(horizon, 'turn')} left" if horizon else ""
-    value = format_value(float(q[0, legal].max()), problem.reward_scale)
-    summary = f"value {value} at the start{horizon_text}"
-    return Solution(f"agent {name}", summary, rows)
+    value = float(q[0, legal].max())
+    summary = f"value {format_value(value, problem.reward_scale)} at the start{horizon_text}"
+    return Solution(
+        f"agent {name}",
+        summary,
+        rows,
+        lambda problem, seat: agent,
+        Accuracy.EXACT,
+        start_values=(value,),
+    )
+
+
+def solve_by_point_based_bounds(problem: Problem) -> Solution:
+    """Return bounds on the value of each first action, by point-based planning."""
+    turns = resolve_horizon(problem.horizon) or (DEFAULT_TURNS if problem.discount >= 1.0 else None)
+    return _solve_bounds(PointBasedOptimalPolicy(problem, 0), turns)
 
 
 def _build_action_rows(
@@ -72,7 +85,7 @@ def _build_action_rows(
     for a, mark in zip(legal.tolist(), is_best, strict=True):
         row: Row = {"first": problem.format_action(0, a)}
         row |= {name: float(numbers[a]) for name, numbers in columns.items()}
-        rows.append(row | {"best": "*" if mark else ""})
+        rows.append(row | {"best": bool(mark)})
     return rows
 
 
@@ -129,4 +142,12 @@ def _solve_bounds(agent: PointBasedPolicy, turns: int | None) -> Solution:
         remedy = f"; the bounds of {marks.sum()} actions overlap{remedy}"
     beliefs = format_count(bounds.expanded_belief_count, "belief")
     summary = f"{format_bounds(bounds)}; {beliefs}{remedy}"
-    return Solution(f"point-based, {span}", summary, rows)
+    return Solution(
+        f"point-based, {span}",
+        summary,
+        rows,
+        lambda problem, seat: agent,
+        Accuracy.EXACT if bounds.has_all_vectors else Accuracy.LOWER_BOUND,
+        start_values=(bounds.lower_bound,),
+        start_bounds=(bounds.lower_bound, bounds.upper_bound),
+    )

@@ -1,10 +1,17 @@
 """Solutions of finite, fully observed problems in which one agent at a time decides."""
 
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import partial
 from math import ceil, log
 from typing import NamedTuple
 
 import numpy as np
 
+from dmplay.agents.base import SeatPolicy
+from dmplay.agents.fully_observable_problems import BackwardInductionPolicy
+from dmplay.agents.single_agent_planning import MdpOptimalPolicy, list_action_values
+from dmplay.core.action_values import Accuracy
 from dmplay.core.arrays import Ints, Reals
 from dmplay.core.best_actions import mark_best_actions
 from dmplay.core.problem import Problem, initial_state_distribution
@@ -13,7 +20,12 @@ from dmplay.core.text import format_count, format_upper_bound, format_value
 from dmplay.core.work_budget import ARRAY_CALL_WORK, Budget, scale_progress
 from dmplay.errors import BadParameter
 from dmplay.evaluation.solutions.options import resolve_horizon
-from dmplay.evaluation.solutions.solution import Row, Solution, format_action_names
+from dmplay.evaluation.solutions.solution import (
+    Row,
+    Solution,
+    list_marked_actions,
+    make_informed_agent,
+)
 from dmplay.solvers.mdp import (
     backward_induction,
     large_mdp_value_iteration,
@@ -42,7 +54,7 @@ def solve_mdp(problem: Problem) -> Solution:
         _check_planned_turns(problem, requested_turns)
         return solve_finite_horizon(problem)
     is_small = isinstance(problem.state_count, int) and problem.state_count <= MAX_LISTED_STATES
-    solution = solve_by_value_iteration(problem) if is_small else solve_infinite_horizon(problem)
+    solution = solve_small_mdp(problem) if is_small else solve_by_value_iteration(problem)
     if horizon is None:
         return solution
     span = format_count(horizon, "turn")
@@ -51,10 +63,12 @@ def solve_mdp(problem: Problem) -> Solution:
         value_text = f"the value of {span} takes too long to compute; try fewer turns"
     else:
         finite = solve_by_backward_induction(problem, effective_turns)
-        values = finite.get_values(effective_turns)
-        value_text = f"{format_start_values(problem, finite.graph, values)} with {span}"
-    return solution._replace(
-        method=f"{solution.method}, infinite horizon", result=f"{solution.result}; {value_text}"
+        values = average_start_values(problem, finite.graph, finite.get_values(effective_turns))
+        value_text = f"{format_start_values(problem, values)} with {span}"
+    return replace(
+        solution,
+        method=f"{solution.method}, infinite horizon",
+        result=f"{solution.result}; {value_text}",
     )
 
 
@@ -77,8 +91,11 @@ def _effective_horizon(discount: float) -> int:
     return ceil(log(CONVERGENCE_THRESHOLD) / log(discount)) if discount else 1
 
 
-def solve_by_value_iteration(problem: Problem) -> Solution:
-    """Return the values and best actions of every state, by value iteration."""
+def solve_small_mdp(problem: Problem) -> Solution:
+    """Return the values and best actions of every state, by value and policy iteration.
+
+    The values are those of policy iteration, and the sweeps of value iteration confirm them.
+    """
     tables = tabulate(problem)
     values = np.zeros(len(tables.transition))
     done, change, threshold = 0, np.inf, CONVERGENCE_THRESHOLD * problem.reward_scale
@@ -90,29 +107,50 @@ def solve_by_value_iteration(problem: Problem) -> Solution:
         values = next_values
         done += 1
     q = mdp_values.compute_optimal_q(tables, problem.discount)
-    best = q.max(axis=1)
-    states = problem.enumerate_states()
-    legal = problem.legal_actions_mask(states)
-    if legal is not None:  # Without a legal action the game is over.
-        q = np.where(legal[:, 0] | ~legal[:, 0].any(axis=1, keepdims=True), q, -np.inf)
-    rows: list[Row] = [
-        {
-            "state": problem.format_state(s),
-            "value": float(row.max()),
-            "best": format_action_names(problem, mark_best_actions(row, problem.reward_scale)),
-        }
-        for s, row in zip(states, q, strict=True)
-    ]
     if problem.discount < 1.0 and change >= threshold:  # Sweeps converge too slowly.
-        residual = abs(mdp_values.compute_action_values(tables, problem.discount, best) - q).max()
-        error = float(residual) / (1.0 - problem.discount)
-        precision = f"error at most {format_upper_bound(error)}" if error else "exact"
-        return Solution("policy iteration", precision, rows)
+        return _list_policy_iteration_values(problem, q)
     change_text = f"below {threshold:.2g}" if change < threshold else f"{change:.3g}"
     summary = f"last change {change_text} after {format_count(done, 'sweep')}"
     if problem.discount < 1.0:
-        summary += f"; {abs(best - values).max():.1g} away from policy iteration"
-    return Solution("value iteration", summary, rows)
+        summary += f"; {abs(q.max(axis=1) - values).max():.1g} away from policy iteration"
+    return _make_mdp_solution(problem, "value iteration", summary, q)
+
+
+def solve_by_policy_iteration(problem: Problem) -> Solution:
+    """Return the values and best actions of every state, by policy iteration."""
+    if problem.discount == 1.0:
+        raise BadParameter("policy iteration: got discount 1, expected a discount below 1")
+    q = mdp_values.compute_optimal_q(tabulate(problem), problem.discount)
+    return _list_policy_iteration_values(problem, q)
+
+
+def _list_policy_iteration_values(problem: Problem, q: Reals) -> Solution:
+    """Return the solution with Q `[S, A]` of policy iteration, and its largest error."""
+    next_q = mdp_values.compute_action_values(tabulate(problem), problem.discount, q.max(axis=1))
+    error = float(abs(next_q - q).max()) / (1.0 - problem.discount)
+    precision = f"error at most {format_upper_bound(error)}" if error else "exact"
+    return _make_mdp_solution(problem, "policy iteration", precision, q, error)
+
+
+def _make_mdp_solution(
+    problem: Problem, method: str, summary: str, q: Reals, error: float = 0.0
+) -> Solution:
+    """Return the solution that lists the values and best actions of all states, by Q `[S, A]`."""
+    states = problem.enumerate_states()
+    legal = problem.legal_actions_mask(states)
+    legal_q = q
+    if legal is not None:  # Without a legal action the game is over.
+        legal_q = np.where(legal[:, 0] | ~legal[:, 0].any(axis=1, keepdims=True), q, -np.inf)
+    table = [
+        {
+            "state": problem.format_state(s),
+            "value": float(row.max()),
+            "best": list_marked_actions(problem, mark_best_actions(row, problem.reward_scale)),
+        }
+        for s, row in zip(states, legal_q, strict=True)
+    ]
+    agent = make_informed_agent(MdpOptimalPolicy, {"_q": q})
+    return Solution(method, summary, table, agent, Accuracy.EXACT, error)
 
 
 class _GraphValues(NamedTuple):
@@ -124,26 +162,42 @@ class _GraphValues(NamedTuple):
     decider_q: Reals  # [R], of each joint action to the seat that decides
 
 
-def solve_infinite_horizon(problem: Problem) -> Solution:
-    """Return the values and best actions of one agent in many states, infinite horizon."""
+def solve_by_value_iteration(problem: Problem) -> Solution:
+    """Return the values and best actions of one agent, infinite horizon, by value iteration.
+
+    The states are swept backward from the terminal ones; there may be millions.
+    """
     with scale_progress(0.0, 0.3):
         graphs = [transition_graph.build_full_graph(problem)]
     run_value_iteration = large_mdp_value_iteration.run_backward_value_iteration
     with scale_progress(0.3, 1.0):
         optimum = run_value_iteration(graphs.pop(), problem.discount)
-    state_graph = optimum.graph
-    single_seat = np.zeros(len(state_graph.states), np.int64)
-    graph_values = _GraphValues(state_graph, optimum.values[:, None], single_seat, optimum.q)
-    gap = format_upper_bound(optimum.gap)
+    state_graph, gap = optimum.graph, format_upper_bound(optimum.gap)
     precision = f"error at most {gap}" if optimum.gap else "exact"
     if problem.discount == 1.0:
         precision = f"last change {gap}"
-    value = format_start_values(problem, state_graph, graph_values.values)
-    summary = f"{value}, {precision}, {format_count(optimum.sweep_count, 'sweep')}"
+    single_seat = np.zeros(len(state_graph.states), np.int64)
+    graph_values = _GraphValues(state_graph, optimum.values[:, None], single_seat, optimum.q)
+    start_values = average_start_values(problem, state_graph, graph_values.values)
+    value_text = format_start_values(problem, start_values)
     method = f"value iteration over {format_count(len(state_graph.states), 'state')}"
     if len(state_graph.nonterminal_states) < len(state_graph.states):
         method += ", backward from the terminal states"
-    return Solution(method, summary, _build_state_rows(problem, graph_values))
+
+    def make_agent(problem: Problem, seat: int) -> SeatPolicy:
+        """Return the agent with these values."""
+        q = list_action_values(problem, optimum)
+        return make_informed_agent(MdpOptimalPolicy, {"_q": q})(problem, seat)
+
+    return Solution(
+        method,
+        f"{value_text}, {precision}, {format_count(optimum.sweep_count, 'sweep')}",
+        _build_state_rows(problem, graph_values),
+        make_agent,
+        Accuracy.EXACT,
+        optimum.gap,
+        start_values,
+    )
 
 
 def solve_finite_horizon(problem: Problem) -> Solution:
@@ -163,16 +217,31 @@ def solve_finite_horizon(problem: Problem) -> Solution:
     if names:
         precision += f" if {names} at a tie chooses the first best action, on which others depend"
     span = "infinite horizon" if horizon is None else format_count(horizon, "turn")
-    method = f"backward induction over {format_count(len(next_values), 'state')}, {span}"
-    value_text = format_start_values(problem, result.graph, values)
-    return Solution(method, f"{value_text}, {precision}", _build_state_rows(problem, graph_values))
+    start_values = average_start_values(problem, result.graph, values)
+    is_alone = len(problem.agents) == 1 and horizon is not None
+    return Solution(
+        f"backward induction over {format_count(len(next_values), 'state')}, {span}",
+        f"{format_start_values(problem, start_values)}, {precision}",
+        _build_state_rows(problem, graph_values),
+        partial(MdpOptimalPolicy if is_alone else BackwardInductionPolicy, horizon=horizon or 0),
+        Accuracy.EXACT,
+        result.gap,
+        start_values,
+    )
 
 
-def format_start_values(problem: Problem, state_graph: TransitionGraph, values: Reals) -> str:
-    """Return a text with the value of the start to each agent, from values `[S, n]`."""
+def average_start_values(
+    problem: Problem, state_graph: TransitionGraph, values: Reals
+) -> tuple[float, ...]:
+    """Return the value of the start to each agent, from values `[S, n]`."""
     probabilities, states = initial_state_distribution(problem)
     means = probabilities @ values[state_graph.find_state_indices(problem, states)]
-    texts = [format_value(mean, problem.reward_scale) for mean in means.tolist()]
+    return tuple(means.tolist())
+
+
+def format_start_values(problem: Problem, start_values: Sequence[float]) -> str:
+    """Return a text with the value of the start to each agent."""
+    texts = [format_value(value, problem.reward_scale) for value in start_values]
     if len(texts) == 1:
         return f"value {texts[0]} at the start"
     value_list = ", ".join(map("{} for {}".format, texts, problem.agents))
@@ -208,9 +277,9 @@ def _build_state_row(problem: Problem, graph_values: _GraphValues, state_index: 
         mask[state_graph.joint_actions[action_rows, deciding_seat][is_best]] = True
     state_values = graph_values.values[state_index].tolist()
     if len(state_values) == 1:
-        return row | {"value": state_values[0], "best": format_action_names(problem, mask)}
+        return row | {"value": state_values[0], "best": list_marked_actions(problem, mask)}
     value_columns = {
         f"value {agent}": value for agent, value in zip(problem.agents, state_values, strict=True)
     }
     row |= value_columns | {"to decide": problem.agents[deciding_seat] if mask.any() else ""}
-    return row | {"best": format_action_names(problem, mask, deciding_seat)}
+    return row | {"best": list_marked_actions(problem, mask, deciding_seat)}

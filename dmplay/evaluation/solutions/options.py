@@ -21,6 +21,7 @@ class SolveOptions:
     turns: int | None = None
     workers: WorkerCount | None = None
     work: float | None = None  # times the default, for bounds on values
+    method: str = ""  # the name of a solver; '' for the first one that fits
     used_options: set[str] = field(default_factory=set)  # names of the options that had an effect
 
     def check_options_used(self, method_name: str) -> None:

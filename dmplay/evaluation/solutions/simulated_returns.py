@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from dmplay.agents.search import TreeSearch
+from dmplay.core.action_values import Accuracy
 from dmplay.core.arrays import Ints, Reals
 from dmplay.core.policy import Policy
 from dmplay.core.problem import Problem
@@ -103,9 +104,11 @@ def solve_by_simulation(problem: Problem, agents: Sequence[str] = ()) -> Solutio
     game_text = format_count(len(simulated.turns), "game")
     length_text = append_noun(format_score(simulated.turns.mean()), "turn")
     summary = f"{game_text} with seed {SIMULATION_SEED}, {length_text} on average"
-    simulation = f"a simulation of {_describe_agents(names)}"
-    method = f"not a solution, but {simulation}, because dmplay has no exact solution for it"
-    return Solution(method, summary, rows)
+    method = f"a simulation of {_describe_agents(names)}"
+    if not get_solve_options().method:
+        method = f"not a solution, but {method}, because dmplay has no exact solution for it"
+    means = tuple(simulated.returns.mean(axis=0).tolist())
+    return Solution(method, summary, rows, accuracy=Accuracy.ESTIMATED, start_values=means)
 
 
 def _describe_agents(names: Sequence[str]) -> str:

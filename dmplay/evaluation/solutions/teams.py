@@ -1,10 +1,13 @@
 """Solutions of problems of several agents with hidden states, and upper bounds."""
 
 from collections.abc import Iterable
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 
+from dmplay.agents.dec_pomdp import JointPlan
+from dmplay.core.action_values import Accuracy
 from dmplay.core.arrays import Reals
 from dmplay.core.problem import Problem
 from dmplay.core.spaces import Labels
@@ -45,7 +48,15 @@ def solve_joint_plans(problem: Problem) -> Solution:
     method = "the best joint plan found"
     if solution.is_optimal:
         method = "multi-agent A* over joint plans"
-    return Solution(method, summary, rows[:MAX_LISTED_NODES])
+    return Solution(
+        method,
+        summary,
+        rows[:MAX_LISTED_NODES],
+        partial(JointPlan, horizon=turn_count),
+        Accuracy.EXACT if solution.is_optimal else Accuracy.LOWER_BOUND,
+        start_values=(solution.value,) * len(problem.agents),
+        start_bounds=(solution.value, solution.upper_bound),
+    )
 
 
 def _build_node_row(  # noqa: PLR0913 - they identify the node
@@ -57,7 +68,7 @@ def _build_node_row(  # noqa: PLR0913 - they identify the node
     labels = problem.observations[seat]
     assert isinstance(labels, Labels)
     next_nodes = zip(labels, layer.next_nodes[node], strict=True)
-    row["then"] = "" if last else " ".join(f"{label}:{target}" for label, target in next_nodes)
+    row["then"] = {} if last else {label: int(target) for label, target in next_nodes}
     return row
 
 

@@ -6,7 +6,6 @@ from dmplay.game.rules_of_thumb import (
     TRUST_LAST_OBSERVATION,
     TRUST_LIKELIEST,
     RuleOfThumb,
-    choose_always,
     get_last_observation,
 )
 
@@ -18,7 +17,7 @@ def _repeat_success(position: Position) -> int | None:
 
 
 RULES_OF_THUMB = [
-    RuleOfThumb("throw the farthest, as it pays most", choose_always("100")),
+    RuleOfThumb("throw the farthest, as it pays most", lambda _: "100"),
     RuleOfThumb("repeat the last throw if it was caught", _repeat_success),
     TAKE_BEST_REWARD,
     TRUST_LIKELIEST,

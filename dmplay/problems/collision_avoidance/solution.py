@@ -2,10 +2,12 @@
 
 import numpy as np
 
+from dmplay.core.action_values import Accuracy
 from dmplay.core.best_actions import mark_best_actions
 from dmplay.core.problem import Problem
-from dmplay.evaluation.solutions.solution import Row, Solution, format_action_names
+from dmplay.evaluation.solutions.solution import Row, Solution, list_marked_actions
 
+from .agents import Optimal
 from .grid import compute_optimal_q, interpolate_values
 
 
@@ -17,10 +19,10 @@ def solve_collision_avoidance(problem: Problem) -> Solution:
         for h in (0.0, 100.0):
             state = np.array([[h, 0.0, 0.0, float(time)]])
             values = interpolate_values(q, time, state)[0]
-            best = format_action_names(problem, mark_best_actions(values))
+            best = list_marked_actions(problem, mark_best_actions(values))
             rows.append({"seconds": time, "height": h, "value": float(values.max()), "best": best})
     summary = "21 heights x 21 rates x 3 advisories x 41 seconds; listed: level flight, no advisory"
-    return Solution("backward induction on a grid", summary, rows)
+    return Solution("backward induction on a grid", summary, rows, Optimal, Accuracy.ESTIMATED)
 
 
 SOLUTION = solve_collision_avoidance

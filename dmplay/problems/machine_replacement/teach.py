@@ -5,11 +5,10 @@ from dmplay.game.rules_of_thumb import (
     TRUST_LAST_OBSERVATION,
     TRUST_LIKELIEST,
     RuleOfThumb,
-    choose_always,
 )
 
 RULES_OF_THUMB = [
-    RuleOfThumb("manufacture, as it earns most", choose_always("manufacture")),
+    RuleOfThumb("manufacture, as it earns most", lambda _: "manufacture"),
     TAKE_BEST_REWARD,
     TRUST_LIKELIEST,
     TRUST_LAST_OBSERVATION,

@@ -2,12 +2,13 @@
 
 import numpy as np
 
+from dmplay.core.action_values import Accuracy
 from dmplay.core.arrays import Reals
 from dmplay.core.best_actions import mark_best_actions, select_greedy_actions
 from dmplay.core.problem import Problem
 from dmplay.core.text import format_count
 from dmplay.core.work_budget import ARRAY_CALL_WORK, Budget
-from dmplay.evaluation.solutions.solution import Row, Solution, format_action_names
+from dmplay.evaluation.solutions.solution import Row, Solution, list_marked_actions
 
 from . import agents
 
@@ -24,7 +25,7 @@ def solve_mountain_car(problem: Problem) -> Solution:
         {
             "start": problem.format_state(s),
             "value": float(row.max()),
-            "best": format_action_names(problem, mark_best_actions(row)),
+            "best": list_marked_actions(problem, mark_best_actions(row)),
             "turns driven": turns,
         }
         for s, row, turns in zip(starts, q, _count_driven_turns(problem, starts), strict=True)
@@ -34,7 +35,8 @@ def solve_mountain_car(problem: Problem) -> Solution:
     summary = (
         f"{positions} x {speeds} points; last change {grid_values.last_change:.1g} after {sweeps}"
     )
-    return Solution("value iteration on an interpolated grid", summary, rows)
+    method = "value iteration on an interpolated grid"
+    return Solution(method, summary, rows, agents.Optimal, Accuracy.ESTIMATED)
 
 
 def _count_driven_turns(problem: Problem, s: Reals) -> list[int | None]:

@@ -1,7 +1,7 @@
 """Rules of thumb of the prisoner's dilemma, and the games of its puzzles."""
 
 from dmplay.game.position import Position
-from dmplay.game.rules_of_thumb import RuleOfThumb, choose_always, get_last_actions
+from dmplay.game.rules_of_thumb import RuleOfThumb, get_last_actions
 from dmplay.tutor.puzzle_mining import GameSetup
 
 
@@ -26,8 +26,8 @@ RULES_OF_THUMB = [
         "repeat your last action if the other cooperated, else change it (win-stay, lose-shift)",
         _win_stay_lose_shift,
     ),
-    RuleOfThumb("cooperate, whatever the other does", choose_always("cooperate")),
-    RuleOfThumb("defect, as it pays more in each single round", choose_always("defect")),
+    RuleOfThumb("cooperate, whatever the other does", lambda _: "cooperate"),
+    RuleOfThumb("defect, as it pays more in each single round", lambda _: "defect"),
 ]
 PUZZLE_GAMES = [
     GameSetup({"agent2": name})

@@ -4,12 +4,7 @@ import numpy as np
 
 from dmplay.agents.base import SeatPolicy
 from dmplay.game.position import Position
-from dmplay.game.rules_of_thumb import (
-    MIN_PROBABILITY_DIFFERENCE,
-    RuleOfThumb,
-    choose_always,
-    get_last_actions,
-)
+from dmplay.game.rules_of_thumb import MIN_PROBABILITY_DIFFERENCE, RuleOfThumb, get_last_actions
 from dmplay.registry import agents
 from dmplay.tutor.puzzle_mining import GameSetup
 
@@ -32,7 +27,7 @@ def _play_pure_equilibrium(position: Position) -> int | None:
 
 RULES_OF_THUMB = [
     RuleOfThumb("claim one less than the other's last claim", _undercut_last_claim),
-    RuleOfThumb("claim the highest amount", choose_always("100")),
+    RuleOfThumb("claim the highest amount", lambda _: "100"),
     RuleOfThumb(
         "play the Nash equilibrium, from which no agent gains by a change of its own",
         _play_pure_equilibrium,

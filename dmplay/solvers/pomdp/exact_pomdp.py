@@ -115,6 +115,12 @@ def solve_infinite_horizon(tables: Tables, discount: float) -> AlphaVectorStage:
     return stage._replace(gap=gap).multiply_values(scale)
 
 
+@memoize
+def find_infinite_horizon_stage(problem: Problem) -> AlphaVectorStage:
+    """Return the cached alpha vectors of a problem with an infinite horizon."""
+    return solve_infinite_horizon(tabulate(problem), problem.discount)
+
+
 def _scale_rewards(tables: Tables) -> tuple[Tables, float]:
     """Return tables whose largest reward is about 1 if it is smaller, and the scale removed.
 
