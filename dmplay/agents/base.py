@@ -175,6 +175,20 @@ class SeatPolicy(Policy):
         """
         return None
 
+    def state_belief(self, memory: Memory) -> Reals | None:
+        """Return the beliefs `[B, S]` over the states of the problem; None if it has none."""
+        return self.current_belief(memory)
+
+    def replace_state_belief(self, memory: Memory, belief: Reals) -> Memory | None:
+        """Return the memory of one row as if the belief over states were `belief` `[S]`.
+
+        None if its values are not those of a belief.
+        """
+        current = self.current_belief(memory)
+        if current is None or not memory or memory[0].shape != (1, len(belief)):
+            return None
+        return (belief[None], *memory[1:])
+
     def expected_reward(self, memory: Memory, action: int) -> float:
         """Return the expected reward of an action, in the model of `forecast_observations`."""
         raise NotImplementedError

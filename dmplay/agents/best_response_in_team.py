@@ -119,6 +119,22 @@ class PartnerBeliefPolicy(BeliefPolicy):
         """Return None, as the values depend on the partner's node too."""
         return None
 
+    def state_belief(self, memory: Memory) -> Reals:
+        """Return the beliefs `[B, S]` over the states, beside this partner."""
+        return np.asarray(self.split_nodes(memory[0]).sum(axis=1))
+
+    def replace_state_belief(self, memory: Memory, belief: Reals) -> Memory:
+        """Return the memory of one row as if the belief over states were `belief` `[S]`.
+
+        In each state, the partner's nodes keep their probabilities. In a state that was impossible
+        before, they have those of all states together.
+        """
+        (nodes,) = self.split_nodes(memory[0])
+        totals = nodes.sum(axis=0)
+        shares = np.where(totals > 0.0, nodes / np.where(totals > 0.0, totals, 1.0), 0.0)
+        shares = np.where(totals > 0.0, shares, nodes.sum(axis=1, keepdims=True))
+        return ((shares * belief).reshape(1, -1), *memory[1:])
+
     def _update_beliefs(self, beliefs: Reals, turn_index: int) -> Reals:
         """Return the beliefs `[R, N * S]` after the same action and observation in each row.
 

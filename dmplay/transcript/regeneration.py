@@ -35,7 +35,7 @@ def format_session(header: Header, session: Session) -> str:
         rows.append(format_lines({"help": dict(session.hint_counts)}))
     for number, turn in enumerate(session.turns, 1):
         if number in session.reroll_counts:  # The file also has the turn before its reroll.
-            replayed.advance(turn.actions.tolist())
+            replayed.advance(turn.actions.tolist(), stated_beliefs=turn.stated_beliefs)
             rows += [formatter.format_turn()]
             replayed.undo()
             replayed.reroll_counts[number] = session.reroll_counts[number]
