@@ -228,8 +228,9 @@ def list_aids(transcript: Transcript) -> tuple[str, ...]:
         format_count(kinds["reroll"], "reroll"): kinds["reroll"],
         "shown hidden states": header.peeked or header.reveal,
         "a ghost": ghosts,
-        "the same random numbers as an earlier game": repeats and header.branched is None,
-        "a start in the middle of another game": header.branched is not None,
+        "the same random numbers as an earlier game": (repeats and header.branched is None)
+        or header.branched == 0,
+        "a start in the middle of another game": bool(header.branched),
     }
     return tuple(text for text, applies in texts.items() if applies)
 
@@ -243,7 +244,7 @@ def can_earn_medal(game: GameWithRecord) -> bool:
     if request is None or request.lesson_goal or request.is_guided:
         return False
     is_alone = [*game.player_names].count(HUMAN_PLAYER) == 1
-    return is_alone and not (request.reveal or request.branched)
+    return is_alone and not (request.reveal or request.branched is not None)
 
 
 def find_standing(game: GameWithRecord) -> Standing:

@@ -2,6 +2,7 @@
 
 from math import ceil
 
+from dmplay.core.action_values import Accuracy
 from dmplay.core.text import format_reward
 from dmplay.game.game import Game
 from dmplay.game.hints.review import ReviewedAction
@@ -46,9 +47,11 @@ def _mark_choice(move: ReviewedAction, log_mark: str) -> str:
     not_judged, right, lost_little, lost_much, lost_very_much = [*LOSS_MARKS]
     if log_mark:
         return lost_very_much if log_mark == "??" else lost_much
-    if move.is_too_close or move.regret is None:
-        return not_judged
-    return lost_little if move.is_mistake else right
+    if move.lost_something:
+        return lost_little
+    is_rating = move.basis.accuracy is Accuracy.RATING
+    is_known = (move.regret is not None or is_rating) and not move.is_too_close
+    return right if is_known else not_judged
 
 
 def _format_marks(game: Game, *, ascii_only: bool) -> str:

@@ -94,6 +94,22 @@ class ReviewedAction(NamedTuple):
         return self.discount_factor * (self.regret or 0.0)
 
     @property
+    def loss(self) -> float:
+        """The discounted regret, or how much lower a choice is rated than the best action.
+
+        It is 0 if nothing judges the choice.
+        """
+        is_rating = self.basis.accuracy is Accuracy.RATING and self.regret is None
+        if not is_rating or self.is_too_close or self.chosen in self.best:
+            return self.discounted_regret
+        return max(self.values.values()) - self.values[self.chosen]
+
+    @property
+    def lost_something(self) -> bool:
+        """True if the choice was a mistake, or is rated clearly lower than the best action."""
+        return self.is_mistake or (self.regret is None and self.loss > 0)
+
+    @property
     def regret_range(self) -> tuple[float, float] | None:
         """The lower and the upper bound of the regret, equal if it is known; None if unknown."""
         return self.regret_bounds if self.regret is None else (self.regret, self.regret)
@@ -144,7 +160,8 @@ class ReviewedAction(NamedTuple):
         if self.chosen in self.best:
             rank = "the action of the best bound" if self.basis.accuracy.is_bound else BEST_ACTION
             return f"{beginning}, {rank}{regret * (self.regret is None)}. {values_text}"
-        return f"{beginning}, best action: {' or '.join(self.best)}{regret}. {values_text}"
+        best = "action of the best bound" if self.basis.accuracy.is_bound else "best action"
+        return f"{beginning}, {best}: {' or '.join(self.best)}{regret}. {values_text}"
 
 
 def format_range(bounds: tuple[float, float], decimal_count: int) -> str:

@@ -154,15 +154,15 @@ class GameTimeline(Game):
 
     @property
     def _turn_regrets(self) -> list[float]:
-        """The discounted regret of each turn, summed over the human seats."""
-        return [sum(move.discounted_regret for move in moves) for moves in self._moves_by_turn]
+        """The loss in each turn, summed over the human seats."""
+        return [sum(move.loss for move in moves) for moves in self._moves_by_turn]
 
     @property
     def worst_turns(self) -> list[int]:
         """The numbers of the turns with the largest regrets, the largest first."""
         regrets, moves = self._turn_regrets, self._moves_by_turn
         ranked = sorted(range(self.turn_count), key=lambda turn: (-regrets[turn], turn))
-        costly = [turn for turn in ranked if any(move.is_mistake for move in moves[turn])]
+        costly = [turn for turn in ranked if any(move.lost_something for move in moves[turn])]
         return [turn + 1 for turn in costly[:MAX_WORST_TURNS]]
 
     @property
@@ -171,7 +171,8 @@ class GameTimeline(Game):
         moves = [move for moves in self._moves_by_turn for move in moves]
         if any(move.basis.accuracy.is_bound for move in moves):
             return "no choice is judged, because only bounds are known; ← and → show each turn"
-        if moves and all(move.regret is not None for move in moves):
+        ratings = [move for move in moves if move.basis.accuracy is Accuracy.RATING]
+        if moves and all(move.regret is not None or move in ratings for move in moves):
             are_clear = not any(move.is_too_close for move in moves)
             clear = "every choice was right" if are_clear else "no choice clearly lost anything"
             return f"nothing to improve: {clear}"
@@ -230,6 +231,8 @@ def _describe_choice(move: ReviewedAction, *, shows_discounted: bool) -> str:
         rank = "the action of the best bound" if move.basis.accuracy.is_bound else rank
         return f"chose {move.chosen}, {review.append_game(rank, move.basis.scope)}"
     best = " or ".join(move.best)
+    if move.basis.accuracy.is_bound:
+        return f"chose {move.chosen}; {best} has the best bound, which does not judge a choice"
     if move.basis.accuracy is Accuracy.RATING:
         return f"chose {move.chosen}; {best} was rated higher"
     gain = ""
