@@ -171,6 +171,20 @@ def test_an_agent_handed_in_as_a_person_is_detected_by_its_actions(
     assert (grades["agent"].occupant, grades["agent"].regret) == ("optimal", None)
 
 
+@pytest.mark.parametrize("player", ["human", "mcp", "bot:walk"])
+def test_people_language_models_and_programs_have_the_same_regret(
+    tmp_path: Path, player: str
+) -> None:
+    path = tmp_path / "g.dmt"
+    record_game(path, ("e", "e", "e"), turns=3, player="Ada")
+    edit_transcript(path, '"human"', f'"{player}"')
+    (grade,) = grade_files([path]).grades
+    regrets = [move.discounted_regret for move in dmplay.review(path)]
+    assert (grade.occupant, grade.best_count) == (player, regrets.count(0.0))
+    assert grade.regret == pytest.approx(sum(regrets))
+    assert sum(regrets) > 0
+
+
 def test_marks_show_ghosts_revealed_states_and_branches(grades: dict[str, Grade]) -> None:
     assert grades["ghost"].remarks == ("ghost random",)
     assert grades["left"].remarks == ("hidden state shown",)

@@ -144,3 +144,7 @@ def test_a_users_agent_that_values_real_numbers_reviews_them(tmp_path: Path) -> 
     states = [game.session.initial_state, *(turn.state for turn in game.session.turns)]
     lost = [(push - float(s[0])) ** 2 for push, s in zip([0.25, 0.5, 1.0], states, strict=False)]
     assert [move.regret for move in moves] == pytest.approx(lost, abs=1e-7)
+    problem = game.session.problem
+    agent = dmplay.load_agent(problem, 0, "random")
+    result = dmplay.run(problem, [agent], episodes=20, regret=True)
+    assert result.rollout.regrets[:, 0, 1, 0] == pytest.approx(-result.rollout.total_rewards[:, 0])

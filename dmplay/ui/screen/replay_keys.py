@@ -97,9 +97,11 @@ def _go_to_worst_choice(screen: PlayScreen, playback: Playback) -> None:
 
 def _leave_to_learn(screen: PlayScreen, playback: Playback) -> None:
     """Leave the replay to find better actions; raise BadParameter if no mistake is known."""
-    is_played_by_people = bool(list_human_seats(playback.player_names))
-    if not is_played_by_people:
+    human_seats = list_human_seats(playback.player_names)
+    if not human_seats:
         raise BadParameter("M: no person played in this game")
+    if not any(playback.problem.actions[seat].labels for seat in human_seats):
+        raise BadParameter("M: there is no list of actions to ask for")
     timeline = prepare_timeline(screen, playback)
     if not timeline.worst_turns:
         raise BadParameter(f"M: {timeline.no_worst_turn_reason}")
