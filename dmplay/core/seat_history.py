@@ -15,10 +15,13 @@ T = TypeVar("T")
 
 
 class HistorySnapshot(Sequence[T]):
-    """The items of a list at one moment; items that are appended later are not included."""
+    """The items of a list at one moment; items that are appended later are not included.
 
-    def __init__(self, items: list[T]) -> None:
-        self._items, self._length = items, len(items)
+    There are `length` of them, by default all.
+    """
+
+    def __init__(self, items: list[T], length: int | None = None) -> None:
+        self._items, self._length = items, len(items) if length is None else length
 
     def __len__(self) -> int:
         return self._length
@@ -64,9 +67,10 @@ class BeliefHistory(HistorySnapshot[Reals]):
     They are computed from the seat's history alone.
     """
 
-    def __init__(self, problem: Problem, seat: int, history: SeatHistory) -> None:
-        super().__init__(history.beliefs)
-        self._length = len(history.observations)
+    def __init__(
+        self, problem: Problem, seat: int, history: SeatHistory, length: int | None = None
+    ) -> None:
+        super().__init__(history.beliefs, len(history.observations) if length is None else length)
         self._problem, self._seat, self._history = problem, seat, history
 
     @overload

@@ -139,6 +139,64 @@ def belief_size(problem: Problem) -> float:
     return problem.state_count if labelled else math.inf
 
 
+def has_visible_beliefs(problem: Problem) -> bool:
+    """Return whether views show beliefs: the states are hidden, finite and few enough."""
+    if isinstance(problem, Tabular):
+        return belief_size(problem) <= MAX_TABULAR_BELIEF_STATES
+    has_fast_update = type(problem).joint_belief_update is not Problem.joint_belief_update
+    return belief_size(problem) <= (
+        MAX_FAST_BELIEF_STATES if has_fast_update else MAX_LISTED_STATES
+    )
+
+
+def list_action_labels(problem: Problem, seat: int, state: Array) -> Labels:
+    """Return the labels of a seat's actions in a state; empty if actions are real numbers."""
+    state_labels = problem.action_labels(state)
+    return state_labels[seat] if state_labels else problem.actions[seat].labels
+
+
+def make_view(  # noqa: PLR0913 - a view has these parts
+    problem: Problem,
+    seat: int,
+    history: SeatHistory,
+    legal_actions_mask: Bools | None,
+    *,
+    turns: int | None = None,
+    turn_limit: int | None,
+    rewards_visible: bool,
+    shows_belief: bool,
+    end_reason: str | None = None,
+    current_labels: Labels | None = None,
+    player_label: str = View.player_label,
+) -> View[Problem]:
+    """Return the view of a seat from its history, up to a turn or with all turns.
+
+    `current_labels` are the current labels of its actions, if they may depend on the state.
+    """
+    count = len(history.actions) if turns is None else turns
+    joint_actions = None
+    if not problem.partially_observable:
+        joint_actions = HistorySnapshot(history.joint_actions, count)
+    has_labels = bool(history.action_labels)
+    # Labels are passed only if this seat's differ, not if those of another seat do.
+    has_state_labels = current_labels not in (None, problem.actions[seat].labels)
+    return View(
+        problem=problem,
+        seat=seat,
+        observations=HistorySnapshot(history.observations, count + 1),
+        actions=HistorySnapshot(history.actions, count),
+        joint_actions=joint_actions,
+        rewards=HistorySnapshot(history.rewards, count) if rewards_visible else None,
+        legal_actions_mask=legal_actions_mask,
+        beliefs=BeliefHistory(problem, seat, history, count + 1) if shows_belief else None,
+        end_reason=end_reason,
+        turn_limit=turn_limit,
+        state_action_labels=current_labels if has_state_labels else None,
+        past_action_labels=HistorySnapshot(history.action_labels, count * has_labels),
+        player_label=player_label,
+    )
+
+
 class _CurrentFacts(NamedTuple):
     """The facts about the current state, cached because front ends read them often."""
 
@@ -246,8 +304,7 @@ class Session(NotebookDisplay):
 
     def action_labels(self, seat: int) -> Labels:
         """Return the current action labels of a seat; empty if actions are real numbers."""
-        state_labels = self.problem.action_labels(self.state)
-        return state_labels[seat] if state_labels else self.problem.actions[seat].labels
+        return list_action_labels(self.problem, seat, self.state)
 
     def format_action(self, seat: int, action: float) -> str:
         """Return the current label of an action, or its number as text."""
@@ -406,11 +463,7 @@ class Session(NotebookDisplay):
     @cached_property
     def has_visible_beliefs(self) -> bool:
         """True if views show beliefs: the states are hidden, finite and few enough."""
-        if isinstance(self.problem, Tabular):
-            return belief_size(self.problem) <= MAX_TABULAR_BELIEF_STATES
-        has_fast_update = type(self.problem).joint_belief_update is not Problem.joint_belief_update
-        max_states = MAX_FAST_BELIEF_STATES if has_fast_update else MAX_LISTED_STATES
-        return belief_size(self.problem) <= max_states
+        return has_visible_beliefs(self.problem)
 
     def current_beliefs(self) -> Reals:
         """Return the current belief of each seat `[n, S]`."""
@@ -433,7 +486,7 @@ class Session(NotebookDisplay):
             previous = self.turns[turn_count - 1].state if turn_count else self.initial_state
             states = [previous, *(turn.state for turn in new_turns)]
             for turn, state in zip(new_turns, states, strict=False):
-                labels = (self.problem.action_labels(state) or self.problem.actions)[seat].labels
+                labels = list_action_labels(self.problem, seat, state)
                 if labels:  # Real actions have none.
                     history.action_labels.append(labels[int(turn.actions[seat])])
         for turn in new_turns:
@@ -458,24 +511,16 @@ class Session(NotebookDisplay):
         problem, end_reason = self.problem, self.end_reason
         rewards_visible = rewards_visible or problem.rewards_observable or end_reason is not None
         history = self._update_history(seat, rewards_visible=rewards_visible)
-        joint_actions = HistorySnapshot(history.joint_actions)
-        shows_belief = shows_belief and self.has_visible_beliefs
-        # Labels are passed only if this seat's differ, not if those of another seat do.
-        labels = self.action_labels(seat)
-        has_own_labels = labels != problem.actions[seat].labels
-        return View(
-            problem=problem,
-            seat=seat,
-            observations=HistorySnapshot(history.observations),
-            actions=HistorySnapshot(history.actions),
-            joint_actions=None if problem.partially_observable else joint_actions,
-            rewards=HistorySnapshot(history.rewards) if rewards_visible else None,
-            legal_actions_mask=self.legal_actions_mask(seat),
-            beliefs=BeliefHistory(problem, seat, history) if shows_belief else None,
-            end_reason=end_reason,
+        return make_view(
+            problem,
+            seat,
+            history,
+            self.legal_actions_mask(seat),
             turn_limit=self.turn_limit,
-            state_action_labels=labels if has_own_labels else None,
-            past_action_labels=HistorySnapshot(history.action_labels),
+            rewards_visible=rewards_visible,
+            shows_belief=shows_belief and self.has_visible_beliefs,
+            end_reason=end_reason,
+            current_labels=self.action_labels(seat),
             player_label=player_label,
         )
 

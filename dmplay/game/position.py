@@ -18,8 +18,15 @@ from dmplay.core.arrays import Array, Bools, Reals, readonly_copy
 from dmplay.core.chance import FiniteChance
 from dmplay.core.policy import Memory, Percept, forbid_writes
 from dmplay.core.problem import Problem, find_seat, mark_inactive_agents
-from dmplay.core.seat_history import BeliefHistory, SeatHistory
-from dmplay.core.session import Session, View, call_memory_method, validate_policy_actions
+from dmplay.core.seat_history import SeatHistory
+from dmplay.core.session import (
+    Session,
+    View,
+    call_memory_method,
+    list_action_labels,
+    make_view,
+    validate_policy_actions,
+)
 from dmplay.core.spaces import Labels
 from dmplay.core.typed_text import parse_belief, parse_history, parse_state
 from dmplay.core.uniforms import SeededUniforms
@@ -640,20 +647,15 @@ def _make_view(
     """Return the view of a seat with these observations and its actions between them."""
     seat, hidden, state = question.seat, problem.partially_observable, observations[-1]
     legal = None if hidden else problem.legal_actions_mask(state[None])
-    labels = None if hidden else problem.action_labels(state)
-    history = SeatHistory([*observations], [*actions], [], [], [], [])
-    return View(
-        problem=problem,
-        seat=seat,
-        observations=observations,
-        actions=actions,
-        joint_actions=None if hidden else [],
-        rewards=None,  # texts do not tell them
-        legal_actions_mask=None if legal is None else legal[0, seat],
-        beliefs=BeliefHistory(problem, seat, history) if hidden else None,
-        end_reason=None,
+    return make_view(
+        problem,
+        seat,
+        SeatHistory([*observations], [*actions], [], [], [], []),
+        None if legal is None else legal[0, seat],
         turn_limit=question.turn_limit,
-        state_action_labels=labels[seat].labels if labels else None,
+        rewards_visible=False,  # texts do not tell them
+        shows_belief=hidden,
+        current_labels=None if hidden else list_action_labels(problem, seat, state),
     )
 
 

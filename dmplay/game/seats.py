@@ -96,9 +96,7 @@ def make_seat_policy(
             mark_peeked_if_concealed(load_transcript(Path(argument)), problem), problem
         ).turns
         return Script(problem, seat, tuple(turn.actions[seat].item() for turn in replayed_turns))
-    if names_bot(player):
-        return agents.make_bot(problem, seat, player, turn_limit)
-    return agents.load_agent(problem, seat, player)
+    return agents.load_agent(problem, seat, player, turns=turn_limit)
 
 
 def _parse_script(problem: Problem, seat: int, script: str) -> tuple[float, ...]:
@@ -139,10 +137,11 @@ def _is_file(path: str) -> bool:
         return False
 
 
-def load_verifiable_policies(
+def load_verifiable_policies(  # noqa: PLR0913 - facts of a header, and options
     problem: Problem,
     player_names: Mapping[str, str],
     *,
+    turns: int | None = None,
     trusted: bool,
     folder: Path = CURRENT_FOLDER,
     assigned_names: Mapping[str, str] | None = None,
@@ -156,7 +155,7 @@ def load_verifiable_policies(
         for name in player_names.values()
     ]
     return [
-        _find_verifiable_policy(problem, seat, name, may_import)
+        _find_verifiable_policy(problem, seat, name, turns, trusted=may_import)
         for seat, (name, may_import) in enumerate(resolved)
     ]
 
@@ -186,7 +185,7 @@ def load_resumed_players(
 
 
 def _find_verifiable_policy(
-    problem: Problem, seat: int, player: str, trusted: bool
+    problem: Problem, seat: int, player: str, turns: int | None, *, trusted: bool
 ) -> Policy | None:
     """Return the policy of a player if it chooses the same actions again; else None.
 
@@ -195,7 +194,7 @@ def _find_verifiable_policy(
     is_user_code = agents.names_user_code(problem, seat, player)
     if player in UNVERIFIABLE_PLAYERS or names_bot(player) or (is_user_code and not trusted):
         return None
-    policy = agents.load_agent(problem, seat, player)
+    policy = agents.load_agent(problem, seat, player, turns=turns)
     # may choose differently next time
     has_time_limit = isinstance(policy, SeatPolicy) and policy.depends_on_clock
     return None if has_time_limit else policy

@@ -123,6 +123,7 @@ def _load_verifiable_policies(
     return load_verifiable_policies(
         problem,
         transcript.header.seats,
+        turns=transcript.header.turns,
         trusted=trusted,
         folder=transcript_folder(Path(transcript.path)),
         assigned_names=assigned_names,

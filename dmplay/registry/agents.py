@@ -4,11 +4,11 @@ An agent is `NAME`, `NAME:PARAMETER=VALUE,...`, `MODULE:ATTRIBUTE`, `./FILE.py:A
 program, `bot:COMMAND` or `bot:PARAMETER=VALUE,...,COMMAND`.
 """
 
+import inspect
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import Field, dataclass, fields, replace
+from dataclasses import Field, dataclass, fields, is_dataclass, replace
 from functools import cache, cached_property, partial
-from types import MappingProxyType
-from typing import Any, cast
+from typing import Any, Protocol, cast
 
 import numpy as np
 
@@ -23,6 +23,7 @@ from dmplay.agents.base import (
 )
 from dmplay.agents.random_agent import AGENTS_FOR_ANY_PROBLEM
 from dmplay.agents.script import Script
+from dmplay.agents.view_policy import ViewPolicy, is_plain_agent
 from dmplay.core.action_values import Accuracy, ActionValues, Horizon, ValuesBasis
 from dmplay.core.arrays import Array, Bools, Reals
 from dmplay.core.best_actions import VALUE_TOLERANCE
@@ -40,8 +41,18 @@ from dmplay.registry.problems import ProblemLike, load_problem
 from dmplay.registry.user_code import load_named_attribute, may_name_code
 
 NON_PARAMETER_FIELDS = ("problem", "seat", "policy_maker", "opponents")
-# a name, a policy, its class, or a function of problem and seat that makes it
-AgentLike = str | Policy | Callable[..., object]
+
+
+class PlainAgent(Protocol):
+    """An object that plays one game at a time."""
+
+    @property
+    def act(self) -> Callable[..., str | float]:
+        """The function of a view that returns an action's name or number."""
+
+
+# a name, a policy, its class, a function of problem and seat that makes it, or a plain agent
+AgentLike = str | Policy | PlainAgent | Callable[..., object]
 MAX_LISTED_PROBLEMS = 4  # maximum number of problems listed for an agent that does not fit
 
 
@@ -244,7 +255,8 @@ def load_agent(
 ) -> Policy:
     """Return the policy of an agent for a seat, in games of at most `turns` turns.
 
-    `agent` is a name, a policy, its class, or a function of problem and seat that makes it.
+    `agent` is a name, a policy, its class, a function of problem and seat that makes it, or a plain
+    agent: a function of a view, an object with `act(view)`, or its class.
 
     Raises UnknownName with the nearest names, BadPolicy if the agent does not play this problem,
     and BadParameter if one of its parameters, or the seat, is invalid.
@@ -256,7 +268,7 @@ def load_agent(
         expected = "expected an agent: its name, class, function or object"
         raise BadPolicy(f"{problem.agents[seat]}: got {agent!r}, {expected}")
     if not isinstance(agent, str):
-        return _make_policy(problem, seat, format_agent_label(agent), agent)
+        return _make_policy(problem, seat, format_agent_label(agent), agent, {}, turns)
     if names_bot(agent):
         return make_bot(problem, seat, agent, turns)
     if not names_user_code(problem, seat, agent):
@@ -268,8 +280,10 @@ def load_agent(
     except BadParameter:  # no such module
         _raise_if_for_other_problems(problem, seat, source)
         raise
+    if parameter_text and not callable(factory):
+        raise BadPolicy(f"{agent}: an object takes no parameters; name its class")
     parameters = _parse_parameters(factory, parameter_text, agent) if parameter_text else {}
-    return _make_policy(problem, seat, agent, factory, parameters)
+    return _make_policy(problem, seat, agent, factory, parameters, turns)
 
 
 def load_agents(
@@ -315,7 +329,8 @@ def assign_agents(
     if is_single_agent(agents) and not (is_policy and len(problem.agents) > 1):
         return [cast("AgentLike", agents)] * len(problem.agents)
     if is_policy or not is_policy_sequence(agents):
-        raise BadPolicy(f"got {agents!r}, expected one agent for each of {names}")
+        expected = f"expected {'' if is_policy else 'an agent, or '}one for each of {names}"
+        raise BadPolicy(f"got {agents!r}, {expected}")
     if len(agents) != len(problem.agents):
         raise BadPolicy(
             f"got {format_count(len(agents), 'agent')}, expected one for each of {names}"
@@ -325,7 +340,8 @@ def assign_agents(
 
 def is_single_agent(agents: object) -> bool:
     """Return whether this is one agent, not a sequence with one for each seat."""
-    return isinstance(agents, str) or callable(agents) or hasattr(agents, "choose")
+    has_method = hasattr(agents, "choose") or hasattr(agents, "act")
+    return isinstance(agents, str) or callable(agents) or has_method
 
 
 def format_agent_label(agent: object) -> str:
@@ -343,14 +359,18 @@ def list_agents(problem: ProblemLike, seat: int | str = 0) -> list[str]:
     return [name for name in agents if not refuses_to_play(problem, agents[name], seat)]
 
 
-def _make_policy(
+def _make_policy(  # noqa: PLR0913, PLR0917 - of one agent
     problem: Problem,
     seat: int,
     name: str,
     agent: object,
-    parameters: Mapping[str, object] = MappingProxyType({}),
+    parameters: Mapping[str, object],
+    turns: int | None,
 ) -> Policy:
     """Return the policy of an agent of user code, with these parameters; raise BadPolicy."""
+    if is_plain_agent(agent):
+        turn_limit = problem.horizon if turns is None else turns
+        return ViewPolicy(problem, seat, name, agent, turn_limit, parameters)
     if isinstance(agent, type) or not hasattr(agent, "choose"):
         make: Any = agent
         try:
@@ -360,8 +380,6 @@ def _make_policy(
                 raise
             _raise_if_for_other_problems(problem, seat, name.partition(":")[0])
             raise BadPolicy(f"{name}: cannot construct a policy from (problem, seat)") from None
-    elif parameters:
-        raise BadPolicy(f"{name}: an object takes no parameters; name its class")
     policy: Any = agent
     members = ("uniform_count", "initial_memory", "update_memory", "choose")
     missing = [member for member in members if not hasattr(policy, member)]
@@ -533,9 +551,15 @@ def find_agent_name(problem: Problem, seat: int, policy: Policy) -> str:
     return type(policy).__name__
 
 
-def default_parameters(agent_class: type[SeatPolicy]) -> dict[str, object]:
-    """Return the parameters of an agent with their defaults."""
-    return {parameter.name: parameter.default for parameter in _parameter_fields(agent_class)}
+def default_parameters(agent_class: Callable[..., object]) -> dict[str, object]:
+    """Return the parameters of an agent's class or function with their defaults.
+
+    They are the fields of a dataclass, or the arguments with a default.
+    """
+    if is_dataclass(agent_class):
+        return {item.name: item.default for item in _parameter_fields(agent_class)}
+    items = inspect.signature(agent_class).parameters.values()
+    return {item.name: item.default for item in items if item.default is not item.empty}
 
 
 def parameter_meanings(agent_class: type[SeatPolicy]) -> dict[str, str]:
@@ -632,17 +656,17 @@ def make_bot(problem: Problem, seat: int, name: str, turn_limit: int | None = No
     return Bot(problem, seat, command, label, turn_limit, **options)  # type: ignore[arg-type]
 
 
-def _parse_parameters(agent_class: type[SeatPolicy], text: str, name: str) -> dict[str, object]:
+def _parse_parameters(agent_class: Any, text: str, name: str) -> dict[str, object]:
     """Return the parameters in `a=1,b=2`, each parsed to the type of its default.
 
     The name of the positional parameter may be left out.
     """
-    defaults = default_parameters(agent_class)
-    parsed = {}
+    defaults, parsed = default_parameters(agent_class), {}
+    positional_parameter = getattr(agent_class, "positional_parameter", "")
     for pair in filter(None, text.split(",")):
         key, equals, value = pair.partition("=")
-        if not equals and agent_class.positional_parameter:
-            key, equals, value = agent_class.positional_parameter, "=", pair
+        if not equals and positional_parameter:
+            key, equals, value = positional_parameter, "=", pair
         parameter_name = key.strip().replace("-", "_")
         if parameter_name not in defaults:
             raise UnknownName("parameter", key, defaults, error_prefix=f"agent {name}")
@@ -666,6 +690,6 @@ def _format_agent_name(name: str, policy: SeatPolicy, omitted: Sequence[str] = (
     return f"{name}:{','.join(parts)}" if parts else name
 
 
-def _parameter_fields(agent_class: type[SeatPolicy]) -> list[Field[Any]]:
+def _parameter_fields(agent_class: Any) -> list[Field[Any]]:
     """Return the fields of an agent class that are parameters."""
     return [field for field in fields(agent_class) if field.name not in NON_PARAMETER_FIELDS]

@@ -49,6 +49,7 @@ T = TypeVar("T")
 MIN_BLOCK_EPISODES, PROBE_EPISODES, PROBE_TURNS = 8, 32, 2
 REGRET_DECIMALS = 9  # decimals of a regret at a scale of 1
 DISPATCH_SECONDS = 0.006  # seconds that an executor takes to dispatch a block to a worker
+OBJECT_MEMORY_BYTES = 2**16  # assumed size of a game that a policy remembers as Python objects
 MEMORY_COPIES = 8  # copies of a memory that a policy makes while it updates it
 # bytes that are freed at once, so that the allocator keeps them for the next arrays
 PREALLOCATED_BYTES = 2**24
@@ -233,6 +234,8 @@ def _max_episodes_in_memory(problem: Problem, policies: Sequence[Policy], spec: 
         observation = make_initial_observation(problem, state, seat)
         memory = call_memory_method("turn 1", policy.initial_memory, 1, observation)
         memory_bytes += sum(array.nbytes for array in memory)
+        if any(array.dtype == object for array in memory):  # Its size is unknown, and grows.
+            memory_bytes = max(memory_bytes, OBJECT_MEMORY_BYTES)
     max_episodes = DEFAULT_MEMORY_BYTES / (MEMORY_COPIES * max(memory_bytes, 1))
     return int(np.clip(max_episodes, MIN_BLOCK_EPISODES, MAX_BLOCK_EPISODES))
 

@@ -346,7 +346,11 @@ def _run_block_in_worker(pickled_function: bytes, block: range) -> _BlockAnswer[
 @lru_cache(maxsize=4)
 def _load_block_function(pickled_function: bytes) -> BlockFunction[Any]:
     """Return the unpickled block function, cached so that a worker builds its problem only once."""
-    block_function: BlockFunction[Any] = pickle.loads(pickled_function)
+    try:
+        block_function: BlockFunction[Any] = pickle.loads(pickled_function)
+    except (AttributeError, ImportError) as error:  # such as a class that was defined at a prompt
+        remedy = "define the problem and the agents in a file"
+        raise BadParameter(f"a worker process found no code: {error}; {remedy}") from None
     return block_function
 
 

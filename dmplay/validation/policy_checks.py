@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from dmplay.agents.view_policy import ViewPolicy
 from dmplay.core.arrays import Array, Bools, Ints, Reals
 from dmplay.core.policy import (
     Memory,
@@ -17,7 +18,7 @@ from dmplay.core.policy import (
 )
 from dmplay.core.problem import WAIT_LABEL, Problem
 from dmplay.core.session import call_memory_method, validate_policy_actions
-from dmplay.core.user_code_locations import describe_error_location
+from dmplay.core.user_code_locations import describe_error_location, locate_function
 from dmplay.core.violation import Violation, make_violation
 from dmplay.errors import BadPolicy, DmplayError, IllegalAction
 from dmplay.simulation.random_play import SEED, make_arrays_readonly
@@ -224,4 +225,6 @@ def agent_error_to_violation(error: Exception, checked: CheckedPolicy | None) ->
     sentence = str(error) if is_bad_policy else f"{type(error).__name__}: {error}"
     is_located = sentence.startswith(f"seed {SEED}, ")
     sentence = sentence if is_located else f"{checked.location}: {sentence}"
+    if isinstance(checked.policy, ViewPolicy):
+        return Violation(locate_function(checked.policy.function), sentence)
     return make_violation(type(checked.policy), checked.method, sentence)

@@ -126,7 +126,7 @@ def make_nothing() -> Any:
         (lambda: dmplay.tournament(DILEMMA, {"grim": ["grim"]}),
          "grim: got 1 agent, expected one for each of agent1, agent2"),
         (lambda: dmplay.tournament(DILEMMA, {"grim": dmplay.load_agent(DILEMMA, 0, "grim")}),
-         "grim: got Grim(problem=PrisonersDilemma(discount=1.0), seat=0), expected one agent for"),
+         "grim: got Grim(problem=PrisonersDilemma(discount=1.0), seat=0), expected one for each"),
         (lambda: dmplay.compare(DILEMMA, WRONG_TYPE),
          "entrants: got <class 'object'>, expected a list of agents"),
         (lambda: dmplay.compare(DILEMMA, "grim"), "entrants: got 'grim', expected a list of"),

@@ -174,7 +174,7 @@ def test_an_agent_for_other_problems_is_refused() -> None:
 def test_an_agent_for_other_problems_is_refused_even_if_a_module_has_its_name(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    (tmp_path / "qmdp.py").write_text("from json import loads as Strategy\n")
+    (tmp_path / "qmdp.py").write_text("from fractions import Fraction as Strategy\n")
     monkeypatch.syspath_prepend(tmp_path)
     with pytest.raises(BadPolicy, match=r"^agent qmdp is for .*, not MDP.; expected one of human"):
         dmplay.load_agent(dmplay.load_problem("hexworld"), 0, "qmdp:Strategy")

@@ -112,7 +112,7 @@ def test_a_rollout_needs_a_policy_for_each_seat() -> None:
     with pytest.raises(DmplayError, match=r"got 1 agent, expected one for each of agent1, "):
         dmplay.rollout(problem, [dmplay.load_agent(problem, 0, "grim")], episodes=1)
     grim: Any = dmplay.load_agent(problem, 0, "grim")
-    with pytest.raises(DmplayError, match=r"got Grim\(.*\), expected one agent for each"):
+    with pytest.raises(DmplayError, match=r"got Grim\(.*\), expected one for each"):
         dmplay.rollout(problem, grim, episodes=1)
     with pytest.raises(DmplayError, match="episodes: got -3, expected 0 or more"):
         dmplay.rollout(problem, [grim, grim], episodes=-3)

@@ -148,7 +148,7 @@ def _load_agent_for_game(session: Session, seat: int, name: str) -> Policy:
     problem, turns = session.problem, session.turn_limit
     if turns is not None and not agents.names_user_code(problem, seat, name):
         name = agents.set_horizon_in_name(problem, seat, name, turns)
-    return agents.load_agent(problem, seat, name)
+    return agents.load_agent(problem, seat, name, turns=turns)
 
 
 def find_ghost_name(notes: Sequence[str], problem: Problem) -> str:
