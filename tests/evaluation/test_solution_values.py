@@ -41,6 +41,40 @@ def check_hexworld(case: Case) -> None:
     assert solution.best_actions(text) == [labels[a - 1] for a in case.expect["actions"]]
 
 
+def check_custom_map(case: Case) -> None:
+    inputs = case.inputs
+    solution = dmplay.solve(
+        dmplay.load_problem(
+            "hexworld",
+            hexes=inputs["hexes"],
+            rewards=inputs["rewards"],
+            slip=1 - inputs["p_intended"],
+            bump_cost=-inputs["bump"],
+            discount=inputs["gamma"],
+        )
+    )
+    case.close("values", [row["value"] for row in solution.table])
+    case.close("values", [solution.value(s) for s in range(len(solution.table))])
+
+
+def check_alpha_vectors(name: str) -> Callable[[Case], None]:
+    def check_vectors(case: Case) -> None:
+        solution = solve(name, case.inputs.get("horizon"))
+        vectors = [
+            {"alpha": [*row.values()][:-1], "actions": row["first"]} for row in solution.table
+        ]
+        assert len(vectors) == len(case.expect["vectors"])
+        for expected in case.expect["vectors"]:
+            distances = [
+                float(np.abs(np.subtract(vector["alpha"], expected["alpha"])).max())
+                for vector in vectors
+            ]
+            assert min(distances) <= case.tol
+            assert [*vectors[int(np.argmin(distances))]["actions"]] == expected["actions"]
+
+    return check_vectors
+
+
 def check_crying_baby(case: Case) -> None:
     hungry, turns = case.inputs["b"], case.inputs.get("horizon")
     solution = solve("crying-baby", turns)
@@ -108,6 +142,9 @@ def check_equilibria(name: str) -> Callable[[Case], None]:
 
 CHECKS: dict[tuple[str, str], Callable[[Case], None]] = {
     ("hexworld", "optimal"): check_hexworld,
+    ("hexworld", "custom_map"): check_custom_map,
+    ("cryingbaby", "finite_horizon"): check_alpha_vectors("crying-baby"),
+    ("machine", "alpha_vectors"): check_alpha_vectors("machine-replacement"),
     ("cryingbaby", "finite_horizon_q"): check_crying_baby,
     ("cryingbaby", "infinite_horizon"): check_crying_baby,
     ("machine", "q_values"): check_machine,

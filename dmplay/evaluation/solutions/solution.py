@@ -49,7 +49,7 @@ class Solution:
 
     method: str
     result: str = ""
-    table: Sequence[Mapping[str, object]] = ()
+    table: Sequence[Mapping[str, Any]] = ()
     agent: "AgentLike | None" = field(default=None, compare=False)
     accuracy: Accuracy = Accuracy.UNKNOWN
     error: float = 0.0  # maximum distance of the values from the exact ones
