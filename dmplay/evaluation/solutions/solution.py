@@ -22,7 +22,7 @@ from dmplay.core.problem import (
 )
 from dmplay.core.text import format_count
 from dmplay.core.typed_text import list_state_names, parse_state, read_belief
-from dmplay.errors import BadParameter, DmplayError
+from dmplay.errors import BadParameter, BudgetExceeded
 from dmplay.registry.problem_module_exports import get_problem_name
 
 if TYPE_CHECKING:  # Solving and printing need no positions.
@@ -62,7 +62,7 @@ class Solution:
         """Return the method, the result and the size of the table in one line."""
         name = "" if self.problem is None else f" of {get_problem_name(self.problem)}"
         size = format_count(len(self.table), "row")
-        return f"<Solution{name} by {self.method}: {self.result}; {size}>"
+        return f"<Solution{name}, {self.method}: {self.result}; {size}>"
 
     @property
     def rows(self) -> list[Row]:
@@ -86,6 +86,8 @@ class Solution:
         if at is None and not self._known_problem.partially_observable:
             return self._compute_start_value(find_seat(self._known_problem, seat), turns_left)
         position = self.position(at, seat, turns_left)
+        if _is_over(position):
+            return 0.0
         legal = position.view.legal_actions_mask
         legal = None if legal is None else legal[None]
         return float(self._compute_values(_get_policy(position), position.memory, legal)[0])
@@ -108,7 +110,7 @@ class Solution:
             bounds = _bound_values(policy, position.memory, position.view.legal_actions_mask)
             if bounds is not None:
                 return float(bounds[0][0]), float(bounds[1][0])
-        raise BadParameter(f"no bounds by {self.method}: it has {self.accuracy.words}")
+        raise BadParameter(f"no bounds ({self.method}): it has {self.accuracy.words} alone")
 
     def action_values(
         self, at: At = None, seat: int | str = 0, turns_left: int | None = None
@@ -190,26 +192,30 @@ class Solution:
             self._agents[seat] = HintAgent(self.method, policy, question)
         return self._agents[seat]
 
+    def _list_start_states(self) -> tuple[Reals, Array]:
+        """Return the states in which games start, with their probabilities."""
+        try:
+            return initial_state_distribution(self._known_problem)
+        except (BadParameter, BudgetExceeded):
+            raise BadParameter("games start in a random state; name a state") from None
+
     def _find_start_state(self) -> Array:
         """Return the only start state; raise BadParameter if there are several."""
-        try:
-            states = initial_state_distribution(self._known_problem)[1]
-            count = len({self._known_problem.format_state(s) for s in states})
-        except DmplayError:
-            count = 0
+        _, states = self._list_start_states()
+        count = len({self._known_problem.format_state(s) for s in states})
         if count != 1:
-            noun = f"one of {count} states" if count else "a random state"
-            raise BadParameter(f"games start in {noun}; name a state")
+            raise BadParameter(f"games start in one of {count} states; name a state")
         return np.asarray(states[0])
 
     def _compute_start_value(self, seat: int, turns_left: int | None) -> float:
         """Return the mean value to a seat over the states in which games start."""
         problem, policy = self._known_problem, self._find_agent(seat).policy
-        probabilities, states = initial_state_distribution(problem)
+        probabilities, states = self._list_start_states()
         memory = policy.memory_at_turn(states, _count_turns_done(policy, turns_left))
         legal = problem.legal_actions_mask(states)
         seat_legal = None if legal is None else legal[:, seat]
-        return float(probabilities @ self._compute_values(policy, memory, seat_legal))
+        values = self._compute_values(policy, memory, seat_legal)
+        return float(probabilities @ np.where(problem.terminal(states), 0.0, values))
 
     def _compute_values(self, policy: SeatPolicy, memory: Memory, legal: Bools | None) -> Reals:
         """Return the value `[B]` of each row of a memory, with legal actions `[B, A]`."""
@@ -232,11 +238,11 @@ class Solution:
         if q is None:
             reason = f"the agent {type(policy).__name__} has none of actions"
             raise self._make_error(reason if position.labels else "actions are real numbers")
-        return np.where(position.legal_actions_mask, q[0], np.nan)
+        return np.where(position.legal_actions_mask, 0.0 if _is_over(position) else q[0], np.nan)
 
     def _make_error(self, reason: str) -> BadParameter:
         """Return the error that the solution has no such values, with the reason."""
-        return BadParameter(f"no values by {self.method}: {reason}")
+        return BadParameter(f"no values ({self.method}): {reason}")
 
 
 def _bound_values(
@@ -264,6 +270,12 @@ def _count_turns_done(policy: SeatPolicy, turns_left: int | None) -> int:
         expected = f"1 to {turns}" if turns else "None, as the horizon is infinite"
         raise BadParameter(f"turns_left: got {turns_left!r}, expected {expected}")
     return (turns or 0) - (turns_left or turns or 0)
+
+
+def _is_over(position: "Position") -> bool:
+    """Return whether agents see in a position that the game is over."""
+    problem = position.problem
+    return not problem.partially_observable and bool(problem.terminal(position.state[None])[0])
 
 
 def _get_policy(position: "Position") -> SeatPolicy:
