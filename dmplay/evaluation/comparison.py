@@ -3,12 +3,13 @@
 from collections.abc import Sequence
 from concurrent.futures import Executor
 from itertools import combinations
-from typing import NamedTuple, cast
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 
 from dmplay.core.arrays import Reals
 from dmplay.core.best_actions import compute_reward_scale
+from dmplay.core.data_frames import make_frame
 from dmplay.core.policy import Policy, is_policy_sequence
 from dmplay.core.problem import Problem, check_problem, find_seat
 from dmplay.core.text import VALUE_DECIMALS, format_count
@@ -27,12 +28,20 @@ from dmplay.evaluation.statistics import (
     compute_bounded_confidence_sequence,
     estimate_mean,
 )
-from dmplay.registry.agents import AgentLike, is_single_agent, load_agents, load_roster
+from dmplay.game.turn_facts import Row
+from dmplay.registry.agents import (
+    AgentLike,
+    format_agent_label,
+    is_single_agent,
+    load_agents,
+    load_roster,
+)
 from dmplay.registry.problems import ProblemLike, load_problem
 from dmplay.simulation.rollouts import RolloutSpec
 from dmplay.simulation.worker_pool import WorkerCount
 
 MIN_GAMES_TO_DECIDE = 100  # games before the first decision
+MAX_PRINTED_PAIRS = 6
 
 
 class Difference(NamedTuple):
@@ -74,6 +83,41 @@ class Comparison(NamedTuple):
     shortfall_reason: str = ""  # why fewer games were played than requested, or ''
     active: tuple[int, ...] = ()  # the entrants that are compared
     withdrawals: tuple[str, ...] = ()  # a line for each entrant that is left out after a forfeit
+    names: tuple[str, ...] = ()  # of the entrants that are compared
+
+    def list_rows(self) -> list[Row]:
+        """Return a row for each pair, with the numbers that `dmplay compare --csv` prints."""
+        return [
+            {
+                "agent": self.names[first],
+                "against": self.names[second],
+                "difference": difference.advantage.mean,
+                "standard error": difference.advantage.standard_error,
+                "low": difference.advantage.low,
+                "high": difference.advantage.high,
+                "ahead": difference.share_ahead,
+                "behind": difference.share_behind,
+                "games saved": difference.games_saved_factor
+                if np.isfinite(difference.games_saved_factor)
+                else None,
+                "luck": difference.control_variate_difference,
+            }
+            for (first, second), difference in self.differences.items()
+        ]
+
+    def to_frame(self, library: str = "") -> Any:
+        """Return the rows as a data frame of pandas, or of the `library` polars."""
+        return make_frame(self.list_rows(), library)
+
+    def __repr__(self) -> str:
+        games = format_count(len(self.returns), "game", ",")
+        lines = [f"{games} of each agent with the same random numbers"]
+        pairs = [*self.differences.items()]
+        for (first, second), difference in pairs[:MAX_PRINTED_PAIRS]:
+            lines.append(f"{self.names[first]} minus {self.names[second]}: {difference.advantage}")
+        if len(pairs) > MAX_PRINTED_PAIRS:
+            lines.append(f"and {len(pairs) - MAX_PRINTED_PAIRS} more pairs")
+        return "\n".join([*lines, *self.withdrawals, *filter(None, [self.shortfall_reason])])
 
 
 def compare(  # noqa: PLR0913 - each is the caller's to choose
@@ -121,6 +165,12 @@ def compare(  # noqa: PLR0913 - each is the caller's to choose
     if rule and not asymptotic:
         bound = _bound_difference(problem, control_variate, turns, return_bounds)
         rule = rule._replace(max_difference=bound)
+    labels = names or [
+        format_agent_label(
+            entrant if is_single_agent(entrant) else cast("Sequence[object]", entrant)[seat]
+        )
+        for entrant in entrants
+    ]
     active = [*range(len(entrants))]  # entrants that are not withdrawn
     withdrawals = list[str]()
     samples = np.zeros((2, 0, len(active)))
@@ -158,6 +208,7 @@ def compare(  # noqa: PLR0913 - each is the caller's to choose
                 shortfall_reason=str(part.interruption or ""),
                 active=tuple(active),
                 withdrawals=tuple(withdrawals),
+                names=tuple(labels[index] for index in active),
             )
         game_count = min(episodes, game_count + max(MIN_GAMES_TO_DECIDE, game_count // 4))
 

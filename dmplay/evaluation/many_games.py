@@ -3,12 +3,14 @@
 import time
 from collections.abc import Sequence
 from concurrent.futures import Executor
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from dmplay.core.arrays import Ints, Reals
+from dmplay.core.data_frames import make_frame
 from dmplay.core.problem import Problem, choose_turn_limit
+from dmplay.core.text import format_count
 from dmplay.core.work_budget import ProgressCallback
 from dmplay.errors import BadParameter, Forfeit
 from dmplay.evaluation.interruptible_rollouts import (
@@ -24,7 +26,9 @@ from dmplay.evaluation.statistics import (
     estimate_mean,
     explain_doubtful_interval,
     five_number_summary,
+    make_estimate_row,
 )
+from dmplay.game.turn_facts import Row
 from dmplay.registry.agents import AgentLike, load_agents
 from dmplay.registry.problems import ProblemLike, load_problem
 from dmplay.simulation.rollouts import (
@@ -40,6 +44,7 @@ DEFAULT_EPISODES = 10_000  # if the caller sets no limit
 # games before the errors are checked first, and their growth until the next check
 INITIAL_EPISODES, GROWTH_FACTOR = 100, 2
 MAX_EPISODES = 10_000_000
+QUANTILE_NAMES = ("least", "quartile", "median", "third quartile", "most")
 REGRET_FIELDS = ("regrets", "choice_counts")
 RECORDED_FIELDS = ("returns", "total_rewards", "turn_counts", "terminated")
 
@@ -67,6 +72,39 @@ class RunResult(NamedTuple):
     episode_numbers: Ints
     shortfall_reason: str = ""  # why fewer games were played than requested, or ''
     forfeits: tuple[Forfeit, ...] = ()  # of programs; the games in which they were are left out
+
+    def list_rows(self) -> list[Row]:
+        """Return a row for each seat, with the numbers that `dmplay run --csv` prints."""
+        return [
+            {
+                "seat": summary.seat,
+                "games": self.episodes,
+                **make_estimate_row(summary.returns),
+                **dict(zip(QUANTILE_NAMES, summary.quantiles, strict=True)),
+                "mean total": summary.totals.mean,
+                "total error": summary.totals.standard_error,
+                "turns": self.mean_turns,
+                "ended": self.terminated_share,
+                **({"doubt": summary.doubt} if summary.doubt else {}),
+                **(summary.regret.make_row() if summary.regret else {}),
+            }
+            for summary in self.seat_summaries
+        ]
+
+    def to_frame(self, library: str = "") -> Any:
+        """Return the rows as a data frame of pandas, or of the `library` polars."""
+        return make_frame(self.list_rows(), library)
+
+    def __repr__(self) -> str:
+        games = format_count(self.episodes, "game", ",")
+        ended = f"{100 * self.terminated_share:.3g} % reached a terminal state"
+        headline = f"{games} of {self.mean_turns:.3g} turns on average; {ended}"
+        seats = [
+            f"{summary.seat}: return {summary.returns}"
+            + (f"; regret {summary.regret}" if summary.regret else "")
+            for summary in self.seat_summaries
+        ]
+        return "\n".join([headline, *seats, *filter(None, [self.shortfall_reason])])
 
 
 def rollout(  # noqa: PLR0913 - each is the caller's to choose

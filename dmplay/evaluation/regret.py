@@ -11,7 +11,9 @@ from dmplay.core.arrays import Ints, Reals
 from dmplay.core.policy import Policy
 from dmplay.core.problem import Problem
 from dmplay.core.session import DEFAULT_TURN_LIMIT
+from dmplay.core.text import format_number
 from dmplay.evaluation.statistics import Estimate, estimate_mean
+from dmplay.game.turn_facts import Row
 from dmplay.registry.agents import HintAgent, find_agent_name, find_hint_provider
 
 NEGLIGIBLE_WEIGHT = 1e-9  # discount of a turn after which the end of a game does not matter
@@ -31,6 +33,23 @@ class RegretSummary(NamedTuple):
     def is_exact(self) -> bool:
         """True if the regret is known exactly in each game."""
         return self.per_game is not None and self.per_game[0] == self.per_game[1]
+
+    def __str__(self) -> str:
+        """Return the mean regret of a game, the means between which it lies, or "unknown"."""
+        if self.per_game is None:
+            return "unknown"
+        means = dict.fromkeys(format_number(bound.mean, 5) for bound in self.per_game)
+        return f"{' to '.join(means)} per game"
+
+    def make_row(self) -> Row:
+        """Return the regret as columns of data, which are empty if it is unknown."""
+        columns: Row = {}
+        for name, bounds in (("regret", self.per_game), ("choice regret", self.per_choice)):
+            low, high = bounds or (None, None)
+            columns[name] = low and low.mean
+            columns[f"{name} error"] = low and low.standard_error
+            columns[f"{name} at most"] = high and high.mean
+        return {**columns, "regret by": self.basis}
 
 
 def find_regret_meters(

@@ -27,6 +27,21 @@ class Estimate(NamedTuple):
     low: float
     high: float
 
+    def __str__(self) -> str:
+        """Return the mean with its interval as text, the mean alone if the interval is infinite."""
+        mean, low, high = (format_number(x, 5) for x in (self.mean, self.low, self.high))
+        return f"{mean}, interval {low} to {high}" if math.isfinite(self.low) else mean
+
+
+def make_estimate_row(estimate: Estimate) -> dict[str, object]:
+    """Return an estimate of a mean as a row of data: mean, standard error and interval."""
+    return {
+        "mean return": estimate.mean,
+        "standard error": estimate.standard_error,
+        "low": estimate.low,
+        "high": estimate.high,
+    }
+
 
 def estimate_mean(sample: Reals, level: float = CONFIDENCE_LEVEL) -> Estimate:
     """Return the mean of a sample `[E]` with Student's t interval, infinite for one game."""

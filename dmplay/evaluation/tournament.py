@@ -5,11 +5,12 @@ from collections.abc import Mapping, MutableMapping, Sequence
 from concurrent.futures import Executor
 from contextlib import nullcontext
 from itertools import combinations_with_replacement, product
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from dmplay.core.arrays import Reals
+from dmplay.core.data_frames import make_frame
 from dmplay.core.policy import Policy
 from dmplay.core.problem import Problem, check_problem
 from dmplay.core.text import format_count
@@ -27,7 +28,8 @@ from dmplay.evaluation.interruptible_rollouts import (
     check_episode_count,
     run_rollouts_until_interrupted,
 )
-from dmplay.evaluation.statistics import Estimate, estimate_mean
+from dmplay.evaluation.statistics import Estimate, estimate_mean, make_estimate_row
+from dmplay.game.turn_facts import Row
 from dmplay.registry.agents import AgentLike, format_agent_label, load_agents
 from dmplay.registry.problems import ProblemLike, load_problem
 from dmplay.simulation.rollouts import RolloutSpec
@@ -43,6 +45,7 @@ SEATING_ORDERS = ("all", "given")
 ROUNDING_TOLERANCE = 1e-12  # relative to the greatest payoff
 BOOTSTRAP_RESAMPLES = 100
 MAX_RESAMPLED_EQUILIBRIUM_ENTRANTS = 8  # more would take seconds for all resamples
+MAX_PRINTED_ENTRANTS = 12
 TIE_STANDARD_ERRORS = 2.0
 UNKNOWN_ESTIMATE = Estimate(math.nan, math.inf, -math.inf, math.inf)
 
@@ -72,6 +75,48 @@ class TournamentResult(NamedTuple):
     has_all_equilibria: bool = True  # whether all equilibria were found, or infinitely many
     shortfall_reason: str = ""  # why seatings are missing, or ''
     withdrawals: tuple[str, ...] = ()  # a line for each entrant that is left out after a forfeit
+
+    def list_rows(self) -> list[Row]:
+        """Return a row for each entrant, as `dmplay tournament --csv` prints it.
+
+        The best entrant is first, and those that did not play are last.
+        """
+        means = [-estimate.mean for estimate in self.return_estimates]
+        return [self._build_row(index) for index in np.argsort(means, kind="stable").tolist()]
+
+    def _build_row(self, index: int) -> Row:
+        """Return the row of an entrant."""
+        row: Row = {"entrant": self.entrants[index]}
+        row |= make_estimate_row(self.return_estimates[index])
+        if self.best_responses is not None:
+            replies = [self.entrants[reply] for reply in self.best_responses[index]]
+            row["best reply to it"] = " or ".join(replies)
+        if self.equilibrium is not None and self.regrets is not None:
+            errors = [
+                None if errors is None else float(errors[index])
+                for errors in (self.share_errors, self.regret_errors)
+            ]
+            row |= {
+                "share in equilibrium": float(np.mean([mix[index] for mix in self.equilibrium])),
+                "share error": errors[0],
+                "regret": float(self.regrets[index]),
+                "regret error": errors[1],
+            }
+        if self.exact_regrets is not None:
+            regret = self.exact_regrets[index]
+            row |= {"exact regret": regret.mean, "exact error": regret.standard_error}
+        return row
+
+    def to_frame(self, library: str = "") -> Any:
+        """Return the rows as a data frame of pandas, or of the `library` polars."""
+        return make_frame(self.list_rows(), library)
+
+    def __repr__(self) -> str:
+        entrants = sorted(zip(self.return_estimates, self.entrants, strict=True), reverse=True)
+        lines = [f"{name}: return {estimate}" for estimate, name in entrants[:MAX_PRINTED_ENTRANTS]]
+        if len(entrants) > MAX_PRINTED_ENTRANTS:
+            lines.append(f"and {len(entrants) - MAX_PRINTED_ENTRANTS} more entrants")
+        return "\n".join([*lines, *self.withdrawals, *filter(None, [self.shortfall_reason])])
 
 
 def run_tournament(  # noqa: PLR0913 - each is the caller's to choose

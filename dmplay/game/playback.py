@@ -13,7 +13,7 @@ from dmplay.core.text import format_count
 from dmplay.errors import BadParameter, DmplayError
 from dmplay.game.action_input import Keyboard
 from dmplay.game.game import Game
-from dmplay.game.hints.review import ReviewedAction, review_actions
+from dmplay.game.hints.review import Review, review_actions
 from dmplay.game.key_preferences import DEFAULT_KEY_PREFERENCES
 from dmplay.game.launch_requests import format_settings
 from dmplay.game.saves import load_transcript
@@ -169,7 +169,7 @@ class Playback(NotebookDisplay, Game):
             event = {1: {}, 0: {"event": "reroll"}}.get(added_turns, {"event": "undo"})
             yield self.narrator.all_turn_facts() | event
 
-    def review_choices(self, seat: str = "") -> list[ReviewedAction]:
+    def review_choices(self, seat: str = "") -> Review:
         """Play to the end of the file, and return the review of each choice of one seat.
 
         Without a seat, these are the choices of people and language models, or of all agents if
@@ -180,7 +180,7 @@ class Playback(NotebookDisplay, Game):
         seats = list_human_seats(self.player_names) or [*range(len(problem.agents))]
         seats = [find_seat(problem, seat)] if seat else seats
         questions = [self.advice_question(reviewed_seat) for reviewed_seat in seats]
-        return list(review_actions(self.session, questions, can_sample=True))
+        return Review(review_actions(self.session, questions, can_sample=True))
 
     def redo(self) -> None:
         """Raise BadParameter, because a recorded game cannot be changed."""
@@ -212,7 +212,7 @@ class Playback(NotebookDisplay, Game):
 
 def review(
     path: Path | str, *, seat: str = "", trusted: bool = False, peek: bool = False
-) -> list[ReviewedAction]:
+) -> Review:
     """Return each choice of a seat in a recorded game, with its values and its regret.
 
     Without a seat, these are the choices of people and language models, or of all agents if agents

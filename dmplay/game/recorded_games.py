@@ -8,7 +8,7 @@ from typing import Any, overload
 
 from dmplay.core.data_frames import make_frame
 from dmplay.errors import BadParameter, BadTranscript, DmplayError
-from dmplay.game.hints.review import ReviewedAction
+from dmplay.game.hints.review import Review
 from dmplay.game.playback import Playback
 from dmplay.game.transcript_verification import iter_transcript_files, load_transcript_problem
 from dmplay.game.turn_facts import Row, flatten_turn_facts, join_review
@@ -45,7 +45,7 @@ class RecordedGame(Playback):
             self._loaded_problems[key] = load_transcript_problem(transcript, trusted=trusted)
         return self._loaded_problems[key]
 
-    def review(self, seat: str = "") -> list[ReviewedAction]:
+    def review(self, seat: str = "") -> Review:
         """Return the review of each choice of a seat, as `dmplay.review` does."""
         return self.review_choices(seat)
 

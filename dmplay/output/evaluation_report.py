@@ -17,12 +17,11 @@ from dmplay.core.text import (
     format_score,
 )
 from dmplay.errors import BadParameter
-from dmplay.evaluation.comparison import Comparison, Difference, compare
+from dmplay.evaluation.comparison import Comparison, compare
 from dmplay.evaluation.executors import open_execution_backend
 from dmplay.evaluation.many_games import RunResult, run
-from dmplay.evaluation.regret import RegretSummary
 from dmplay.evaluation.solutions.solution import Row
-from dmplay.evaluation.statistics import Estimate
+from dmplay.evaluation.statistics import Estimate, make_estimate_row
 from dmplay.game.command_line_results import Printout
 from dmplay.game.launch_requests import parse_settings
 from dmplay.output.evaluation_request import (
@@ -32,7 +31,6 @@ from dmplay.output.evaluation_request import (
     limit_turns,
     load_entrants,
     load_players,
-    make_estimate_row,
     make_evaluation_report,
 )
 from dmplay.output.selected_episode_recording import (
@@ -47,7 +45,6 @@ from dmplay.views.toolkit.canvas import ASCII_TRANSLATION
 
 BAR_CHARACTERS, HISTOGRAM_BINS = "▁▂▃▄▅▆▇█", 12
 PLOT_COLUMNS = 48  # columns of a plot
-QUANTILE_NAMES = ("least", "quartile", "median", "third quartile", "most")
 
 
 def report_run(  # noqa: PLR0913 - the options of the command
@@ -204,34 +201,11 @@ def _format_bounds(bounds: tuple[Estimate, Estimate]) -> str:
     )
 
 
-def _make_regret_row(regret: RegretSummary) -> Row:
-    """Return the regret of a seat as columns of data, which are empty if it is unknown."""
-    columns: Row = {}
-    for name, bounds in (("regret", regret.per_game), ("choice regret", regret.per_choice)):
-        low, high = bounds or (None, None)
-        columns[name] = low and low.mean
-        columns[f"{name} error"] = low and low.standard_error
-        columns[f"{name} at most"] = high and high.mean
-    return {**columns, "regret by": regret.basis}
-
-
 def _iter_data_rows(result: SettingResult) -> Iterator[Row]:
     """Yield a row of data for each seat of a setting."""
-    for earned, name in zip(result.run.seat_summaries, result.lineup.agent_names, strict=True):
-        yield {
-            **(result.request.parameter_values if result.swept_parameters else {}),
-            "seat": earned.seat,
-            "agent": name,
-            "games": result.run.episodes,
-            **make_estimate_row(earned.returns),
-            **dict(zip(QUANTILE_NAMES, earned.quantiles, strict=True)),
-            "mean total": earned.totals.mean,
-            "total error": earned.totals.standard_error,
-            "turns": result.run.mean_turns,
-            "ended": result.run.terminated_share,
-            **({"doubt": earned.doubt} if earned.doubt else {}),
-            **(_make_regret_row(earned.regret) if earned.regret else {}),
-        }
+    for row, name in zip(result.run.list_rows(), result.lineup.agent_names, strict=True):
+        setting = result.request.parameter_values if result.swept_parameters else {}
+        yield {**setting, "seat": row["seat"], "agent": name} | row
 
 
 def _iter_table_rows(result: SettingResult) -> Iterator[Row]:
@@ -390,10 +364,7 @@ def _format_comparison(
     """Return the comparison as JSON, CSV or text."""
     named_estimates = zip(entrants, result.return_estimates, strict=True)
     earned = [{"agent": name} | make_estimate_row(first) for name, first in named_estimates]
-    rows = [
-        _build_pair_row(entrants[first], entrants[second], difference)
-        for (first, second), difference in result.differences.items()
-    ]
+    rows = result.list_rows()
     if request.output_format == "json":
         common = {
             "problem": request.problem,
@@ -414,25 +385,6 @@ def _format_comparison(
     )
     tables = [format_table(earned), format_table([_build_pair_table_row(row) for row in rows])]
     return "\n\n".join([headline, *tables, *_format_verdict_lines(entrants, result, decision)])
-
-
-def _build_pair_row(agent: str, opponent: str, difference: Difference) -> Row:
-    """Return the difference between two agents as a row of data."""
-    advantage = difference.advantage
-    return {
-        "agent": agent,
-        "against": opponent,
-        "difference": advantage.mean,
-        "standard error": advantage.standard_error,
-        "low": advantage.low,
-        "high": advantage.high,
-        "ahead": difference.share_ahead,
-        "behind": difference.share_behind,
-        "games saved": difference.games_saved_factor
-        if np.isfinite(difference.games_saved_factor)
-        else None,
-        "luck": difference.control_variate_difference,
-    }
 
 
 def _format_signed(number: object, digits: int = 4) -> str:

@@ -11,8 +11,6 @@ from dmplay.core.session import DEFAULT_TURN_LIMIT
 from dmplay.core.user_code_locations import describe_error_location
 from dmplay.errors import BadParameter
 from dmplay.evaluation.many_games import RunResult
-from dmplay.evaluation.solutions.solution import Row
-from dmplay.evaluation.statistics import Estimate
 from dmplay.game.command_line_results import Printout
 from dmplay.game.game_setup import assign_players, check_turn_limit
 from dmplay.game.launch_requests import parse_settings
@@ -168,16 +166,6 @@ def iter_settings(request: EvaluationRequest) -> Iterator[EvaluationRequest]:
 def _split_values(value: str, default: object) -> list[str]:
     """Return the comma-separated values, or the whole text if the default is not a number."""
     return value.split(",") if isinstance(default, int | float) else [value]
-
-
-def make_estimate_row(estimate: Estimate) -> Row:
-    """Return an estimate of a mean as a row of data: mean, standard error and interval."""
-    return {
-        "mean return": estimate.mean,
-        "standard error": estimate.standard_error,
-        "low": estimate.low,
-        "high": estimate.high,
-    }
 
 
 def make_evaluation_report(

@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 
 from dmplay.agents.base import AdviceQuestion
-from dmplay.core.arrays import Reals
 from dmplay.core.policy import Policy
 from dmplay.core.problem import Problem
 from dmplay.core.text import format_count, format_json_report, format_score, format_upper_bound
@@ -26,7 +25,6 @@ from dmplay.game.command_line_results import Printout
 from dmplay.output.evaluation_request import (
     EvaluationRequest,
     load_entrants,
-    make_estimate_row,
     make_evaluation_report,
     make_policy,
 )
@@ -125,7 +123,7 @@ def _format_tournament(
     exact_agent: str,
 ) -> str:
     """Return the tournament as JSON, CSV or text; as text, under a headline."""
-    standings = _build_standing_rows(tournament)
+    standings = tournament.list_rows()
     if output_format == "json":
         extra = {
             "table": tournament.mean_returns.tolist(),
@@ -202,37 +200,6 @@ def _cross_table(tournament: TournamentResult) -> list[Row]:
             )
         rows.append(row)
     return rows
-
-
-def _build_standing_rows(tournament: TournamentResult) -> list[Row]:
-    """Return the entrants as rows of data, the best first, those that did not play last."""
-    rows: list[Row] = []
-    for index in np.argsort(
-        [-estimate.mean for estimate in tournament.return_estimates], kind="stable"
-    ).tolist():
-        estimate = tournament.return_estimates[index]
-        row: Row = {"entrant": tournament.entrants[index]} | make_estimate_row(estimate)
-        if tournament.best_responses is not None:
-            replies = [tournament.entrants[reply] for reply in tournament.best_responses[index]]
-            row["best reply to it"] = " or ".join(replies)
-        if tournament.equilibrium is not None and tournament.regrets is not None:
-            equilibrium_share = float(np.mean([mix[index] for mix in tournament.equilibrium]))
-            row |= {
-                "share in equilibrium": equilibrium_share,
-                "share error": _get_error_entry(tournament.share_errors, index),
-                "regret": float(tournament.regrets[index]),
-                "regret error": _get_error_entry(tournament.regret_errors, index),
-            }
-        if tournament.exact_regrets is not None:
-            regret = tournament.exact_regrets[index]
-            row |= {"exact regret": regret.mean, "exact error": regret.standard_error}
-        rows.append(row)
-    return rows
-
-
-def _get_error_entry(errors: Reals | None, index: int) -> float | None:
-    """Return an entry of an array of errors, None if there are none."""
-    return None if errors is None else float(errors[index])
 
 
 def _build_standing_table_row(row: Row) -> Row:

@@ -4,8 +4,9 @@ import json
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
+from dmplay.core.data_frames import make_frame
 from dmplay.core.text import escape_newlines, format_count
 from dmplay.errors import BadTranscript
 
@@ -137,6 +138,11 @@ class VerificationReport:
         return bool(self.findings) and all(
             finding.level == "unfinished" for finding in self.findings
         )
+
+    def to_frame(self, library: str = "") -> Any:
+        """Return a row per finding as a data frame of pandas, or of the `library` polars."""
+        columns = {name: [f._asdict()[name] for f in self.findings] for name in Finding._fields}
+        return make_frame(columns, library)
 
     def __str__(self) -> str:
         """Return a line for each of the first findings, and for their common cause if any."""

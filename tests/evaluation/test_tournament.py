@@ -27,7 +27,7 @@ from dmplay.evaluation.return_bounds import compute_return_bounds
 from dmplay.evaluation.statistics import Estimate
 from dmplay.evaluation.tournament import ReturnsBySeating, TournamentResult, run_tournament
 from dmplay.output.tournament_checkpoint import TournamentCheckpoint
-from dmplay.output.tournament_report import _build_standing_rows, _build_standing_table_row
+from dmplay.output.tournament_report import _build_standing_table_row
 from tests.support.programs import run_dmplay
 from tests.support.terminals import clean_environment
 from tests.support.turn_based_games import Nim
@@ -325,7 +325,7 @@ def test_an_interrupted_tournament_reports_the_games_played() -> None:
     first = result._replace(
         return_estimates=(Estimate(np.nan, np.inf, -np.inf, np.inf), result.return_estimates[0])
     )
-    rows = [_build_standing_table_row(row) for row in _build_standing_rows(first)]
+    rows = [_build_standing_table_row(row) for row in first.list_rows()]
     assert [row["entrant"] for row in rows] == ["always-defect", "grim"]
     assert rows[1]["mean return"] == "-"
 

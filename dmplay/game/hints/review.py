@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from math import ceil
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -10,6 +10,7 @@ from dmplay.agents.base import AdviceQuestion
 from dmplay.core.action_values import UNKNOWN_BASIS, Accuracy, ActionValues, ValuesBasis
 from dmplay.core.arrays import Bools
 from dmplay.core.best_actions import VALUE_TOLERANCE
+from dmplay.core.data_frames import make_frame
 from dmplay.core.policy import Memory
 from dmplay.core.session import SeatedPolicy, Session
 from dmplay.core.spaces import Interval, Labels
@@ -167,6 +168,14 @@ class ReviewedAction(NamedTuple):
 def format_range(bounds: tuple[float, float], decimal_count: int) -> str:
     """Return a number, or the range between two different bounds."""
     return " to ".join(format_fixed(bound, decimal_count) for bound in dict.fromkeys(bounds))
+
+
+class Review(list[ReviewedAction]):
+    """The reviewed choices of a game."""
+
+    def to_frame(self, library: str = "") -> Any:
+        """Return a row per choice as a data frame of pandas, or of the `library` polars."""
+        return make_frame([choice.data for choice in self], library)
 
 
 def append_game(text: str, scope: str) -> str:
