@@ -65,6 +65,7 @@ class SeatChoices:
     luck: float | None = None  # score - (start value - regret)
     scale: float = 1.0  # of the problem's rewards
     unjudged_count: int = 0  # choices of which estimates do not tell whether they are the best
+    near_count: int = 0  # other choices that lost so little that they count as right
 
     def format_choice_lines(self, prefix: str = "") -> list[str]:
         """Return a line on the choices; with exact values also one each on luck and worst turn.
@@ -72,6 +73,7 @@ class SeatChoices:
         Each line begins with the prefix.
         """
         share = f"best action {self.best_count} of {format_count(self.count, 'time')}"
+        share += f", nearly the best {self.near_count} more" * (self.near_count > 0)
         if self.regret is None:
             # ratings are not called points here
             name, _, _ = self.basis.accuracy.words.partition(",")
@@ -363,6 +365,10 @@ def _assess_seat(
         session.seat_return(question.seat),
         scale=session.problem.reward_scale,
         unjudged_count=len(moves) - len(judged),
+        near_count=sum(
+            move.chosen not in move.best and move.regret is not None and not move.is_mistake
+            for move in judged
+        ),
     )
     regrets = [move.regret for move in moves if move.regret is not None]
     is_exact = len(regrets) == len(moves) and all(

@@ -151,6 +151,13 @@ def test_the_parts_of_a_score_add_up_as_printed(
     )
 
 
+def test_choices_that_lost_next_to_nothing_are_counted_apart() -> None:
+    (choices,) = judge(play("travelers-dilemma", ["95", "96", "2"], "level-k")).choices
+    assert choices.regret is not None
+    assert (choices.best_count, choices.near_count, choices.count) == (1, 1, 3)
+    assert "best action 1 of 3 times, nearly the best 1 more" in choices.format_choice_lines()[0]
+
+
 def test_the_mean_luck_of_many_games_is_zero() -> None:
     lucks = []
     for seed in range(60):
