@@ -35,6 +35,7 @@ from dmplay.registry.problems import ProblemLike
 from dmplay.simulation.seat_spaces import (
     IllegalActionRule,
     Info,
+    SeatObserver,
     SeatSpaces,
     convert_to_action_array,
 )
@@ -94,8 +95,9 @@ class Env(gymnasium.Env[Any, Any]):
         self.session = Session(
             self.problem, self._uniforms, self._policies, turn_limit=self._turn_limit
         )
+        self._observer = SeatObserver(self.seat, self.session)
         self._step_count, self._over = 0, False
-        return self._current_observation(self.session), self._current_info(self.session)
+        return self._observer.observe(), self._current_info(self.session)
 
     def step(self, action: Any) -> tuple[Any, float, bool, bool, Info]:
         """Play a turn and return the observation, reward, terminated, truncated and info."""
@@ -115,13 +117,7 @@ class Env(gymnasium.Env[Any, Any]):
         )
         truncated = not terminated and self._step_count == self._turn_limit
         self._over = terminated or truncated
-        return (
-            self._current_observation(game),
-            reward,
-            terminated,
-            truncated,
-            self._current_info(game),
-        )
+        return (self._observer.observe(), reward, terminated, truncated, self._current_info(game))
 
     def action_masks(self) -> Bools:
         """Return the mask `[A]` of the legal actions, as sb3-contrib's MaskablePPO asks for it."""
@@ -132,14 +128,6 @@ class Env(gymnasium.Env[Any, Any]):
     def _current_info(self, game: Session) -> Info:
         """Return the current info of the seat, with the mask of its legal actions."""
         return self.seat.make_info(game.legal_actions_mask(self.seat.seat))
-
-    def _current_observation(self, game: Session) -> Any:
-        """Return the current observation of the seat, in the observation space."""
-        turn = len(game.turns)
-        joint = game.turns[-1].actions[None] if turn else None
-        return self.seat.encode_observations(
-            game.observation_after(self.seat.seat, turn)[None], joint
-        )[0]
 
     def render(self) -> str | None:
         """Return the board as the seat sees it, with `render_mode="ansi"`; else None."""
@@ -217,11 +205,9 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Any, Any]):
         }
         if self._rows is None or (common_seed is not None and rows is None):
             first_seed = new_seed() if common_seed is None else common_seed
-            source: UniformSource = (
-                FastUniforms(first_seed)
-                if self._fast
-                else ReplayableUniforms(first_seed, self.num_envs)
-            )
+            source: UniformSource = FastUniforms(first_seed)
+            if not self._fast:
+                source = ReplayableUniforms(first_seed, self.num_envs)
             source.seed_rows(sequences)
             self._rows = VectorGames(
                 self._seat,
@@ -231,7 +217,7 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Any, Any]):
                 self._turn_limit,
                 self._illegal_rule,
             )
-            return self._rows.observations.copy(), self._reset_info(self._rows)
+            return self._rows.observe(), self._reset_info(self._rows)
         if common_seed is not None:
             sequences = {row: EpisodeSequence(common_seed, row, self.num_envs) for row in selected}
         self._rows.uniform_source.seed_rows(sequences)
@@ -239,7 +225,7 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Any, Any]):
             self._rows.reset()
         else:
             self._rows.restart(rows)
-        return self._rows.observations.copy(), self._reset_info(self._rows)
+        return self._rows.observe(), self._reset_info(self._rows)
 
     def _read_reset_rows(self, options: object) -> Ints | None:
         """Return the rows that the option `reset_mask` marks; None for all rows."""
@@ -274,13 +260,12 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Any, Any]):
             raise IllegalAction(
                 f"step: got shape {action_array.shape}, expected {self.num_envs} actions"
             )
-        if rows.done_mask.any():
+        if len(rows.done_rows):
             action_array = action_array.copy()
             # Ignored actions may be anything, as in Gymnasium.
-            action_array[rows.done_mask] = 0
+            action_array[rows.done_rows] = 0
         rewards, terminated, truncated = rows.step(self._seat.decode_actions(action_array))
-        observations = rows.observations.copy()
-        return observations, rewards, terminated, truncated.copy(), self._reset_info(rows)
+        return rows.observe(), rewards, terminated, truncated, self._reset_info(rows)
 
     def action_masks(self) -> Bools:
         """Return the mask `[B, A]` of the legal actions in each row."""

@@ -25,7 +25,7 @@ from dmplay.gym import (
     resolve_turn_limit,
 )
 from dmplay.registry.problems import ProblemLike, load_problem
-from dmplay.simulation.seat_spaces import IllegalActionRule, Info, SeatSpaces, Space
+from dmplay.simulation.seat_spaces import IllegalActionRule, Info, SeatObserver, SeatSpaces, Space
 
 AgentDict = dict[str, Any]
 
@@ -75,8 +75,9 @@ class ParallelEnv(pettingzoo.ParallelEnv):  # type: ignore[misc] # PettingZoo is
         values = check_reset_options(options, "episode", ignore_unknown=True)
         self._uniforms = choose_episode_uniforms(self._uniforms, seed, values)
         session = self.session = Session(self.problem, self._uniforms, turn_limit=self._turn_limit)
+        self._observers = [SeatObserver(seat_spaces, session) for seat_spaces in self._seats]
         self.agents, self._step_count = [*self.possible_agents], 0
-        return self._current_observations(session), self._infos(session)
+        return self._current_observations(), self._infos(session)
 
     def step(
         self, actions: AgentDict
@@ -114,7 +115,7 @@ class ParallelEnv(pettingzoo.ParallelEnv):  # type: ignore[misc] # PettingZoo is
         if terminated or truncated:
             self.agents = []
         return (
-            self._current_observations(session),
+            self._current_observations(),
             dict(zip(agents, rewards.tolist(), strict=True)),
             dict.fromkeys(agents, terminated),
             dict.fromkeys(agents, truncated),
@@ -129,16 +130,10 @@ class ParallelEnv(pettingzoo.ParallelEnv):  # type: ignore[misc] # PettingZoo is
             for agent, seat_spaces in zip(self.possible_agents, self._seats, strict=True)
         }
 
-    def _current_observations(self, session: Session) -> AgentDict:
+    def _current_observations(self) -> AgentDict:
         """Return the current observation of every agent."""
-        turn = len(session.turns)
-        joint = session.turns[-1].actions[None] if turn else None
-        return {
-            agent: seat_spaces.encode_observations(
-                session.observation_after(seat_spaces.seat, turn)[None], joint
-            )[0]
-            for agent, seat_spaces in zip(self.possible_agents, self._seats, strict=True)
-        }
+        pairs = zip(self.possible_agents, self._observers, strict=True)
+        return {agent: observer.observe() for agent, observer in pairs}
 
     def _infos(self, session: Session) -> AgentDict:
         """Return the info of every agent, with the mask of its legal actions."""

@@ -140,6 +140,17 @@ def test_every_observation_is_in_the_observation_space() -> None:
         assert env.observation_space.contains(env.reset(seed=SEED)[0])
 
 
+def test_every_game_of_fast_uniforms_has_a_start_of_its_own() -> None:
+    envs, starts = VectorEnv("cart-pole", 3, uniforms="fast", turns=1), list[Array]()
+    starts.append(envs.reset(seed=SEED)[0])
+    for step in range(400):  # more starts than are made at once
+        observations, *_ = envs.step(np.zeros(3, int))
+        if step % 2:
+            starts.append(observations)
+    assert len(np.unique(np.concatenate(starts), axis=0)) == 3 * len(starts)
+    assert np.array_equal(starts[0], envs.reset(seed=SEED)[0])
+
+
 def test_an_illegal_action_changes_nothing_and_uses_no_turn() -> None:
     env, envs = Env("2048"), VectorEnv("2048", 2)
     before, info = env.reset(seed=5)

@@ -18,15 +18,16 @@ def readonly_copy(array: Array) -> Array:
     return copy
 
 
-def find_range(array: Array) -> tuple[float, float]:
-    """Return the smallest and the largest number; NaN if there is one, 0 if there are no numbers.
+def is_within(array: Array, low: float, high: float) -> bool:
+    """Return whether all numbers are within the bounds, which NaN is not.
 
-    For a single number this takes 0.1 us, where two reductions take 1.5 us.
+    Counting the numbers that are takes a third of the time of two reductions.
     """
     if array.size == 1:
-        number: float = array.item()
-        return number, number
-    return (array.min(), array.max()) if array.size else (0.0, 0.0)
+        return bool(low <= array.item() <= high)
+    if low == -high:
+        return bool(np.count_nonzero(abs(array) <= high) == array.size)
+    return bool(np.count_nonzero((array >= low) & (array <= high)) == array.size)
 
 
 def array_bytes(array: Array) -> bytes:

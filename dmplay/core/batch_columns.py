@@ -5,6 +5,7 @@ one formula serves both. A product takes 35 ns for a number and 190 ns for an ar
 """
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -23,9 +24,8 @@ def unwrap_single_row(array: Array) -> Array:
 
 def stack_columns(columns: Sequence[Array]) -> Array:
     """Return the rows `[B, K]` that have these columns."""
-    if _is_array(columns[0]):
-        return np.stack(columns, axis=1)
-    return np.array([columns])
+    # The transpose saves a copy here and another one when the rows are split again.
+    return np.array(columns).T if _is_array(columns[0]) else np.array([columns])
 
 
 def to_array(column: Array) -> Array:
@@ -48,10 +48,25 @@ def clip(column: Array, low: float, high: float) -> Array:
 
 
 def keep_states_where(condition: Bools, s: Array, next_states: Array) -> Array:
-    """Return the states `s` `[B, K]` where the condition holds, and `next_states` elsewhere."""
-    if _is_array(condition):
-        return np.where(condition[:, None], s, next_states)
-    return s.copy() if condition else next_states
+    """Return `next_states` `[B, K]` after copying the states `s` where the condition holds."""
+    if not _is_array(condition):
+        return s.copy() if condition else next_states
+    np.copyto(next_states, s, where=condition[:, None])
+    return next_states
+
+
+class Constants:
+    """The constants of a formula, in the type with which operations of a column are fastest.
+
+    An operation of an array takes 0.2 us less with an array without dimensions than with a number.
+    """
+
+    def __init__(self, *numbers: complex) -> None:
+        self._numbers, self._arrays = numbers, tuple(map(np.array, numbers))
+
+    def for_column(self, column: Array) -> Sequence[Any]:
+        """Return the constants for operations of this column."""
+        return self._arrays if _is_array(column) else self._numbers
 
 
 def _is_array(column: object) -> bool:

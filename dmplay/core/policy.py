@@ -28,16 +28,8 @@ class Percept(NamedTuple):
 FIELD_OMITTED = np.zeros(0)  # placeholder for a percept field that the policy does not read
 
 
-class Policy(Protocol):
-    """The interface of a policy for one seat, which plays a batch of one game or of many.
-
-    A policy may have one more method, `stated_belief(memory)`. It returns the belief `[B, S]` that
-    it holds when it chooses, with NaN for none, or None. Transcripts record it.
-    """
-
-    @property
-    def uniform_count(self) -> int:
-        """The number of uniforms that one row of one choice consumes."""
+class GameFollower(Protocol):
+    """The interface of memories of games, as one seat perceives them."""
 
     def initial_memory(self, observation: Array) -> Memory:
         """Return the memory before the first turn: arrays whose first axis is the row.
@@ -48,6 +40,18 @@ class Policy(Protocol):
 
     def update_memory(self, memory: Memory, percept: Percept) -> Memory:
         """Return the memory after a turn."""
+
+
+class Policy(GameFollower, Protocol):
+    """The interface of a policy for one seat, which plays a batch of one game or of many.
+
+    A policy may have one more method, `stated_belief(memory)`. It returns the belief `[B, S]` that
+    it holds when it chooses, with NaN for none, or None. Transcripts record it.
+    """
+
+    @property
+    def uniform_count(self) -> int:
+        """The number of uniforms that one row of one choice consumes."""
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
         """Return an action for each row `[B]`; `legal` is `[B, A]`, `u` is `[B, uniform_count]`."""
@@ -70,9 +74,10 @@ def requires_fields(*field_names: str) -> Callable[[UpdateMethod], UpdateMethod]
     return mark_update
 
 
-def required_fields(policy: Policy) -> Collection[str]:
-    """Return the percept fields that a policy reads: all, unless it declares fewer."""
-    field_names: Collection[str] = getattr(policy.update_memory, "required_fields", Percept._fields)
+def required_fields(follower: GameFollower) -> Collection[str]:
+    """Return the percept fields that a follower reads: all, unless it declares fewer."""
+    update = follower.update_memory
+    field_names: Collection[str] = getattr(update, "required_fields", Percept._fields)
     return field_names
 
 

@@ -17,7 +17,7 @@ from dmplay.core.arrays import (
     Bools,
     Ints,
     Reals,
-    find_range,
+    is_within,
     readonly_copy,
     select_seat_observations,
 )
@@ -111,8 +111,7 @@ def validate_outcome(problem: "Problem", outcome: "Outcome") -> None:
     the index of one of its labels. The error names the line of user-defined code.
     """
     rewards = outcome.rewards
-    lowest, highest = find_range(rewards)
-    if not -MAX_REWARD <= lowest <= highest <= MAX_REWARD:  # False for NaN
+    if not is_within(rewards, -MAX_REWARD, MAX_REWARD):
         row, seat = (axis[0] for axis in (~(np.abs(rewards) <= MAX_REWARD)).nonzero())
         raise BadParameter(
             f"{_locate_resolve_events(problem)}: got the reward {rewards[row, seat]:g} "
@@ -123,8 +122,7 @@ def validate_outcome(problem: "Problem", outcome: "Outcome") -> None:
         if not isinstance(space, Labels):
             continue
         column = outcome.observations[:, seat]
-        lowest, highest = find_range(column)
-        if not 0 <= lowest <= highest < len(space):
+        if not is_within(column, 0, len(space) - 1):
             wrong = column[(column < 0) | (column >= len(space))][0]
             raise BadParameter(
                 f"{_locate_resolve_events(problem)}: got the observation {wrong} "

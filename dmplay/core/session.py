@@ -2,7 +2,7 @@
 
 import math
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
@@ -454,11 +454,16 @@ class Session(NotebookDisplay):
         observation: Array = select_seat_observations(turn.observations[None], seat)[0]
         return observation
 
-    def build_percept(self, seat: int, turn: int) -> Percept:
-        """Return the information that a turn (from 1) gave a seat, as a batch of one row."""
+    def build_percept(
+        self, seat: int, turn: int, field_names: Collection[str] = Percept._fields
+    ) -> Percept:
+        """Return the information that a turn (from 1) gave a seat, as a batch of one row.
+
+        Fields that are not in `field_names` are empty.
+        """
         actions, _, state, observations, rewards, _ = self.turns[turn - 1]
         outcome = Outcome(state[None], rewards[None], observations[None])
-        return build_percept(self.problem, seat, actions[None], outcome)
+        return build_percept(self.problem, seat, actions[None], outcome, field_names)
 
     @cached_property
     def has_visible_beliefs(self) -> bool:

@@ -8,8 +8,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from gymnasium import spaces
 
-from dmplay.core.arrays import Array, Bools, find_range
+from dmplay.core.arrays import Array, Bools, is_within
+from dmplay.core.policy import Memory, Percept, required_fields, requires_fields
 from dmplay.core.problem import MAX_REWARD, Problem
+from dmplay.core.session import Session
 from dmplay.core.spaces import Interval, Labels, RealVector, TextLine
 from dmplay.errors import BadParameter, IllegalAction, UnknownName
 
@@ -107,30 +109,40 @@ class SeatSpaces:
                 expected = self._action_set.describe_actions()
                 raise IllegalAction(f"step: got {values.tolist()}, expected {expected}")
             return self._action_set.clip_actions(numbers[:, 0])
-        if values.dtype.kind not in "iu" or values.ndim != 1:
+        is_index_array = values.dtype.kind in "iu" and values.ndim == 1
+        if not is_index_array or not is_within(values, 0, len(self._action_set) - 1):
             for value in values.tolist():
                 self._action_set.validate_action(value, "step")
-            return values.astype(np.int64)
-        lowest, highest = find_range(values)
-        if lowest < 0 or highest >= len(self._action_set):
-            invalid = values[(values < 0) | (values >= len(self._action_set))]
-            self._action_set.validate_action(invalid[0], "step")
         return values.astype(np.int64)
 
-    def encode_observations(self, observation: Array, joint: Array | None) -> Array:
-        """Return observations encoded as values `[B, ...]` of the observation space.
-
-        `joint` holds the last joint actions, or None before the first turn.
-        """
+    def initial_memory(self, observation: Array) -> Memory:
+        """Return the last observations `[B, ...]` as values of the space; () if it is the state."""
         if self.problem.partially_observable:
-            observation_set = self.problem.observations[self.seat]
-            if isinstance(observation_set, Labels):
-                return np.where(observation < 0, len(observation_set), observation)
-            return np.nan_to_num(observation)
+            return (self._encode_hidden(observation),)
         if self.problem.state_count == 1:
-            shape = len(observation), len(self.problem.agents)
-            return np.zeros(shape, np.int64) if joint is None else joint.astype(np.int64) + 1
-        return observation.copy()
+            return (np.zeros((len(observation), len(self.problem.agents)), np.int64),)
+        return ()
+
+    @requires_fields("observation", "actions")
+    def update_memory(self, memory: Memory, percept: Percept) -> Memory:
+        """Return the last observations after a turn, as `initial_memory` does."""
+        if self.problem.partially_observable:
+            return (self._encode_hidden(percept.observation),)
+        if self.problem.state_count == 1:
+            assert percept.actions is not None
+            return (percept.actions.astype(np.int64) + 1,)
+        return ()
+
+    def _encode_hidden(self, observation: Array) -> Array:
+        """Return observations of a hidden state `[B, ...]` as values of the observation space."""
+        observation_set = self.problem.observations[self.seat]
+        if isinstance(observation_set, Labels):
+            return np.where(observation < 0, len(observation_set), observation)
+        return np.nan_to_num(observation)
+
+    def encode_memory(self, memory: Memory, state: Array) -> Array:
+        """Return the current observations `[B, ...]`, as a new array of values of the space."""
+        return (memory[0] if memory else state).copy(order="K")
 
     def make_info(self, legal: Bools | None) -> Info:
         """Return the info with the mask `[A]` of legal actions, empty for a real action."""
@@ -147,6 +159,32 @@ class SeatSpaces:
         if "action_mask" not in info:
             raise BadParameter("action_masks: got real-valued actions, which have no mask")
         return np.asarray(info["action_mask"], bool)
+
+
+class SeatObserver:
+    """The observations of one seat of a session, encoded as values of its observation space."""
+
+    def __init__(self, seat_spaces: SeatSpaces, session: Session) -> None:
+        self._seat_spaces, self._session = seat_spaces, session
+        self._follow_from_start()
+
+    def _follow_from_start(self) -> None:
+        """Return to the memory before the first turn."""
+        first = self._session.observation_after(self._seat_spaces.seat, 0)
+        self._memory, self._turn_count = self._seat_spaces.initial_memory(first[None]), 0
+
+    def observe(self) -> Array:
+        """Return the current observation, as a new array."""
+        session, spaces = self._session, self._seat_spaces
+        if self._turn_count > len(session.turns):  # turns were taken back
+            self._follow_from_start()
+        while self._memory and self._turn_count < len(session.turns):
+            self._turn_count += 1
+            fields = required_fields(spaces)
+            percept = session.build_percept(spaces.seat, self._turn_count, fields)
+            self._memory = spaces.update_memory(self._memory, percept)
+        observation: Array = spaces.encode_memory(self._memory, session.state[None])[0]
+        return observation
 
 
 def convert_to_action_array(values: object) -> Array:

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from functools import lru_cache
 from itertools import pairwise
-from typing import NamedTuple, Protocol
+from typing import ClassVar, NamedTuple, Protocol
 
 import numpy as np
 
@@ -25,6 +25,8 @@ class EpisodeSequence(NamedTuple):
 
 class UniformSource(Protocol):
     """A source of uniforms for rows of games, each at its own turn."""
+
+    has_episodes: ClassVar[bool]  # True if the uniforms of a row depend on its episode
 
     def seed_rows(self, sequences: Mapping[int, EpisodeSequence]) -> None:
         """Give these rows episodes of their own, which begin with the next one."""
@@ -48,6 +50,8 @@ class ReplayableUniforms:
 
     Some rows may have other seeds and episodes.
     """
+
+    has_episodes: ClassVar[bool] = True
 
     def __init__(self, seed: int, rows: int) -> None:
         self._seed = seed
@@ -102,6 +106,8 @@ class FastUniforms:
 
     They are not reproducible from a seed.
     """
+
+    has_episodes: ClassVar[bool] = False
 
     def __init__(self, seed: int) -> None:
         self._generator = make_numpy_generator(seed)

@@ -9,11 +9,13 @@ steps as Gymnasium's CartPole-v1.
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from dmplay.core.arrays import Array, Bools
 from dmplay.core.batch_columns import (
+    Constants,
     keep_states_where,
     split_columns,
     stack_columns,
@@ -57,31 +59,44 @@ class CartPole(RealStateProblem):
     def resolve_events(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
         """Return the outcome of one Euler step (F.1 to F.4), old values on the right-hand sides."""
         x, v, theta, omega = split_columns(s)
-        push = self.force * (2.0 * unwrap_single_row(a[:, 0]) - 1.0)
-        acceleration, angular = self._compute_accelerations(push, theta, omega)
-        dt = self.dt
-        next_values = (x + dt * v, v + dt * acceleration, theta + dt * omega, omega + dt * angular)
+        pushes = unwrap_single_row(a[:, 0])
+        acceleration, angular = self._compute_accelerations(pushes, theta, omega)
+        next_states = s + self.dt * stack_columns((v, acceleration, omega, angular))
         past_limit = self._is_past_limit(x, theta)
-        next_states = keep_states_where(past_limit, s, stack_columns(next_values))
+        next_states = keep_states_where(past_limit, s, next_states)
         return Outcome(next_states, stack_columns([1.0 - past_limit]), next_states)
 
-    def _compute_accelerations(
-        self, push: Array, theta: Array, omega: Array
-    ) -> tuple[Array, Array]:
-        """Return the accelerations of the cart (F.3) and of the pole (F.1)."""
+    @cached_property
+    def _constants(self) -> Constants:
+        """The constants of the accelerations, in the order in which these need them."""
         total_mass, half_length = self.mass_cart + self.mass_pole, self.length / 2
         moment = self.mass_pole * half_length
+        swing_factor = moment if self.pole_mass_in_tau else half_length
+        others = 4.0 / 3.0, self.mass_pole, self.gravity, moment
+        return Constants(self.force, swing_factor, total_mass, half_length, *others)
+
+    def _compute_accelerations(self, a: Array, theta: Array, omega: Array) -> tuple[Array, Array]:
+        """Return the accelerations of the cart (F.3) and of the pole (F.1)."""
+        constants = self._constants.for_column(theta)
+        force, swing_factor, total_mass, half_length, *others = constants
+        four_thirds, mass_pole, gravity, moment = others
+        push = force * (2.0 * a - 1.0)
         sin, cos = compute_sine_and_cosine(theta)
-        swing = (moment if self.pole_mass_in_tau else half_length) * (omega * omega)
-        tau = (push + swing * sin) / total_mass
-        inertia = half_length * (4.0 / 3.0 - self.mass_pole * (cos * cos) / total_mass)
-        angular = (self.gravity * sin - cos * tau) / inertia
+        tau = (push + swing_factor * (omega * omega) * sin) / total_mass
+        inertia = half_length * (four_thirds - mass_pole * (cos * cos) / total_mass)
+        angular = (gravity * sin - cos * tau) / inertia
         return tau - moment * angular * cos / total_mass, angular
+
+    @cached_property
+    def _limits(self) -> Constants:
+        """The maximum distance of the cart and the maximum angle of the pole, in radians."""
+        return Constants(self.x_limit, self.theta_limit * 2 * math.pi / 360)
 
     def _is_past_limit(self, x: Array, theta: Array) -> Array:
         """Return whether the cart or the pole is past its limit."""
-        max_angle = self.theta_limit * 2 * math.pi / 360
-        return (abs(x) > self.x_limit) | (abs(theta) > max_angle)
+        max_distance, max_angle = self._limits.for_column(theta)
+        past_limit: Array = (abs(x) > max_distance) | (abs(theta) > max_angle)
+        return past_limit
 
     def terminal(self, s: Array) -> Bools:
         """Return whether the cart or the pole is past its limit."""
