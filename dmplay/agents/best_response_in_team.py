@@ -203,7 +203,7 @@ class BestResponseInTeam(HorizonPolicy, GreedyPolicy, PartnerBeliefPolicy):
         """Return the belief, which differs from the board's; '' with a random partner."""
         if self.to == "random":
             return ""
-        (b,), states = self.split_nodes(memory[0][:1]).sum(axis=1), self.problem.enumerate_states()
+        b, states = self.state_belief(memory)[0], self.problem.enumerate_states()
         listed = np.sort(np.argsort(-b, kind="stable")[:MAX_DESCRIBED_STATES]).tolist()
         parts = [f"{self.problem.format_state(states[i])} {b[i]:.3f}" for i in listed]
         has_more = bool((np.delete(b, listed) > 0.0).any())

@@ -99,6 +99,9 @@ class View(Generic[P_co]):
     past_action_labels: Sequence[str] = ()
     # the player's name for onlookers: "you", or the agent's name if no person plays
     player_label: str = "you"
+    # the player of the other seat whose rule the beliefs take into account; "" if they assume that
+    # all other agents act at random
+    known_partner: str = ""
 
     @property
     def turns_played(self) -> int:

@@ -38,7 +38,7 @@ from dmplay.game.saves import SaveRemoval
 from dmplay.game.seat_snapshot import SeatSnapshot
 from dmplay.game.seats import list_other_players, list_scripts, shorten_player_name
 from dmplay.game.verdict import Standing, Verdict, compute_verdict
-from dmplay.registry.agents import load_roster
+from dmplay.registry.agents import find_partner_policy, load_roster
 from dmplay.registry.problem_name_kinds import names_bot
 from dmplay.registry.problems import is_built_in
 from dmplay.terminal.signals import defer_signals
@@ -48,6 +48,7 @@ from dmplay.transcript.recorder import Recorder
 from dmplay.views.protocol import DrawOptions, draw_picture, fit_board, load_view_module
 
 if TYPE_CHECKING:
+    from dmplay.agents.best_response_in_team import PartnerBeliefPolicy
     from dmplay.game.predictions import EchoedBelief, Predictor, ScoredPrediction
 
 PREDICTION_NOTE_PREFIX = "# prediction "
@@ -119,6 +120,7 @@ class Game:
         )
         self._hint_providers: dict[int, HintProvider] = {}
         self._snapshot: SeatSnapshot | None = None
+        self._partner_policies: dict[int, PartnerBeliefPolicy | None] = {}  # by seat
 
     @property
     def problem(self) -> Problem:
@@ -295,6 +297,7 @@ class Game:
         """Give advice as if these agents played in these seats; {} for the players of the game."""
         self.assumed_players = dict(assumed_players)
         self._hint_providers = {}
+        self._partner_policies, self._snapshot = {}, None
 
     def snapshot(self, seat: int | None = None) -> SeatSnapshot:
         """Return a snapshot of the game for a seat, by default the viewing seat.
@@ -303,23 +306,28 @@ class Game:
         ends.
         """
         if seat is not None:
-            return SeatSnapshot(
-                self.session,
-                seat,
-                rewards_visible=self.rewards_visible,
-                agents_only=self.agents_only,
-                shows_belief=self.shows_belief,
-            )
+            return self._take_snapshot(seat)
         viewing_seat = self.viewing_seat
         if self._snapshot is None or not self._snapshot.is_current_for(viewing_seat):
-            self._snapshot = SeatSnapshot(
-                self.session,
-                viewing_seat,
-                rewards_visible=self.rewards_visible,
-                agents_only=self.agents_only,
-                shows_belief=self.shows_belief,
-            )
+            self._snapshot = self._take_snapshot(viewing_seat)
         return self._snapshot
+
+    def _take_snapshot(self, seat: int) -> SeatSnapshot:
+        """Return a new snapshot of the game for a seat."""
+        if seat not in self._partner_policies:
+            is_team = self.problem.partially_observable and not self.agents_only
+            self._partner_policies[seat] = (
+                find_partner_policy(self.problem, self.advice_question(seat)) if is_team else None
+            )
+        snapshot = SeatSnapshot(
+            self.session,
+            seat,
+            rewards_visible=self.rewards_visible,
+            agents_only=self.agents_only,
+            shows_belief=self.shows_belief,
+        )
+        snapshot.partner_policy = self._partner_policies[seat]
+        return snapshot
 
     def is_action_key(self, key: str) -> bool:
         """Return whether a key plays an action of the viewing seat, or changes a typed number."""
@@ -511,7 +519,7 @@ class Game:
             seated_policy and SeatedPolicy(session, seated_policy.seat, seated_policy.policy)
             for seated_policy in session.seated_policies
         ]
-        self._hint_providers, self._pending_choices = {}, {}
+        self._hint_providers, self._pending_choices, self._partner_policies = {}, {}, {}
         self.ghost = self.narrator.ghost = None
 
     def play_agent_turn(self) -> bool:

@@ -5,7 +5,7 @@ its own. A position holds what its seat perceived (a `View`) and no session, so 
 and the random numbers of the game are out of reach.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from functools import cached_property
 from typing import Self, TypeVar
@@ -274,23 +274,7 @@ class Position:
             return (self._belief[None], *memory[1:])
         if self.turns_done != view.turns_played:
             return policy.memory_at_turn(view.observation[None], self.turns_done)
-        memory = call_memory_method(
-            prefix, policy.initial_memory, 1, readonly_copy(view.observations[0][None])
-        )
-        has_labels = bool(self.problem.actions[self.seat].labels)
-        for turn in range(view.turns_played):
-            action = np.array([view.actions[turn]])
-            percept = Percept(
-                action.astype(np.int64) if has_labels else action,
-                readonly_copy(view.observations[turn + 1][None]),
-                None
-                if view.joint_actions is None
-                else readonly_copy(view.joint_actions[turn][None]),
-                np.array([view.rewards[turn]])
-                if view.rewards is not None and self.problem.rewards_observable
-                else None,
-            )
-            memory = call_memory_method(prefix, policy.update_memory, 1, memory, percept)
+        *_, memory = iter_memories(policy, view, prefix)
         return memory
 
     def ask(self, query: Callable[[SeatPolicy, Memory], T]) -> T:
@@ -610,6 +594,30 @@ class Position:
             )
         events = list_observations(problem, self.seat, action, probabilities, beliefs, rewards)
         return events._replace(is_modelled=predicted is not None)
+
+
+def iter_memories(policy: SeatPolicy, view: View[Problem], error_prefix: str) -> Iterator[Memory]:
+    """Yield the memory of a policy before the first turn that its seat perceived, and after each.
+
+    Raise BadPolicy, with the prefix, for a memory that is none.
+    """
+    memory = call_memory_method(
+        error_prefix, policy.initial_memory, 1, readonly_copy(view.observations[0][None])
+    )
+    yield memory
+    has_labels = bool(view.problem.actions[view.seat].labels)
+    for turn in range(view.turns_played):
+        action = np.array([view.actions[turn]])
+        percept = Percept(
+            action.astype(np.int64) if has_labels else action,
+            readonly_copy(view.observations[turn + 1][None]),
+            None if view.joint_actions is None else readonly_copy(view.joint_actions[turn][None]),
+            np.array([view.rewards[turn]])
+            if view.rewards is not None and view.problem.rewards_observable
+            else None,
+        )
+        memory = call_memory_method(error_prefix, policy.update_memory, 1, memory, percept)
+        yield memory
 
 
 def _check_texts(  # noqa: PLR0913, PLR0917 - the texts of a position

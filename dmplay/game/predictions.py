@@ -155,10 +155,11 @@ class Predictor:
         name = problem.format_state(problem.enumerate_states()[state])
         label = self._session.format_action(self._seat, action)
         subject = f"P({name}) if {observation} follows {label}"
+        others = ", if all others act at random" * (len(problem.agents) > 1)
         return Question(
             turn,
             action,
-            f"predict {subject}, from 0 to 1; Enter skips",
+            f"predict {subject}{others}, from 0 to 1; Enter skips",
             subject,
             float(forecast.beliefs[row, state]),
         )

@@ -1,13 +1,23 @@
 """Snapshots of a game: the facts that one seat may know at one moment."""
 
+from dataclasses import replace
 from functools import cached_property
+from typing import TYPE_CHECKING
 
+from dmplay.core.arrays import readonly_copy
 from dmplay.core.problem import Problem
 from dmplay.core.session import Session, View
+from dmplay.game.position import iter_memories
+
+if TYPE_CHECKING:
+    from dmplay.agents.best_response_in_team import PartnerBeliefPolicy
 
 
 class SeatSnapshot:
     """A snapshot of what a seat may know now: the last turn, and the whole view on demand."""
+
+    # computes the beliefs beside a partner whose rule the seat knows
+    partner_policy: "PartnerBeliefPolicy | None" = None
 
     def __init__(
         self,
@@ -35,11 +45,20 @@ class SeatSnapshot:
 
     @cached_property
     def view(self) -> View[Problem]:
-        """The seat's view; if only agents play, its player label is the agent's name."""
+        """The seat's view; if only agents play, its player label is the agent's name.
+
+        Beside a partner whose rule is known, its beliefs are those of the advice.
+        """
         agent = self.session.problem.agents[self.seat]
-        return self.session.view(
+        view = self.session.view(
             self.seat,
             rewards_visible=self.rewards_visible,
             shows_belief=self.shows_belief,
             player_label=agent if self.agents_only else View.player_label,
         )
+        policy = self.partner_policy
+        if view.beliefs is None or policy is None:
+            return view
+        memories = iter_memories(policy, view, f"turn {self.turn + 1}")
+        beliefs = tuple(readonly_copy(policy.state_belief(memory)[0]) for memory in memories)
+        return replace(view, beliefs=beliefs, known_partner=policy.to)

@@ -114,7 +114,8 @@ def format_debrief_table(problem: Problem, rows: Sequence[Mapping[str, object]])
         ]
     )
     names = " / ".join(problem.agents)
-    caption = [f"{names}; one value alone is for all"] if len(problem.agents) > 1 else []
+    model = "; beliefs as if the others acted at random" * ("belief" in order)
+    caption = [f"{names}; one value alone is for all{model}"] if len(problem.agents) > 1 else []
     return [*caption, *lines]
 
 

@@ -8,7 +8,7 @@ import inspect
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import Field, dataclass, fields, is_dataclass, replace
 from functools import cache, cached_property, partial
-from typing import Any, Protocol, cast
+from typing import TYPE_CHECKING, Any, Protocol, cast
 
 import numpy as np
 
@@ -39,6 +39,9 @@ from dmplay.registry.builtin_names import problem_names
 from dmplay.registry.problem_name_kinds import names_bot
 from dmplay.registry.problems import ProblemLike, load_problem
 from dmplay.registry.user_code import load_named_attribute, may_name_code
+
+if TYPE_CHECKING:
+    from dmplay.agents.best_response_in_team import PartnerBeliefPolicy
 
 NON_PARAMETER_FIELDS = ("problem", "seat", "policy_maker", "opponents")
 
@@ -415,6 +418,29 @@ def find_hint_provider(problem: Problem, question: AdviceQuestion) -> HintAgent 
     except BadPolicy:
         return None
     return _find_best_response(agent) or agent
+
+
+def find_partner_policy(problem: Problem, question: AdviceQuestion) -> "PartnerBeliefPolicy | None":
+    """Return the policy whose beliefs about the state use the rule of the other player.
+
+    None if the agent that answers the question has no such beliefs, or does not know the rule, or
+    if a person only assumes it.
+    """
+    if len(problem.agents) == 1 or question.assumes_players:
+        return None
+    from dmplay.agents.best_response_in_team import PartnerBeliefPolicy  # few problems need it
+
+    roster = load_roster(problem, question.seat)
+    name = roster.hint_provider_for(question.turn_limit)
+    if name is None or not issubclass(roster.agents.get(name, SeatPolicy), PartnerBeliefPolicy):
+        return None
+    try:
+        policy = load_hint_agent(problem, question, name).policy
+    except DmplayError:
+        return None
+    if not isinstance(policy, PartnerBeliefPolicy) or policy.to == "random":
+        return None
+    return policy if (policy.to,) == question.opponents else None
 
 
 def _find_best_response(agent: HintAgent) -> HintAgent | None:

@@ -294,6 +294,7 @@ def describe_belief(view: View[CaregiverProblem]) -> str:
     if view.beliefs is None:
         return ""
     partners = view.problem.agents[: view.seat] + view.problem.agents[view.seat + 1 :]
+    partners = () if view.known_partner else partners
     assumption = "".join(f" as if {partner} acted at random" for partner in partners)
     return f"belief{assumption}: {format_belief(view.problem.state_names, view.belief)}."
 

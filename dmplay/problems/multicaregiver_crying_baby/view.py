@@ -18,8 +18,9 @@ describe_turn, describe_end = crying_baby.describe_turn, crying_baby.describe_en
 def iter_boards(view: View[MulticaregiverCryingBaby], options: DrawOptions) -> Iterator[Text]:
     """Yield each board for one caregiver with a note about the other caregiver, then without it.
 
-    The note says that the belief assumes a random policy of the other caregiver, and names the
-    policy that a forecast assumes if that is another one. Without a belief, there is no note.
+    The note names the policy of the other caregiver that the belief takes into account, or says
+    that the belief assumes a random one; then it names the policy that a forecast assumes, if that
+    is another one. Without a belief, there is no note.
     """
     if view.beliefs is None:
         yield from crying_baby.iter_boards(view, options)
@@ -28,7 +29,10 @@ def iter_boards(view: View[MulticaregiverCryingBaby], options: DrawOptions) -> I
     assumption = options.forecast.other_players if options.forecast else ""
     note = f"bars: your belief, computed as if {name} acted at random"
     short_note = f"belief as if {name} acted at random"
-    if assumption.startswith("if "):
+    if view.known_partner:
+        note = f"bars: your belief; {name} plays {view.known_partner}"
+        short_note = f"{name} plays {view.known_partner}"
+    elif assumption.startswith("if "):
         policy = assumption.removeprefix("if ")
         note = f"bars: {name} acts at random; forecast: {policy}"
         short_note = f"bars assume a random {name}"

@@ -120,8 +120,8 @@ def _name_typed_action(game: Game, word: str) -> str:
 def show_belief(game: Game, argument: str) -> str:
     """Return the most probable hidden states with their probabilities, at most eight.
 
-    Beside other agents, the first belief assumes that these act at random. If a person assumes
-    another partner, the belief with that one follows.
+    Beside other agents, the first belief assumes that these act at random, unless the rule of the
+    only one is known. If a person assumes another partner, the belief with that one follows.
     """
     view = game.view()
     if not game.shows_belief:
@@ -141,6 +141,8 @@ def show_belief(game: Game, argument: str) -> str:
     other_count = len(game.problem.agents) - 1
     others = "the other agents act" if other_count > 1 else "the other agent acts"
     model = f", if {others} at random" if other_count else ""
+    if view.known_partner:
+        model = f", as {game.problem.agents[1 - view.seat]} plays {view.known_partner}"
     assumed = ""
     if game.assumed_players:
         provider = game.hint_provider

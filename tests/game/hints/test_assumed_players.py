@@ -158,6 +158,23 @@ def test_a_caregiver_may_assume_a_partner_that_feeds_a_crying_baby() -> None:
     assert "if the partner plays feed-when-crying, belief " in show_hint(game, "")
 
 
+def test_the_belief_beside_a_known_partner_is_that_of_the_hint() -> None:
+    game = make_game("multicaregiver-crying-baby", "human", "feed-when-crying", turns=20)
+    crying, quiet = range(2)
+    heard = [quiet]
+    while heard[-2:] != [crying, quiet]:  # The partner feeds after the crying.
+        game.choose(IGNORE)
+        heard = [int(o) for o in game.view().observations]
+    assert game.view().belief.tolist() == [1.0, 0.0]
+    assert game.session.current_beliefs()[0].tolist() != [1.0, 0.0]  # as in a transcript
+    assert show_belief(game, "") == (
+        "belief, as caregiver2 plays feed-when-crying: sated 1.000, hungry 0.000."
+    )
+    assert "belief sated 1.000, hungry 0.000" in show_hint(game, "")
+    game.undo()
+    assert len(game.view().beliefs or ()) == len(game.view().observations)
+
+
 def test_a_belief_names_the_partner_that_it_assumes() -> None:
     game = make_game("multicaregiver-crying-baby", "human", "human", seed=3, turns=6)
     game.session.advance([FEED, IGNORE])

@@ -93,7 +93,8 @@ def test_a_key_of_a_finished_game_skips_the_game_of_another_agent() -> None:
 def test_the_hidden_facts_of_two_agents_are_a_table_of_one_row_per_turn(tmp_path: Path) -> None:
     screen = play_to_end("multicaregiver-crying-baby", tmp_path)
     assert screen.game.narrator.debrief_table() == [
-        "caregiver1 / caregiver2; one value alone is for all",
+        "caregiver1 / caregiver2; one value alone is for all; beliefs as if the others acted at "
+        "random",
         "turn  action         state after  observation  reward       belief: sated, hungry",
         "0                    hungry                                 0.500, 0.500",
         "1     ignore         hungry       crying       -10          0.000, 1.000",
