@@ -159,7 +159,7 @@ class Solution:
             if at is None and not turns_done:
                 return start
             raise self._make_error("its agents act on what they observed, not on a belief")
-        belief = beliefs.initial_belief(problem) if at is None else _read_belief(problem, at)
+        belief = _find_start_belief(problem, seat) if at is None else _read_belief(problem, at)
         return Position.at_belief(problem, question, agent, belief, turns_done)
 
     @property
@@ -295,6 +295,15 @@ def _read_state(problem: Problem, at: At) -> Array:
         raise BadParameter(f"got {at!r}, expected {expected}")
     checked_state_indices(problem, state[None])
     return state
+
+
+def _find_start_belief(problem: Problem, seat: int) -> Reals:
+    """Return the belief `[S]` of a seat at the start; raise BadParameter if there are several."""
+    belief = beliefs.initial_belief(problem)
+    observations = problem.initial_observations(problem.enumerate_states()[belief > 0.0])[:, seat]
+    if (observations != observations[0]).any():
+        raise BadParameter("games start with an observation; name a belief")
+    return belief
 
 
 def _read_belief(problem: Problem, at: At) -> Reals:

@@ -9,7 +9,7 @@ from dmplay.core.arrays import Array, Ints, Reals
 from dmplay.core.problem import Problem
 from dmplay.core.tabular import Tables, tabulate
 from dmplay.core.work_budget import DEFAULT_MEMORY_BYTES, Budget
-from dmplay.errors import BudgetExceeded
+from dmplay.errors import BadParameter, BudgetExceeded
 from dmplay.formats.file_problems import FileProblem
 from dmplay.solvers.pomdp import exact_pomdp, point_based
 from dmplay.solvers.pomdp.point_based import PointBasedSolver
@@ -169,6 +169,10 @@ def test_initial_observations_are_used() -> None:
     assert bounds.lower_bound == bounds.upper_bound == pytest.approx(10.0)
     assert bounds.action_lower_bounds.tolist() == pytest.approx([-1.0, -45.0, -45.0])
     assert belief.initial_belief(problem).tolist() == [0.5, 0.5]
+    solution = dmplay.solve(problem, turns=1, method="point-based")
+    assert solution.value() == solution.value([0.0, 1.0]) == pytest.approx(10.0)
+    with pytest.raises(BadParameter, match="games start with an observation; name a belief"):
+        solution.action_values()
 
 
 @pytest.mark.slow
