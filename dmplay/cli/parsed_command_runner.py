@@ -53,17 +53,8 @@ def _run_user_interface(
             return game_launcher.run_shell(_make_controller(), result)
         case results.WatchCommand():
             return game_launcher.show_algorithm(result)
-
-    from dmplay.ui.lessons import lesson_player, question_player
-
     terminal = current_terminal(result.terminal_options)
-    match result:
-        case results.LearnCommand():
-            return lesson_player.play_lesson(terminal, result, interpret_command)
-        case results.PuzzleCommand():
-            return question_player.play_puzzle(terminal, result)
-        case results.MistakesCommand():
-            return question_player.play_mistakes(terminal, result)
+    return game_launcher.run_tutor_command(terminal, result, interpret_command)
 
 
 def _print_report(report: Printout) -> int:
@@ -121,8 +112,8 @@ def _make_controller() -> "GameController":
     )
 
 
-def interpret_command(words: Sequence[str]) -> PlayCommand | str:
-    """Parse words of a command line; return a game to play, or the uncoloured text of a report."""
+def interpret_command(words: Sequence[str]) -> PlayCommand | results.TutorCommand | str:
+    """Parse words of a command line; return a game, a lesson, or the plain text of a report."""
     forget_input_files()
     for file in config_files.load_config_files():  # They were read when the shell began.
         register_input_file(file.path)
@@ -133,7 +124,7 @@ def interpret_command(words: Sequence[str]) -> PlayCommand | str:
         parent_context = typer.Context(commands, info_name="dmplay")
         return str(command.get_help(typer.Context(command, info_name=name, parent=parent_context)))
     try:
-        result: PlayCommand | Printout | str | int = commands(
+        result: PlayCommand | results.TutorCommand | Printout | str | int = commands(
             [*words], standalone_mode=False, prog_name="dmplay"
         )
     except USAGE_ERROR as error:

@@ -145,4 +145,4 @@ CliResult = (
     | str
 )
 # parses and runs the words of a command line
-CliInterpreter = Callable[[Sequence[str]], PlayCommand | str]
+CliInterpreter = Callable[[Sequence[str]], PlayCommand | TutorCommand | str]

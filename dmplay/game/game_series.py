@@ -11,7 +11,7 @@ from dmplay.core.text import format_count
 from dmplay.errors import BadParameter
 from dmplay.game import saves
 from dmplay.game.background_tasks import TaskInfo, run_cancellable
-from dmplay.game.command_line_results import CliInterpreter
+from dmplay.game.command_line_results import CliInterpreter, PlayCommand, TutorCommand
 from dmplay.game.command_reply import Page
 from dmplay.game.game import Game
 from dmplay.game.game_setup import start_game, start_new_game
@@ -41,6 +41,8 @@ class GameController:
         self._previous_recorders: list[Recorder] = []  # the previous game's transcript, if saved
         self.save_removal = saves.SaveRemoval()  # old saves deleted for these games
         self.open_screen: Callable[[], None] | None = None  # set if a full screen is available
+        # runs a lesson; set while a person types in the shell
+        self.open_lesson: Callable[[TutorCommand], object] | None = None
         # shows the steps of an algorithm and returns a reply; set if a full screen is available
         self.open_viewer: Callable[[WatchedSteps], str] | None = None
         self.aliases = aliases
@@ -266,6 +268,11 @@ class GameController:
         result = run_cancellable(TaskInfo(f"running {words[0]}"), lambda: interpreter(words))
         if isinstance(result, str):
             return Page(result)
+        if not isinstance(result, PlayCommand):
+            if self.open_lesson is None:
+                raise BadParameter("learn: a lesson needs the shell; leave, then run dmplay learn")
+            self.open_lesson(result)
+            return ""
         self.set_game(start_game(result.interactive_request, self._list_known_games))
         return ""
 

@@ -11,7 +11,16 @@ from dmplay import __version__
 from dmplay.core.text import escape_unprintable
 from dmplay.errors import BadParameter, DmplayError
 from dmplay.game import saves
-from dmplay.game.command_line_results import LearnCommand, PlayCommand, ShellCommand, WatchCommand
+from dmplay.game.command_line_results import (
+    CliInterpreter,
+    LearnCommand,
+    MistakesCommand,
+    PlayCommand,
+    PuzzleCommand,
+    ShellCommand,
+    TutorCommand,
+    WatchCommand,
+)
 from dmplay.game.game_series import GameController
 from dmplay.game.game_setup import format_resume_command, start_game
 from dmplay.game.saves import SaveRemoval
@@ -76,6 +85,9 @@ def run_shell(controller: GameController, command: ShellCommand) -> int:
     """Run the shell on commands that are typed, piped or given as options; return the exit code."""
     terminal = current_terminal(command.terminal_options)
     shell = Shell(controller, terminal, command.speed)
+    shell.run_lesson = lambda lesson: run_tutor_command(
+        terminal, lesson, controller.cli_interpreter
+    )
     code, has_invalid_line = 0, False
     with _end_game_on_exit(controller, terminal):
         if command.commands:
@@ -96,6 +108,21 @@ def run_shell(controller: GameController, command: ShellCommand) -> int:
             has_invalid_line = run_script(shell, sys.stdin)
         controller.end_game("interrupted" if code else "quit")
     return code or _print_write_errors(controller, has_invalid_line=has_invalid_line)
+
+
+def run_tutor_command(
+    terminal: Terminal, command: TutorCommand, cli_interpreter: CliInterpreter | None
+) -> int:
+    """Run a lesson, or ask puzzles or mistakes, in the terminal; return the exit code."""
+    from dmplay.ui.lessons import lesson_player, question_player  # Games need none of them.
+
+    match command:
+        case LearnCommand():
+            return lesson_player.play_lesson(terminal, command, cli_interpreter)
+        case PuzzleCommand():
+            return question_player.play_puzzle(terminal, command)
+        case MistakesCommand():
+            return question_player.play_mistakes(terminal, command)
 
 
 def show_algorithm(command: WatchCommand) -> int:
@@ -151,9 +178,8 @@ def _run_gallery_choice(shell: Shell, gallery: Gallery, words: Sequence[str]) ->
 
 def _run_gallery_lesson(shell: Shell, gallery: Gallery, word: str) -> int:
     """Run a lesson and wait for Enter, so that its last lines can be read; return the exit code."""
-    from dmplay.ui.lessons.lesson_player import play_lesson
-
-    code = play_lesson(shell.terminal, LearnCommand(word), shell.controller.cli_interpreter)
+    interpreter = shell.controller.cli_interpreter
+    code = run_tutor_command(shell.terminal, LearnCommand(word), interpreter)
     read_line("Enter goes back to the list of problems> ", sys.stdin)
     gallery.return_from_lesson()
     return code

@@ -54,6 +54,7 @@ READING_ARGUMENTS: Arguments = {
     "export": ("--svg -o game.dmt", *(f"{{file}} --{name} {{trust}}" for name in EXPORT_FORMATS)),
     "guide": ("", "agents --raw", "nothing"),
     "info": ("{problem}", "nothing"),
+    "learn": ("", "first", "nonsense"),
     "list": ("", "POMDP", "games", "nonsense"),
     "load": ("", "nothing.dmt", "{file}"),
     "play": ("nothing", "{problem} --turns 0"),

@@ -67,6 +67,7 @@ class PlayScreen:
         controller.is_interactive = True
         controller.on_intermediate_turn = self.log_new_turns
         controller.open_viewer = self.open_viewer
+        controller.open_lesson = None  # The screen is occupied.
         self.viewer: KeyDrivenScreen | None = None  # shows an algorithm in place of the game
         self.terminal = terminal
         self._notes = notes  # what a lesson says about some moments of a game

@@ -2,12 +2,13 @@
 
 import shutil
 import sys
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from textwrap import TextWrapper
 
 from dmplay.core.text import escape_unprintable
 from dmplay.errors import BadParameter, DmplayError
 from dmplay.game.background_tasks import TaskCancelled
+from dmplay.game.command_line_results import TutorCommand
 from dmplay.game.game import Game
 from dmplay.game.game_series import GameController
 from dmplay.terminal.capabilities import Terminal, clear_screen
@@ -35,6 +36,8 @@ class Shell:
         self.speed = speed  # turns per second when agents play on the screen
         controller.is_interactive = terminal.is_interactive
         controller.on_intermediate_turn = self._print_turn
+        # runs a lesson between two typed lines; None if none can be run
+        self.run_lesson: Callable[[TutorCommand], object] | None = None
         self._reported_game: Game | None = None  # the game whose end was printed
 
     @property
@@ -62,6 +65,8 @@ class Shell:
         PlayerQuit and DmplayError are raised after the effects up to the error have been printed.
         """
         game, turn_count = self.game, self._turn_count()
+        if self.controller.is_interactive:
+            self.controller.open_lesson = self.run_lesson
         try:
             for part in (
                 iter_commands_until_handover(self.controller, line)

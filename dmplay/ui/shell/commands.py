@@ -345,6 +345,8 @@ COMMANDS_BY_TOPIC: Mapping[str, tuple[Command, ...]] = {
         Command("plot", "[WHAT] [PROBLEM]",
                 "plot values, policies, payoffs and figures of the book", _bind_to_cli("plot")),
         Command("guide", "[TOPIC]", "show a page of the guide", _bind_to_cli("guide")),
+        Command("learn", "[LESSON]", "run a lesson, such as first; or list all lessons",
+                _bind_to_cli("learn")),
     ),
     "shell": (
         Command("keys", "", "list the keys", _show_keys),

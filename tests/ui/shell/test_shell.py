@@ -559,3 +559,17 @@ def test_a_prompt_follows_the_size_of_its_terminal(tmp_path: Path) -> None:
         terminal.press(CTRL_D)
         assert terminal.ended() == 0
         assert "Traceback" not in terminal.printed
+
+
+def test_the_shell_runs_a_lesson_between_two_lines(tmp_path: Path) -> None:
+    with Terminal("shell", folder=tmp_path) as terminal:
+        terminal.until("dmplay>").press(f"learn 1{ENTER}").until("answer>")
+        terminal.press(f"quit{ENTER}").until("is not finished").until("dmplay>")
+        terminal.press(f"quit{ENTER}")
+        assert terminal.ended() == 0
+
+
+def test_a_script_of_the_shell_says_where_lessons_run(tmp_path: Path) -> None:
+    completed = run_dmplay(tmp_path, "shell", stdin="learn first\n")
+    assert completed.returncode == 2
+    assert "leave, then run dmplay learn" in completed.stderr
