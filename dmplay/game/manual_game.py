@@ -3,9 +3,10 @@
 import os
 from collections.abc import Sequence
 from pathlib import Path
-from typing import cast
+from typing import Any, cast
 
 from dmplay.agents.base import AdviceQuestion
+from dmplay.core.data_frames import make_frame
 from dmplay.core.notebook_display import NotebookDisplay
 from dmplay.core.policy import is_policy_sequence
 from dmplay.core.problem import check_problem, find_seat
@@ -21,11 +22,20 @@ from dmplay.external.bots.protocol import (
     encode_percept,
 )
 from dmplay.external.bots.shutdown import close_bots
+from dmplay.game.hints.review import Review, review_actions
 from dmplay.game.launch_requests import GameRequest
 from dmplay.game.position import Position
+from dmplay.game.seat_status import format_prompt
 from dmplay.game.seats import HUMAN, make_header
+from dmplay.game.turn_facts import Row, join_review, list_session_rows
 from dmplay.registry import problems
-from dmplay.registry.agents import AgentLike, assign_agents, format_agent_label, load_players
+from dmplay.registry.agents import (
+    AgentLike,
+    assign_agents,
+    find_agent_name,
+    load_players,
+    load_roster,
+)
 from dmplay.registry.problems import ProblemLike, load_problem
 from dmplay.transcript.regeneration import format_session
 
@@ -37,12 +47,16 @@ class ManualGame(NotebookDisplay):
         self, session: Session, players: Sequence[AgentLike | None], problem_name: str = ""
     ) -> None:
         self.session, self._problem_name = session, problem_name
-        self._players = tuple(
-            HUMAN if player is None else format_agent_label(player) for player in players
-        )
-        self._recorded_players = [
-            player if isinstance(player, str) else HUMAN for player in players
-        ]
+        self._players = [HUMAN] * len(players)  # names, also of agents that no name loads again
+        self._recorded_players = [HUMAN] * len(players)
+        for seat, (player, seated) in enumerate(zip(players, session.seated_policies, strict=True)):
+            if seated:
+                name = find_agent_name(session.problem, seat, seated.policy)
+                is_listed = name.partition(":")[0] in load_roster(session.problem, seat).agents
+                name = player if isinstance(player, str) and not is_listed else name
+                self._players[seat] = name
+                if is_listed or isinstance(player, str):
+                    self._recorded_players[seat] = name
         self._manual_seats = [
             seat for seat, policy in enumerate(session.seated_policies) if policy is None
         ]
@@ -108,12 +122,54 @@ class ManualGame(NotebookDisplay):
         """Undo turns; the same actions then meet the same random events."""
         self.session.undo(turns)
 
+    @property
+    def end_reason(self) -> str:
+        """The reason why the game is over; '' if it is not."""
+        return self.session.end_reason or ""
+
+    @property
+    def turns(self) -> list[Row]:
+        """A row for the start and for each turn, with the columns of `dmplay export --csv`.
+
+        Until the game is over, they have only what the first manual seat knows.
+        """
+        return list_session_rows(self.session, None if self.over else self._seat_index(""))
+
+    def review(self, seat: str = "") -> Review:
+        """Return the review of each choice of a seat; by default, of all manual seats, or of all.
+
+        It has the values of the actions and the regret, as `dmplay.review` returns them.
+        """
+        seats = self._manual_seats or range(len(self._players))
+        questions = [
+            AdviceQuestion.of_session(self.session, index, self._players)
+            for index in ([find_seat(self.session.problem, seat)] if seat else seats)
+        ]
+        return Review(review_actions(self.session, questions, can_sample=True))
+
+    def prompt(self, seat: str = "", *, belief: bool = False) -> str:
+        """Return the knowledge of a seat as the text that `dmplay mcp` sends to a language model.
+
+        By default it is the first manual seat. `belief` adds the situation in words with the
+        belief, if states are hidden.
+        """
+        index = self._seat_index(seat)
+        return format_prompt(self.session, index, self._players, shows_belief=belief)
+
+    def list_rows(self, *, review: bool = False) -> list[Row]:
+        """Return the rows of the turns; with `review`, also values and regret."""
+        return join_review(self.turns, self.review()) if review else self.turns
+
+    def to_frame(self, library: str = "", *, review: bool = False) -> Any:
+        """Return the rows as a data frame of pandas, or of the `library` polars."""
+        return make_frame(self.list_rows(review=review), library)
+
     def save(self, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
         """Write the game as a transcript; a game that is not over can be resumed from it.
 
-        A seat without the name of an agent is recorded as a person's. Raise BadParameter if the
-        file exists and `overwrite` is False, if it cannot be written, or if no name loads the
-        problem again.
+        A manual seat is recorded as a person's, and so is that of an agent without a name. Raise
+        BadParameter if the file exists and `overwrite` is False, if it cannot be written, or if no
+        name loads the problem again.
         """
         session, file = self.session, Path(path)
         if file.exists() and not overwrite:

@@ -7,9 +7,12 @@ from pathlib import Path
 from typing import Any, overload
 
 from dmplay.core.data_frames import make_frame
+from dmplay.core.problem import find_seat
 from dmplay.errors import BadParameter, BadTranscript, DmplayError
 from dmplay.game.hints.review import Review
 from dmplay.game.playback import Playback
+from dmplay.game.seat_status import format_prompt
+from dmplay.game.seats import list_human_seats
 from dmplay.game.transcript_verification import iter_transcript_files, load_transcript_problem
 from dmplay.game.turn_facts import Row, flatten_turn_facts, join_review
 from dmplay.registry.problems import LoadedProblem
@@ -48,6 +51,19 @@ class RecordedGame(Playback):
     def review(self, seat: str = "") -> Review:
         """Return the review of each choice of a seat, as `dmplay.review` does."""
         return self.review_choices(seat)
+
+    def prompt(self, seat: str = "", *, belief: bool = False) -> str:
+        """Return the knowledge of a seat at the present turn as text for a language model.
+
+        It is the text of `dmplay mcp`; without a seat, for the first person's or the first seat.
+        `belief` adds the situation in words with the belief, if states are hidden.
+        """
+        index = (
+            find_seat(self.problem, seat)
+            if seat
+            else (list_human_seats(self.player_names) or [0])[0]
+        )
+        return format_prompt(self.session, index, self.player_names, shows_belief=belief)
 
     def list_rows(self, *, review: bool = False) -> list[Row]:
         """Return a row for the start and for each turn; with `review`, also values and regret."""

@@ -1,6 +1,6 @@
 """Functions that collect the facts of a turn, visible or complete, and format them as text."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from dmplay.core.problem import Problem
@@ -75,12 +75,31 @@ def build_debrief(session: Session) -> list[dict[str, object]]:
 
     The turns are replayed in a copy of the session.
     """
+    return [
+        {key: value for key, value in collect_turn_facts(replayed).items() if key != "draws"}
+        for replayed in _iter_positions(session)
+    ]
+
+
+def list_session_rows(session: Session, seat: int | None = None) -> list[Row]:
+    """Return a row for the start and for each turn; with a seat, only with what it may know."""
+    return [
+        flatten_turn_facts(
+            collect_turn_facts(replayed)
+            if seat is None
+            else visible_turn_facts(replayed, SeatSnapshot(replayed, seat))
+        )
+        for replayed in _iter_positions(session)
+    ]
+
+
+def _iter_positions(session: Session) -> Iterator[Session]:
+    """Yield a copy of a session at the start and after each turn."""
     replayed = session.copy_at_start()
-    rows = [collect_turn_facts(replayed)]
+    yield replayed
     for turn in session.turns:
         replayed.append_turns([turn])
-        rows.append(collect_turn_facts(replayed))
-    return [{key: value for key, value in row.items() if key != "draws"} for row in rows]
+        yield replayed
 
 
 def list_few_state_names(problem: Problem) -> list[str]:

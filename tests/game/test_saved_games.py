@@ -1,18 +1,29 @@
 """A game of `dmplay.play` is saved as a transcript that verifies."""
 
+import json
 import re
 import stat
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 import dmplay
 from dmplay.errors import BadParameter
+from dmplay.game.command_line_results import McpServerConfig
 from dmplay.game.manual_game import ManualGame
 from dmplay.registry.builtin_names import problem_names
 from dmplay.registry.problems import identify_problem, load_variants
+from dmplay.servers.mcp.language_model_games import ModelGames
 from dmplay.transcript.reader import read_transcript
+
+
+class Defector(dmplay.ReactivePolicy):
+    """An agent that is not in a roster."""
+
+    def choose(self, memory: Any, legal: Any, u: Any) -> Any:
+        return np.ones(len(memory[0]), int)
 
 
 def play_turns(game: ManualGame, turns: int) -> ManualGame:
@@ -39,13 +50,14 @@ def test_a_saved_game_verifies(name: str, turns: int, tmp_path: Path) -> None:
 
 def test_agents_are_recorded_by_their_names_and_choose_again(tmp_path: Path) -> None:
     problem = dmplay.load_problem("prisoners-dilemma")
-    policy = dmplay.load_agent(problem, 0, "grim")
-    game = play_turns(dmplay.play(problem, [policy, "tit-for-tat"], seed=7), 3)
-    game.save(tmp_path / "game.dmt")
-    seats = read_transcript(tmp_path / "game.dmt").header.seats
-    assert seats == {"agent1": "human", "agent2": "tit-for-tat"}
-    report = dmplay.verify(tmp_path / "game.dmt")
-    assert (report.findings, report.unchecked_players) == ([], ["human"])
+    grim, defector = dmplay.load_agent(problem, 0, "grim"), Defector(problem, 0)
+    for first, name in {grim: "grim", defector: "human", None: "human"}.items():
+        game = dmplay.play(problem, [first, "tit-for-tat"], seed=7)
+        play_turns(game, 3).save(tmp_path / "game.dmt", overwrite=True)
+        seats = read_transcript(tmp_path / "game.dmt").header.seats
+        assert seats == {"agent1": name, "agent2": "tit-for-tat"}
+        report = dmplay.verify(tmp_path / "game.dmt")
+        assert (report.findings, report.unchecked_players) == ([], ["human"] * (name == "human"))
 
 
 def test_a_running_game_with_hidden_states_is_private_and_can_be_resumed(tmp_path: Path) -> None:
@@ -122,3 +134,44 @@ def test_a_path_that_cannot_be_written_is_named(tmp_path: Path) -> None:
         with pytest.raises(BadParameter, match=f"{re.escape(str(path))}.*{message}"):
             game.save(path)
     assert (tmp_path / "game.dmt").read_text() == before
+
+
+@pytest.mark.parametrize("name", [n for n in problem_names() if n != "collaborative-predator-prey"])
+def test_rows_and_review_are_those_of_the_saved_game(name: str, tmp_path: Path) -> None:
+    game = play_turns(dmplay.play(name, seed=7, turns=3), 3)
+    game.session.end("quit")
+    game.save(tmp_path / "game.dmt")
+    recorded = dmplay.read(tmp_path / "game.dmt")
+    assert game.turns == recorded.turns
+    assert game.returns == recorded.returns
+    assert game.end_reason == recorded.end_reason
+    assert game.prompt() == recorded.prompt()
+    assert [str(choice) for choice in game.review()] == [str(c) for c in recorded.review()]
+
+
+def test_a_running_game_tells_only_what_its_seat_knows() -> None:
+    game = dmplay.play("crying-baby", seed=7, turns=2)
+    game.act("ignore")
+    assert [*game.turns[1]] == ["turn", "actions agent", "observations agent", "belief agent"]
+    status = json.loads(game.prompt())
+    assert (status["turn"], status["words"], status["legal"]) == (1, "", ["feed", "sing", "ignore"])
+    assert not {"state", "reward", "belief"} & {*status["turns"][1]}
+    assert "belief" in json.loads(game.prompt(belief=True))["words"]
+    game.act("ignore")
+    assert {"state", "rewards agent"} <= {*game.turns[1]}
+
+
+def test_the_prompt_is_what_a_language_model_gets() -> None:
+    for name, belief in (("crying-baby", False), ("crying-baby", True), ("catch", False)):
+        config = McpServerConfig([name], show_belief=belief, seed=7, turn_limit=3)
+        model_games, game = ModelGames(config), dmplay.play(name, seed=7, turns=3)
+        model_games.start_game(name)
+        for turn in range(4):
+            status: dict[str, Any] = {**model_games.game_status("g1", history=True)}
+            assert status.pop("game") == "g1"
+            assert json.loads(game.prompt(belief=belief)) == status
+            if turn < 3:
+                choices = game.legal_actions()
+                action = choices[0] if isinstance(choices, list) else 1.0
+                game.act(action)
+                model_games.play_action("g1", str(action))

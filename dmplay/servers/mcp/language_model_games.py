@@ -2,23 +2,18 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TypedDict
 
 from dmplay.core.problem import Problem, find_seat
 from dmplay.core.session import DEFAULT_TURN_LIMIT, check_has_belief
 from dmplay.core.typed_text import read_belief
 from dmplay.errors import BadParameter, UnknownName
-from dmplay.external.bots.protocol import (
-    JsonObject,
-    describe_choices,
-    encode_observation,
-    encode_percept,
-)
+from dmplay.external.bots.protocol import JsonObject
 from dmplay.game import saves
 from dmplay.game.command_line_results import McpServerConfig
 from dmplay.game.game import Game
 from dmplay.game.game_setup import start_new_game
 from dmplay.game.launch_requests import GameRequest
+from dmplay.game.seat_status import SeatStatus, describe_seat
 from dmplay.output.problem_and_agent_reports import load_problem_info
 from dmplay.registry import agents, problems
 from dmplay.registry.builtin_names import problem_names
@@ -29,17 +24,10 @@ from dmplay.transcript.recorder import Recorder
 MAX_GAMES = 16  # including finished games whose result can still be requested
 
 
-class GameStatus(TypedDict):
-    """The status of a game for the model, and the turns since the last report."""
+class GameStatus(SeatStatus):
+    """The status of a game for the model."""
 
     game: str
-    seat: str
-    turn: int  # number of turns played
-    turns: list[JsonObject]  # turns not reported yet, with the keys of `encode_percept`
-    observation: object  # a label, numbers or a state as text; null before the first observation
-    legal: object  # names of actions, or the bounds of a number
-    words: str  # the situation as text; '' if that would reveal a belief
-    ending: str  # result of the game; '' until it is over
 
 
 @dataclass
@@ -231,35 +219,17 @@ class ModelGames:
     def _report_status(self, game_id: str) -> GameStatus:
         """Return a game's status with the turns not reported yet; finish the game if it is over."""
         model_seat = self._seats[game_id]
-        game, seat, session = model_seat.game, model_seat.seat, model_seat.game.session
+        game, session = model_seat.game, model_seat.game.session
         if session.over:
             self._finish_game(model_seat, "")
-        new_turns = range(model_seat.last_reported_turn + 1, len(session.turns) + 1)
+        status = describe_seat(
+            game.narrator,
+            game.snapshot(model_seat.seat),
+            first_turn=model_seat.last_reported_turn + 1,
+            shows_belief=self.config.show_belief,
+        )
         model_seat.last_reported_turn = len(session.turns)
-        legal = session.legal_actions_mask(seat)
-        shows_text = self.config.show_belief or not game.problem.partially_observable
-        return {
-            "game": game_id,
-            "seat": game.problem.agents[seat],
-            "turn": model_seat.last_reported_turn,
-            "turns": [_encode_turn_percept(model_seat, turn) for turn in new_turns],
-            "observation": encode_observation(
-                game.problem, seat, session.observation_after(seat, model_seat.last_reported_turn)
-            ),
-            "legal": describe_choices(game.problem, seat, legal, session.action_labels(seat)),
-            "words": game.narrator.describe_situation(game.snapshot(seat)) if shows_text else "",
-            "ending": game.narrator.describe_result(names_seat=True) if session.over else "",
-        }
-
-
-def _encode_turn_percept(seat: ModelSeat, turn: int) -> JsonObject:
-    """Return the seat's percept of a turn as facts; of turn 0, the initial observation."""
-    session, index = seat.game.session, seat.seat
-    if turn:
-        facts = encode_percept(session.problem, index, session.build_percept(index, turn), 0)
-        return {"turn": turn} | facts
-    observation = session.observation_after(index, 0)
-    return {"turn": 0, "observation": encode_observation(session.problem, index, observation)}
+        return {"game": game_id, **status}
 
 
 def _list_builtin_problems_and_variants() -> list[str]:
