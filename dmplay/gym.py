@@ -1,12 +1,13 @@
-"""Gymnasium environments of the problems: `gymnasium.make("dmplay.gym:dmplay/Hexworld-v0")`.
+"""Gymnasium environments of the problems: `gymnasium.make("dmplay/Hexworld-v0")`.
 
 An environment is one seat of a problem; agents play the others. A learner gets the rewards, even
 those that play withholds because they would reveal a hidden state. An illegal action changes
 nothing in the game, and no turn passes, but the step counts: an episode is truncated after as many
-steps as its turn limit, which is `turns`, else the problem's horizon, else 10,000. With
-`illegal="penalty"` an illegal step is paid `illegal_reward`, and with `illegal="end"` it also
-terminates the episode. `info["action_mask"]` and `action_masks()` mark the legal actions. The
-observation is
+steps as its turn limit, which is `turns`, else the problem's horizon, else 10,000. At a horizon
+that is a rule of the problem (`is_finite_horizon`), it is terminated. With `illegal="penalty"` an
+illegal step is paid `illegal_reward`, and with `illegal="end"` it also terminates the episode.
+`info["action_mask"]` and `action_masks()` mark the legal actions, and `info["turns_left"]` is the
+number of steps until the limit. The observation is
 
 - the state, where agents see it; in a game of one state the actions of the last round, each plus
   one, and zeros before the first;
@@ -24,8 +25,8 @@ from gymnasium.vector.utils import batch_space
 from dmplay.core.arrays import Array, Bools, Ints, Reals
 from dmplay.core.parameters import INTEGER_TYPES
 from dmplay.core.policy import Policy
-from dmplay.core.problem import Problem, check_problem, find_seat
-from dmplay.core.session import DEFAULT_TURN_LIMIT, Session
+from dmplay.core.problem import Problem, find_seat
+from dmplay.core.session import Session
 from dmplay.core.uniforms import SeededUniforms, new_seed
 from dmplay.errors import BadParameter, EpisodeOver, IllegalAction, UnknownName
 from dmplay.registry import problems
@@ -37,6 +38,7 @@ from dmplay.simulation.seat_spaces import (
     Info,
     SeatObserver,
     SeatSpaces,
+    TurnLimit,
     convert_to_action_array,
 )
 from dmplay.simulation.uniform_sources import (
@@ -79,7 +81,7 @@ class Env(gymnasium.Env[Any, Any]):
         self.action_space = self.seat.action_space
         self.observation_space = self.seat.observation_space
         self.render_mode = check_render_mode(render_mode)
-        self._turn_limit = resolve_turn_limit(self.problem, turns)
+        self._turn_limit = TurnLimit.from_option(self.problem, turns)
         self._illegal_rule = IllegalActionRule.from_option(illegal, illegal_reward)
         self._step_count, self._over = 0, False
         self._policies = load_other_policies(self.problem, seat_index, others, turns)
@@ -93,7 +95,7 @@ class Env(gymnasium.Env[Any, Any]):
         )
         super().reset(seed=None if seed is None else self._uniforms.seed)
         self.session = Session(
-            self.problem, self._uniforms, self._policies, turn_limit=self._turn_limit
+            self.problem, self._uniforms, self._policies, turn_limit=self._turn_limit.steps
         )
         self._observer = SeatObserver(self.seat, self.session)
         self._step_count, self._over = 0, False
@@ -112,10 +114,10 @@ class Env(gymnasium.Env[Any, Any]):
                 [chosen_action if i == seat else None for i in range(len(self._policies))]
             )
             reward = float(turn.rewards[seat])
-        terminated = game.end_reason == "terminal" or (
+        terminated = self._turn_limit.is_terminated(game) or (
             self._illegal_rule.ends_episode and not is_legal
         )
-        truncated = not terminated and self._step_count == self._turn_limit
+        truncated = not terminated and self._step_count == self._turn_limit.steps
         self._over = terminated or truncated
         return (self._observer.observe(), reward, terminated, truncated, self._current_info(game))
 
@@ -126,8 +128,9 @@ class Env(gymnasium.Env[Any, Any]):
         )
 
     def _current_info(self, game: Session) -> Info:
-        """Return the current info of the seat, with the mask of its legal actions."""
-        return self.seat.make_info(game.legal_actions_mask(self.seat.seat))
+        """Return the current info of the seat."""
+        turns_left = self._turn_limit.steps - self._step_count
+        return self.seat.make_info(game.legal_actions_mask(self.seat.seat), turns_left)
 
     def render(self) -> str | None:
         """Return the board as the seat sees it, with `render_mode="ansi"`; else None."""
@@ -172,14 +175,11 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Any, Any]):
         self.single_observation_space = self._seat.observation_space
         self.action_space = batch_space(self._seat.action_space, self.num_envs)
         self.observation_space = batch_space(self._seat.observation_space, self.num_envs)
-        self._turn_limit = resolve_turn_limit(self.problem, turns)
+        self._turn_limit = TurnLimit.from_option(self.problem, turns)
         self._illegal_rule = IllegalActionRule.from_option(illegal, illegal_reward)
         self._policies = load_other_policies(self.problem, seat_index, others, turns)
         self._fast = uniforms == "fast"
         self._rows: VectorGames | None = None
-        self._info = {**self._seat.make_info(None)}
-        if self._info:
-            self._info = {"action_mask": np.tile(self._info["action_mask"], (self.num_envs, 1))}
 
     def reset(
         self, *, seed: int | Sequence[int | None] | None = None, options: Info | None = None
@@ -276,10 +276,11 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Any, Any]):
         check_started(self._rows, "render")
 
     def _reset_info(self, rows: VectorGames) -> Info:
-        """Return the info with the mask `[B, A]` of the legal actions."""
-        if rows.legal_actions_mask is None:
-            return dict(self._info)
-        return {"action_mask": rows.legal_actions_mask[:, self._seat.seat].astype(np.int8)}
+        """Return the current info of all rows."""
+        legal = rows.legal_actions_mask
+        if legal is not None:
+            legal = legal[:, self._seat.seat]
+        return self._seat.make_info(legal, rows.turns_left)
 
 
 def _register_environments() -> None:
@@ -335,15 +336,6 @@ def check_started(games: Games | None, method: str) -> Games:
     if games is None:
         raise BadParameter(f"{method}: no game has started; call reset first")
     return games
-
-
-def resolve_turn_limit(problem: Problem, turns: int | None) -> int:
-    """Return the turn limit of an environment: `turns`, else the problem's horizon, else 10,000.
-
-    The last is the limit of all games without people. Raise BadParameter for an invalid limit.
-    """
-    check_problem(problem, turns)
-    return turns if turns is not None else problem.horizon or DEFAULT_TURN_LIMIT
 
 
 def load_other_policies(

@@ -22,10 +22,16 @@ from dmplay.gym import (
     check_started,
     choose_episode_uniforms,
     render_board,
-    resolve_turn_limit,
 )
 from dmplay.registry.problems import ProblemLike, load_problem
-from dmplay.simulation.seat_spaces import IllegalActionRule, Info, SeatObserver, SeatSpaces, Space
+from dmplay.simulation.seat_spaces import (
+    IllegalActionRule,
+    Info,
+    SeatObserver,
+    SeatSpaces,
+    Space,
+    TurnLimit,
+)
 
 AgentDict = dict[str, Any]
 
@@ -50,7 +56,7 @@ class ParallelEnv(pettingzoo.ParallelEnv):  # type: ignore[misc] # PettingZoo is
         self.agents: list[str] = []
         self.render_mode = check_render_mode(render_mode)
         self._seats = [SeatSpaces(self.problem, seat) for seat in range(len(self.possible_agents))]
-        self._turn_limit = resolve_turn_limit(self.problem, turns)
+        self._turn_limit = TurnLimit.from_option(self.problem, turns)
         self._illegal_rule = IllegalActionRule.from_option(illegal, illegal_reward)
         self._step_count = 0
         self._uniforms: SeededUniforms | None = None
@@ -74,7 +80,9 @@ class ParallelEnv(pettingzoo.ParallelEnv):  # type: ignore[misc] # PettingZoo is
         """
         values = check_reset_options(options, "episode", ignore_unknown=True)
         self._uniforms = choose_episode_uniforms(self._uniforms, seed, values)
-        session = self.session = Session(self.problem, self._uniforms, turn_limit=self._turn_limit)
+        session = self.session = Session(
+            self.problem, self._uniforms, turn_limit=self._turn_limit.steps
+        )
         self._observers = [SeatObserver(seat_spaces, session) for seat_spaces in self._seats]
         self.agents, self._step_count = [*self.possible_agents], 0
         return self._current_observations(), self._infos(session)
@@ -107,10 +115,10 @@ class ParallelEnv(pettingzoo.ParallelEnv):  # type: ignore[misc] # PettingZoo is
         rewards = np.where(illegal_mask, self._illegal_rule.reward, 0.0)
         if not illegal_mask.any():
             rewards = session.advance(joint_actions).rewards
-        terminated = session.end_reason == "terminal" or (
+        terminated = self._turn_limit.is_terminated(session) or (
             self._illegal_rule.ends_episode and bool(illegal_mask.any())
         )
-        truncated = not terminated and self._step_count == self._turn_limit
+        truncated = not terminated and self._step_count == self._turn_limit.steps
         agents = self.agents
         if terminated or truncated:
             self.agents = []
@@ -136,10 +144,11 @@ class ParallelEnv(pettingzoo.ParallelEnv):  # type: ignore[misc] # PettingZoo is
         return {agent: observer.observe() for agent, observer in pairs}
 
     def _infos(self, session: Session) -> AgentDict:
-        """Return the info of every agent, with the mask of its legal actions."""
+        """Return the info of every agent."""
         pairs = zip(self.possible_agents, self._seats, strict=True)
+        turns_left = self._turn_limit.steps - self._step_count
         return {
-            agent: seat_spaces.make_info(session.legal_actions_mask(seat_spaces.seat))
+            agent: seat_spaces.make_info(session.legal_actions_mask(seat_spaces.seat), turns_left)
             for agent, seat_spaces in pairs
         }
 

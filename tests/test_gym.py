@@ -24,9 +24,12 @@ from dmplay.core.problem import Problem
 from dmplay.core.spaces import Interval
 from dmplay.errors import BadParameter, EpisodeOver, IllegalAction, UnknownName
 from dmplay.evaluation.many_games import rollout
-from dmplay.gym import Env, VectorEnv, resolve_turn_limit
+from dmplay.guide.topics import read_topic
+from dmplay.gym import Env, VectorEnv
 from dmplay.registry import agents
+from dmplay.registry.builtin_names import problem_names
 from dmplay.simulation.rollouts import Rollout
+from dmplay.simulation.seat_spaces import TurnLimit
 from dmplay.zoo import ParallelEnv
 from tests.formats.sources import BALLET_TEXT, TEAM_TEXT, TIGER_TEXT, write_text_file
 from tests.support.problem_cases import (
@@ -267,7 +270,53 @@ def test_illegal_actions_without_a_turn_limit_end_after_10000_steps() -> None:
 def test_the_turn_limit_is_that_of_the_caller_or_the_problem(
     name: str, turns: int | None, limit: int
 ) -> None:
-    assert resolve_turn_limit(load_problem(name), turns) == limit
+    assert TurnLimit.from_option(load_problem(name), turns).steps == limit
+
+
+@pytest.mark.parametrize(
+    ("name", "turns", "is_terminated"),
+    [
+        ("catch", None, True),
+        ("catch", 10, False),
+        ("crying-baby", None, False),
+        ("rock-paper-scissors", None, True),
+        (dmplay.load_problem("prisoners-dilemma", discount=0.9), None, False),
+    ],
+)
+def test_the_horizon_terminates_only_as_a_rule_of_the_problem(
+    name: str | Problem, turns: int | None, is_terminated: bool
+) -> None:
+    env, envs, zoo = Env(name, turns=turns), VectorEnv(name, 2, turns=turns), ParallelEnv(name)
+    _, info = env.reset(seed=1)
+    _, batch_info = envs.reset(seed=1)
+    assert batch_info["turns_left"].tolist() == [info["turns_left"]] * 2
+    while True:
+        turns_left = info["turns_left"]
+        *_, terminated, truncated, info = env.step(0)
+        *_, row_terminated, row_truncated, batch_info = envs.step(np.zeros(2, int))
+        assert [*row_terminated] == [terminated] * 2
+        assert [*row_truncated] == [truncated] * 2
+        assert info["turns_left"] == batch_info["turns_left"][0] == turns_left - 1
+        if terminated or truncated:
+            break
+    assert (terminated, truncated) == (is_terminated, not is_terminated)
+    assert info["turns_left"] == 0
+    if turns is None:
+        zoo.reset(seed=1)
+        while zoo.agents:
+            *_, terminations, truncations, _ = zoo.step(dict.fromkeys(zoo.agents, 0))
+        assert {*terminations.values()} == {is_terminated}
+        assert {*truncations.values()} == {not is_terminated}
+
+
+def test_the_guide_lists_the_horizon_of_every_problem() -> None:
+    rows = re.findall(r"^\| ([\w-]+) \| (\d+|none)( rule)? \|$", read_topic("python"), re.M)
+    expected = list[tuple[str, str, str]]()
+    for name in problem_names():
+        problem = dmplay.load_problem(name)
+        rule = " rule" if problem.is_finite_horizon else ""
+        expected.append((name, str(problem.horizon or "none"), rule))
+    assert rows == expected
 
 
 @pytest.mark.parametrize("turns", [-1, 2.5, "3"])

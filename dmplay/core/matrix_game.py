@@ -19,6 +19,11 @@ class MatrixGame(Problem):
     horizon = 10
 
     @property
+    def is_finite_horizon(self) -> bool:
+        """True without a discount; with one, the rounds are the first of infinitely many."""
+        return self.discount == 1.0
+
+    @property
     def agents(self) -> tuple[str, ...]:
         """The names of the agents: two unless overridden."""
         return ("agent1", "agent2")

@@ -142,6 +142,9 @@ def _check_spaces(problem: Problem) -> CheckResults:
     horizon, states, discount = problem.horizon, problem.state_count, problem.discount
     is_valid = horizon is None or _is_count(horizon)
     yield expect(is_valid, "horizon", horizon, "a whole number of turns, 1 or more, or None")
+    is_rule, expected = problem.is_finite_horizon, "False, or True and a horizon"
+    is_valid = is_rule is False or (is_rule is True and horizon is not None)
+    yield expect(is_valid, "is_finite_horizon", is_rule, expected, independent=True)
     is_valid = isinstance(states, ContinuousStates) or states == math.inf or _is_count(states)
     expected = "a number of states, math.inf or ContinuousStates(...)"
     yield expect(is_valid, "state_count", states, expected)

@@ -216,8 +216,13 @@ class Problem(ABC):
 
     @property
     def horizon(self) -> int | None:
-        """The default number of turns in play, or None; the dynamics have no horizon."""
+        """The number of turns of a game, or None; the dynamics have no horizon."""
         return None
+
+    @property
+    def is_finite_horizon(self) -> bool:
+        """True if the end after `horizon` turns is a rule; by default it is only a usual length."""
+        return False
 
     @property
     def can_run_forever(self) -> bool:

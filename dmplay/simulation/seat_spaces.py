@@ -8,10 +8,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from gymnasium import spaces
 
-from dmplay.core.arrays import Array, Bools, is_within
+from dmplay.core.arrays import Array, Bools, Ints, is_within
 from dmplay.core.policy import Memory, Percept, required_fields, requires_fields
-from dmplay.core.problem import MAX_REWARD, Problem
-from dmplay.core.session import Session
+from dmplay.core.problem import MAX_REWARD, Problem, check_problem
+from dmplay.core.session import DEFAULT_TURN_LIMIT, Session
 from dmplay.core.spaces import Interval, Labels, RealVector, TextLine
 from dmplay.errors import BadParameter, IllegalAction, UnknownName
 
@@ -45,13 +45,37 @@ class IllegalActionRule(NamedTuple):
         return cls(0.0 if illegal == "noop" else float(illegal_reward), illegal == "end")
 
 
+class TurnLimit(NamedTuple):
+    """The steps after which an episode ends, and whether it ends by a rule of the problem."""
+
+    steps: int
+    is_rule: bool
+
+    @classmethod
+    def from_option(cls, problem: Problem, turns: int | None) -> "TurnLimit":
+        """Return the limit of an environment: `turns`, else the problem's horizon, else 10,000.
+
+        The last is the limit of all games without people. Raise BadParameter for an invalid limit.
+        """
+        check_problem(problem, turns)
+        if turns is not None:
+            return cls(turns, is_rule=False)
+        return cls(problem.horizon or DEFAULT_TURN_LIMIT, problem.is_finite_horizon)
+
+    def is_terminated(self, session: Session) -> bool:
+        """Return whether a game is over by the rules: in a terminal state, or at the horizon."""
+        return session.end_reason == "terminal" or (
+            self.is_rule and session.end_reason == "horizon"
+        )
+
+
 class SeatSpaces:
     """The action and observation spaces of a seat, with conversions to and from their values."""
 
     def __init__(self, problem: Problem, seat: int) -> None:
         self.problem, self.seat = problem, seat
         self._action_set = action_set = problem.actions[seat]
-        self._full_action_mask = np.ones(problem.action_counts[seat], np.int8)
+        self._action_count = problem.action_counts[seat]  # 0 for real numbers
         self.action_space: Space
         if isinstance(action_set, Interval):
             self.action_space = spaces.Box(action_set.low, action_set.high, (1,), np.float64)
@@ -144,12 +168,19 @@ class SeatSpaces:
         """Return the current observations `[B, ...]`, as a new array of values of the space."""
         return (memory[0] if memory else state).copy(order="K")
 
-    def make_info(self, legal: Bools | None) -> Info:
-        """Return the info with the mask `[A]` of legal actions, empty for a real action."""
-        if not len(self._full_action_mask):
-            return {}
-        mask = self._full_action_mask.copy() if legal is None else legal.astype(np.int8)
-        return {"action_mask": mask}
+    def make_info(self, legal: Bools | None, turns_left: int | Ints) -> Info:
+        """Return the info of a game or, with `turns_left` `[B]`, of several.
+
+        It has the turns left and, unless actions are real numbers, the mask `[A]` or `[B, A]` of
+        the legal actions.
+        """
+        info: Info = {"turns_left": turns_left}
+        if self._action_count:
+            shape = (*np.shape(turns_left), self._action_count)
+            info["action_mask"] = (
+                np.ones(shape, np.int8) if legal is None else legal.astype(np.int8)
+            )
+        return info
 
     def action_masks(self, info: Info) -> Bools:
         """Return the legal actions of an info as booleans `[A]`, or `[B, A]` for several games.

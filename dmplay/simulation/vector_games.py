@@ -15,7 +15,7 @@ from dmplay.core.problem import (
 )
 from dmplay.core.spaces import ACTION_DECIMALS
 from dmplay.core.uniforms import NATURE_STREAM
-from dmplay.simulation.seat_spaces import IllegalActionRule, SeatSpaces
+from dmplay.simulation.seat_spaces import IllegalActionRule, SeatSpaces, TurnLimit
 from dmplay.simulation.uniform_sources import UniformSource
 
 POOLED_STARTS = 256  # starts that are made at once
@@ -33,7 +33,7 @@ class VectorGames:
         policies: Sequence[Policy | None],
         uniform_source: UniformSource,
         game_count: int,
-        limit: int,
+        limit: TurnLimit,
         illegal_rule: IllegalActionRule,
     ) -> None:
         self.problem = seat_spaces.problem
@@ -65,6 +65,11 @@ class VectorGames:
     def observe(self) -> Array:
         """Return the learner's current observations, as a new array."""
         return self.seat_spaces.encode_memory(self._memories[self.seat_spaces.seat], self._state)
+
+    @property
+    def turns_left(self) -> Ints:
+        """The number of steps `[B]` until an episode reaches its limit."""
+        return self._limit.steps - self._steps
 
     def _start_games(self, rows: Ints) -> tuple[Array, list[Memory]]:
         """Begin new games in these rows, and return their states and memories.
@@ -118,7 +123,9 @@ class VectorGames:
         if self._illegal_rule.ends_episode and len(illegal_rows):
             terminated = terminated.copy()
             terminated[np.setdiff1d(illegal_rows, self.done_rows)] = True
-        truncated = (self._steps >= self._limit) > terminated
+        if self._limit.is_rule:
+            terminated = terminated | (self._turns >= self._limit.steps)
+        truncated = (self._steps >= self._limit.steps) > terminated
         (self.done_rows,) = (terminated | truncated).nonzero()
         self.legal_actions_mask = problem.legal_actions_mask(self._state)
         return rewards, terminated, truncated

@@ -63,6 +63,7 @@ def test_a_discount_is_a_number_from_0_to_1() -> None:
         ("state_names", ("one", "one"),
          "state_names: got ('one', 'one'), expected a tuple of distinct names"),
         ("horizon", 0, "horizon: got 0, expected a whole number of turns, 1 or more, or None"),
+        ("is_finite_horizon", 1, "is_finite_horizon: got 1, expected False, or True and a horizon"),
         ("initial_belief", np.array([0.5, 0.6, 0.0]), "initial_belief sums to 1.1, expected 1"),
         ("tables", Tables(HALF_PROBABILITIES, VALID_TABLES.rewards),
          f"{SUM_MESSAGE} 1.5, expected 1"),

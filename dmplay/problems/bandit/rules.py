@@ -31,7 +31,7 @@ class Bandit(HiddenChancesProblem):
     discount: float = parameter(1.0, "factor on the rewards of each later turn", 0.0, 1.0)
 
     observations = (Labels(("win", "loss")),)
-    horizon = 20
+    horizon, is_finite_horizon = 20, True
     reward_bounds = 0.0, 1.0
     rewards_observable = True
 

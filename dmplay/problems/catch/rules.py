@@ -33,7 +33,7 @@ class Catch(HiddenChancesProblem):
     observations = (Labels(("caught", "dropped")),)
     state_count = len(PROFICIENCIES)
     state_names = tuple(map(str, PROFICIENCIES))
-    horizon = 10
+    horizon, is_finite_horizon = 10, True
     reward_bounds = 0.0, float(DISTANCES[-1])
     rewards_observable = True
 

@@ -28,7 +28,7 @@ class MachineReplacement(Tabular):
     observations = (Labels(("nondefective", "defective")),)
     state_count = 3  # 0, 1 or 2 failed components
     state_names = ("0", "1", "2")
-    horizon = 20
+    horizon, is_finite_horizon = 20, True
     initial_belief = np.array([1.0, 0.0, 0.0])
     tables = Tables(
         np.array([WEAR_PROBABILITIES] * 2 + [REPAIR_PROBABILITIES] * 2).transpose(1, 0, 2),

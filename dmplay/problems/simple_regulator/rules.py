@@ -31,6 +31,11 @@ class SimpleRegulator(RealStateProblem):
     state_count = ContinuousStates(1)
     horizon = 20
 
+    @property
+    def is_finite_horizon(self) -> bool:
+        """True without a discount, because infinitely many turns then have no finite return."""
+        return self.discount == 1.0
+
     def initial_chance(self, rows: int) -> tuple[Chance, ...]:
         """Return the distribution of the first number."""
         return (Normal(np.full(rows, START_MEAN), np.full(rows, START_DEVIATION)),)
