@@ -29,6 +29,7 @@ from dmplay.core.problem import Problem, find_seat
 from dmplay.core.session import Session
 from dmplay.core.uniforms import SeededUniforms, new_seed
 from dmplay.errors import BadParameter, EpisodeOver, IllegalAction, UnknownName
+from dmplay.external.optional_libraries import import_library
 from dmplay.registry import problems
 from dmplay.registry.agents import AgentLike, assign_agents, load_players, load_roster
 from dmplay.registry.builtin_names import problem_names
@@ -50,7 +51,9 @@ from dmplay.simulation.uniform_sources import (
 from dmplay.simulation.vector_games import VectorGames
 from dmplay.views.protocol import DrawOptions, fit_board, load_view_module
 
+RENDER_MODES = "ansi", "rgb_array"
 RENDER_COLUMNS, RENDER_ROWS = 80, 24  # size of a rendered board
+ROW_INCHES, DOTS_PER_INCH, LINE_SPACING = 0.2, 100, 1.2  # of a picture of the board
 Games = TypeVar("Games")
 MAX_ENVIRONMENTS = 10_000_000  # games of a VectorEnv
 
@@ -61,7 +64,7 @@ class Env(gymnasium.Env[Any, Any]):
     Its episodes are those of a session, and the rows of a rollout, of the same seed.
     """
 
-    metadata = {"render_modes": ["ansi"], "render_fps": 2}  # noqa: RUF012 - as Gymnasium has it
+    metadata = {"render_modes": ["ansi", "rgb_array"], "render_fps": 2}  # noqa: RUF012 - as Gymnasium has it
 
     def __init__(  # noqa: PLR0913 - each is the caller's to choose
         self,
@@ -132,10 +135,10 @@ class Env(gymnasium.Env[Any, Any]):
         turns_left = self._turn_limit.steps - self._step_count
         return self.seat.make_info(game.legal_actions_mask(self.seat.seat), turns_left)
 
-    def render(self) -> str | None:
-        """Return the board as the seat sees it, with `render_mode="ansi"`; else None."""
+    def render(self) -> str | Array | None:
+        """Return the board as the seat sees it, as text or pixels; None without a render mode."""
         session = check_started(self.session, "render")
-        return render_board(session, self.seat.seat) if self.render_mode == "ansi" else None
+        return render_board(session, self.seat.seat, self.render_mode)
 
 
 class VectorEnv(gymnasium.vector.VectorEnv[Any, Any, Any]):
@@ -300,11 +303,15 @@ def _register_environments() -> None:
 _register_environments()
 
 
-def check_render_mode(render_mode: object) -> str | None:
-    """Return a render mode; raise BadParameter unless it is "ansi" or None."""
-    if render_mode is None or (isinstance(render_mode, str) and render_mode == "ansi"):
-        return render_mode
-    raise BadParameter(f"render_mode: got {render_mode!r}, expected 'ansi' or None")
+def check_render_mode(render_mode: str | None) -> str | None:
+    """Return a render mode; raise BadParameter for an unknown one, or if it needs matplotlib."""
+    is_known = isinstance(render_mode, str) and render_mode in RENDER_MODES
+    if render_mode is not None and not is_known:
+        expected = ", ".join(map(repr, RENDER_MODES))
+        raise BadParameter(f"render_mode: got {render_mode!r}, expected {expected} or None")
+    if render_mode == "rgb_array":
+        import_library("matplotlib", "plot", "rgb_array")
+    return render_mode
 
 
 def check_reset_options(options: object, option: str, *, ignore_unknown: bool = False) -> Info:
@@ -354,7 +361,25 @@ def load_other_policies(
     return load_players(problem, players, turns=turns)
 
 
-def render_board(session: Session, seat: int) -> str:
-    """Return the board as a seat sees it, in plain text."""
+def render_board(session: Session, seat: int, render_mode: str | None) -> str | Array | None:
+    """Return the board as a seat sees it: plain text, pixels `[H, W, 3]`, or None without a mode.
+
+    Pictures have one size, so that they make a film.
+    """
+    if render_mode is None:
+        return None
     look = DrawOptions(width=RENDER_COLUMNS, height=RENDER_ROWS)
-    return fit_board(load_view_module(session.problem), session.view(seat), look).plain
+    text = fit_board(load_view_module(session.problem), session.view(seat), look).plain
+    if render_mode == "ansi":
+        return text
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    # The width of a character of this font is half of the height of a row.
+    size = RENDER_COLUMNS * ROW_INCHES / 2, RENDER_ROWS * ROW_INCHES
+    figure = Figure(size, dpi=DOTS_PER_INCH)
+    canvas: Any = FigureCanvasAgg(figure)
+    font = {"family": "monospace", "size": 72 * ROW_INCHES / LINE_SPACING}
+    figure.text(0, 1, text, font, va="top", linespacing=LINE_SPACING, parse_math=False)
+    canvas.draw()
+    return np.array(canvas.buffer_rgba())[:, :, :3]

@@ -2,16 +2,18 @@
 
 Observations, rewards and masks are those of `dmplay.gym`. If the action of any seat is illegal, no
 turn passes, but the step counts towards the turn limit: `turns`, else the problem's horizon, else
-10,000. `illegal_reward` is paid only to the seats
-whose action is illegal.
+10,000. `illegal_reward` is paid only to the seats whose action is illegal.
 """
 
 from collections.abc import Mapping
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 import pettingzoo
+from pettingzoo.utils.conversions import parallel_to_aec
 
+from dmplay.core.arrays import Array
 from dmplay.core.problem import find_seat
 from dmplay.core.session import Session
 from dmplay.core.uniforms import SeededUniforms
@@ -31,6 +33,7 @@ from dmplay.simulation.seat_spaces import (
     SeatSpaces,
     Space,
     TurnLimit,
+    make_state_space,
 )
 
 AgentDict = dict[str, Any]
@@ -39,7 +42,7 @@ AgentDict = dict[str, Any]
 class ParallelEnv(pettingzoo.ParallelEnv):  # type: ignore[misc] # PettingZoo is untyped
     """One game at a time: `reset(seed=s)` begins episode 0 of a seed, `reset()` the next one."""
 
-    metadata = {"render_modes": ["ansi"], "name": "dmplay_v0"}  # noqa: RUF012 - as in PettingZoo
+    metadata = {"render_modes": ["ansi", "rgb_array"], "name": "dmplay_v0"}  # noqa: RUF012 - as in PettingZoo
 
     def __init__(
         self,
@@ -130,6 +133,20 @@ class ParallelEnv(pettingzoo.ParallelEnv):  # type: ignore[misc] # PettingZoo is
             self._infos(session),
         )
 
+    @cached_property
+    def state_space(self) -> Space:
+        """The space of `state()`."""
+        return make_state_space(self.problem)
+
+    def state(self) -> Array:
+        """Return the state of the problem, also if it is hidden from the agents.
+
+        Central critics train on it. Raise BadParameter before the first reset, or for states that
+        are text.
+        """
+        session = check_started(self.session, "state")
+        return session.state.astype(self.state_space.dtype)
+
     def action_masks(self) -> AgentDict:
         """Return the mask `[A]` of the legal actions of every agent, as booleans."""
         infos = self._infos(check_started(self.session, "action_masks"))
@@ -152,10 +169,17 @@ class ParallelEnv(pettingzoo.ParallelEnv):  # type: ignore[misc] # PettingZoo is
             for agent, seat_spaces in pairs
         }
 
-    def render(self) -> str | None:
-        """Return the board as the first seat sees it, with `render_mode="ansi"`, else None."""
-        session = check_started(self.session, "render")
-        return render_board(session, 0) if self.render_mode == "ansi" else None
+    def render(self) -> str | Array | None:
+        """Return the board as the first seat sees it, as text or pixels; None without a mode."""
+        return render_board(check_started(self.session, "render"), 0, self.render_mode)
+
+
+def env(problem: ProblemLike, **options: Any) -> pettingzoo.AECEnv:
+    """Return the problem as an AEC environment, in which the agents act one after another.
+
+    The options are those of `ParallelEnv`. All agents act before the turn is played.
+    """
+    return parallel_to_aec(ParallelEnv(problem, **options))
 
 
 def _is_legal(session: Session, seat: int, action: float) -> bool:

@@ -14,6 +14,7 @@ import dmplay
 from dmplay.core.spaces import Interval
 from dmplay.errors import BadParameter, IllegalAction
 from dmplay.zoo import ParallelEnv
+from dmplay.zoo import env as make_turn_based
 from tests.formats.sources import BALLET_TEXT, TEAM_TEXT, write_text_file
 from tests.support.problem_cases import CASE_NAMES, SHORT_GAME_TURNS, load_problem
 from tests.support.turn_based_games import Nim
@@ -112,6 +113,37 @@ def test_a_game_of_text_has_no_environment() -> None:
     pytest.importorskip("pyspiel")
     with pytest.raises(BadParameter, match=r"^the observation is text, which has no Gymnasium spa"):
         ParallelEnv("openspiel:tic_tac_toe")
+
+
+def test_agents_act_one_after_another_in_an_aec_environment() -> None:
+    turn_based, parallel = (
+        make_turn_based("prisoners-dilemma", turns=2),
+        ParallelEnv("prisoners-dilemma"),
+    )
+    turn_based.reset(seed=3)
+    parallel.reset(seed=3)
+    for action in (0, 1):
+        turn_based.step(action)
+    expected = parallel.step({"agent1": 0, "agent2": 1})
+    assert turn_based.rewards == expected[1]
+    assert turn_based.last()[0].tolist() == expected[0]["agent1"].tolist()
+    for action in (0, 1):
+        turn_based.step(action)
+    assert turn_based.truncations == {"agent1": True, "agent2": True}
+
+
+def test_the_state_of_an_environment_may_be_hidden_from_agents() -> None:
+    parallel = ParallelEnv("crying-baby")
+    with pytest.raises(BadParameter, match=r"^state: no game has started; call reset first$"):
+        parallel.state()
+    for seed in range(4):
+        parallel.reset(seed=seed)
+        assert parallel.session is not None
+        assert parallel.state() == parallel.session.state
+        assert parallel.state_space.contains(parallel.state())
+    hunt = make_turn_based("predator-prey")
+    hunt.reset(seed=3)
+    assert hunt.state_space.contains(hunt.state())
 
 
 def test_render_before_reset_is_refused() -> None:

@@ -1,6 +1,6 @@
 """A seat of a problem for reinforcement-learning libraries.
 
-Contains its spaces, the policies of the other seats, and the rendering of its board.
+Contains its spaces, its observations, and the limits of its episodes.
 """
 
 from typing import Any, NamedTuple
@@ -19,7 +19,6 @@ Space = spaces.Space[Any]
 Info = dict[str, Any]
 ILLEGAL_ACTION_RULES = ("noop", "penalty", "end")
 TEXT_OBSERVATION_MESSAGE = "the observation is text, which has no Gymnasium space"
-RENDER_COLUMNS, RENDER_ROWS = 80, 24  # size of a rendered board
 
 
 class IllegalActionRule(NamedTuple):
@@ -94,15 +93,7 @@ class SeatSpaces:
             return self._make_hidden_space(problem.observations[self.seat])
         if problem.state_count == 1:
             return _make_discrete_space([count + 1 for count in problem.action_counts])
-        state = problem.sample_initial_states(np.zeros((1, problem.uniform_counts.start)))[0]
-        if state.dtype.kind == "f":
-            return spaces.Box(-np.inf, np.inf, state.shape, np.float64)
-        if isinstance(problem.state_count, int):
-            return _make_discrete_space(problem.enumerate_states().max(axis=0) + 1)
-        if state.dtype.kind not in "iu":
-            raise BadParameter(TEXT_OBSERVATION_MESSAGE)
-        low, high = np.iinfo(state.dtype).min // 2, np.iinfo(state.dtype).max // 2
-        return spaces.Box(low, high, state.shape, state.dtype.type)
+        return make_state_space(problem)
 
     def _make_hidden_space(self, observations: Labels | RealVector | TextLine) -> Space:
         """Return the space of observations of a hidden state.
@@ -216,6 +207,19 @@ class SeatObserver:
             self._memory = spaces.update_memory(self._memory, percept)
         observation: Array = spaces.encode_memory(self._memory, session.state[None])[0]
         return observation
+
+
+def make_state_space(problem: Problem) -> Space:
+    """Return the space of the states of a problem; raise BadParameter if they are text."""
+    state = problem.sample_initial_states(np.zeros((1, problem.uniform_counts.start)))[0]
+    if state.dtype.kind == "f":
+        return spaces.Box(-np.inf, np.inf, state.shape, np.float64)
+    if isinstance(problem.state_count, int):
+        return _make_discrete_space(problem.enumerate_states().max(axis=0) + 1)
+    if state.dtype.kind not in "iu":
+        raise BadParameter(TEXT_OBSERVATION_MESSAGE)
+    low, high = np.iinfo(state.dtype).min // 2, np.iinfo(state.dtype).max // 2
+    return spaces.Box(low, high, state.shape, state.dtype.type)
 
 
 def convert_to_action_array(values: object) -> Array:
