@@ -106,7 +106,7 @@ def export(
       dmplay export game.dmt --svg --width 100 --height 30 --at 3 --hint
       dmplay export game.dmt --film -o film.svg
       dmplay export game.dmt --csv
-      dmplay export games --csv -o games.csv
+      dmplay export transcripts --csv -o games.csv
     """
     from dmplay.game.launch_requests import ReplayRequest
     from dmplay.output.transcript_export import ExportOptions, export_rows, export_transcript

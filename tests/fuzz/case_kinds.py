@@ -86,8 +86,11 @@ def draw_branch_case(random: Random) -> Case:
 def draw_export_case(random: Random) -> Case:
     """Draw a mutated transcript to export, printed or to a file."""
     form = f"--{random.choice([*EXPORT_FORMATS])}"
-    more = random.choice(((), (), ("-o", "out"), ("--at", "1"), ("--width", "10"), ("--ascii",)))
-    return Case(("export", GAME_FILE, form, *more), draw_read_case(random).files)
+    more = random.choice(
+        ((), (), ("-o", "out"), ("--at", "1"), ("--width", "10"), ("--ascii",), ("--review",))
+    )
+    path = random.choice((GAME_FILE, GAME_FILE, "."))
+    return Case(("export", path, form, *more), draw_read_case(random).files)
 
 
 def draw_shell_case(random: Random) -> Case:
