@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, cast
 
@@ -10,7 +11,7 @@ from dmplay.core.data_frames import make_frame
 from dmplay.core.notebook_display import NotebookDisplay
 from dmplay.core.policy import is_policy_sequence
 from dmplay.core.problem import check_problem, find_seat
-from dmplay.core.safe_files import write_file
+from dmplay.core.safe_files import PRIVATE_FILE_MODE, default_file_mode, write_file
 from dmplay.core.session import Session
 from dmplay.core.text import format_count
 from dmplay.core.uniforms import SeededUniforms, new_seed
@@ -189,6 +190,9 @@ class ManualGame(NotebookDisplay):
         )
         header = make_header(loaded, self._recorded_players, request, file)
         is_private = session.problem.partially_observable and not self.over
+        if file.is_file():  # A file that is written again keeps its permissions.
+            with suppress(OSError):
+                file.chmod(PRIVATE_FILE_MODE if is_private else default_file_mode())
         write_file(file, [format_session(header, session)], force=overwrite, private=is_private)
 
     @property

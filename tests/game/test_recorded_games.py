@@ -134,5 +134,8 @@ def test_hidden_states_of_a_running_game_are_read_only_with_peek(tmp_path: Path)
     game.save(tmp_path / "game.dmt")
     with pytest.raises(BadParameter, match="this game can still be continued"):
         dmplay.read(tmp_path / "game.dmt")
+    printout = export_rows([tmp_path], ["csv"], ExportOptions())
+    assert ("".join(printout.text_chunks), printout.exit_code) == ("", 3)
+    assert str(tmp_path / "game.dmt") in printout.stderr_text
     assert "state" in dmplay.read(tmp_path / "game.dmt", peek=True).turns[1]
     assert "peeked: true" in (tmp_path / "game.dmt").read_text()

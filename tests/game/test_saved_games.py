@@ -69,6 +69,9 @@ def test_a_running_game_with_hidden_states_is_private_and_can_be_resumed(tmp_pat
         dmplay.Playback(path)
     play_turns(game, 2).save(path, overwrite=True)
     assert dmplay.Playback(path).count_turns() == 3
+    assert stat.S_IMODE(path.stat().st_mode) & 0o044
+    play_turns(dmplay.play("crying-baby", seed=8), 1).save(path, overwrite=True)
+    assert stat.S_IMODE(path.stat().st_mode) == 0o600
 
 
 def test_turns_played_again_with_new_draws_verify(tmp_path: Path) -> None:
