@@ -83,8 +83,10 @@ _PUBLIC_MODULES = {
     "rollout": "evaluation.many_games",
     "run": "evaluation.many_games",
     "run_tournament": "evaluation.tournament",
+    "Setting": "evaluation.sweep",
     "Solution": "evaluation.solutions.solution",
     "solve": "evaluation.solutions.solve",
+    "sweep": "evaluation.sweep",
     "tournament": "evaluation.tournament",
 }
 __all__ = [*_PUBLIC_MODULES]  # noqa: PLE0604 - the names above

@@ -41,6 +41,8 @@ from dmplay.evaluation.many_games import rollout as rollout
 from dmplay.evaluation.many_games import run as run
 from dmplay.evaluation.solutions.solution import Solution as Solution
 from dmplay.evaluation.solutions.solve import solve as solve
+from dmplay.evaluation.sweep import Setting as Setting
+from dmplay.evaluation.sweep import sweep as sweep
 from dmplay.evaluation.tournament import run_tournament as run_tournament
 from dmplay.evaluation.tournament import tournament as tournament
 from dmplay.game.manual_game import play as play

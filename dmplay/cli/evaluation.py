@@ -100,14 +100,16 @@ def run(
     distribution of the returns. The same seed gives the same games on every machine,
     with any number of workers.
 
-    A parameter can have several values, such as slip=0.1,0.2. In this case, dmplay
-    plays the games once for each value. If several parameters have several values,
-    dmplay plays the games for each combination.
+    A parameter can have several values: a list such as slip=0.1,0.2 or a range such as
+    slip=0:0.5:0.1, which includes its end. In this case, dmplay plays the games once for
+    each value. If several parameters have several values, dmplay plays the games for
+    each combination. The name of an agent can contain ranges, too.
 
     \b
       dmplay run hexworld --agent optimal
       dmplay run hexworld --set slip=0.1,0.2,0.3 --until-se 0.01
       dmplay run crying-baby --agent feed-when-crying --regret
+      dmplay run machine-replacement --agent threshold:repair=0.5:2:0.5
       dmplay run 2048 --agent corner --episodes 200 --record games --worst 2
       dmplay run prisoners-dilemma --agent grim --vs tit-for-tat --turns 20 --json
     """
@@ -163,10 +165,12 @@ def compare(
 
     Each agent plays the same games in the first seat. The report shows the mean return
     of each agent. For each pair of agents, it also shows the difference, with its
-    standard error and confidence interval.
+    standard error and confidence interval. If a parameter has several values, as in
+    'dmplay run', the agents are compared for each value.
 
     \b
       dmplay compare hexworld optimal search --episodes 1000
+      dmplay compare machine-replacement threshold:repair=0.5:2:0.5
       dmplay compare crying-baby optimal feed-when-crying --decide 0.05
     """
     from dmplay.output import evaluation_report

@@ -116,6 +116,7 @@ def solve(
 
     \b
       dmplay solve hexworld --set slip=0.1
+      dmplay solve hexworld --set slip=0:0.5:0.05
       dmplay solve hexworld --method policy-iteration
       dmplay solve 2048 --episodes 100 --workers 2
       dmplay solve rock-paper-scissors --json

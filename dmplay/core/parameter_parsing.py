@@ -2,11 +2,14 @@
 
 import json
 import re
+from contextlib import suppress
+from decimal import Decimal
 
 from dmplay.errors import BadParameter
 
 MAX_PARAMETER = 1e300  # largest absolute value of a parameter; more is a typing error
 NUMBER_PATTERN = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?", re.IGNORECASE | re.ASCII)
+MAX_RANGE_VALUES = 1000  # maximum number of values of a range
 MAX_DIGITS = 19  # maximum digits of a typed whole number: enough for any seed
 
 
@@ -14,6 +17,31 @@ def parse_whole_number(text: str) -> int | None:
     """Return the whole number that a text is; None if it is none or has too many digits."""
     is_valid = text.isascii() and text.isdecimal() and len(text) <= MAX_DIGITS
     return int(text) if is_valid else None
+
+
+def list_values(text: str) -> list[str]:
+    """Return the values of a comma-separated list as text, in which ranges are expanded."""
+    return [value for part in text.split(",") for value in list_range(part)]
+
+
+def list_range(text: str) -> list[str]:
+    """Return the numbers of a range `START:STOP:STEP` as text; any other text itself.
+
+    The numbers are exact decimals, and include STOP if the steps reach it. Raise BadParameter for
+    a step that does not lead there, and for too many numbers.
+    """
+    parts = [part.strip() for part in text.split(":")]
+    if len(parts) != 3 or not all(map(NUMBER_PATTERN.fullmatch, parts)):
+        return [text]
+    start, stop, step = map(Decimal, parts)
+    count = 0
+    with suppress(ArithmeticError):  # a step of 0, and numbers that are too large
+        steps = (stop - start) / step
+        count = int(steps) + 1 if steps >= 0 else 0
+    if not 1 <= count <= MAX_RANGE_VALUES:
+        expected = f"expected START:STOP:STEP with 1 to {MAX_RANGE_VALUES} values"
+        raise BadParameter(f"got the range {text.strip()!r}, {expected}, such as 0:0.5:0.05")
+    return [f"{(start + index * step).normalize():f}" for index in range(count)]
 
 
 def parse_parameter(name: str, value: object, default: object) -> object:

@@ -126,19 +126,21 @@ def format_json_report(content: Mapping[str, object]) -> str:
     grows when a key changes its name or its meaning, not when one is added.
     """
     report = {"schema": JSON_SCHEMA} | {
-        _convert_to_snake_case(name): [_with_snake_case_keys(row) for row in value]
-        if isinstance(value, list | tuple)
-        else value
-        for name, value in content.items()
+        _convert_to_snake_case(name): _convert_rows(value) for name, value in content.items()
     }
     return json.dumps(_replace_non_finite(report), default=str)
 
 
-def _with_snake_case_keys(row: object) -> object:
-    """Return a row with its keys in snake_case; anything else unchanged."""
-    if not isinstance(row, dict):
-        return row
-    return {_convert_to_snake_case(name): value for name, value in row.items()}
+def _convert_rows(value: object) -> object:
+    """Return a list with the keys of its rows, and of the lists in them, in snake_case."""
+    if not isinstance(value, list | tuple):
+        return value
+    return [
+        {_convert_to_snake_case(name): _convert_rows(item) for name, item in row.items()}
+        if isinstance(row, dict)
+        else row
+        for row in value
+    ]
 
 
 def _convert_to_snake_case(key: str) -> str:

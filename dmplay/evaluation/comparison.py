@@ -28,6 +28,7 @@ from dmplay.evaluation.statistics import (
     compute_bounded_confidence_sequence,
     estimate_mean,
 )
+from dmplay.evaluation.sweep import expand_entrants
 from dmplay.game.turn_facts import Row
 from dmplay.registry.agents import (
     AgentLike,
@@ -141,6 +142,8 @@ def compare(  # noqa: PLR0913 - each is the caller's to choose
 
     An entrant is an agent, which plays `seat`, or a sequence with an agent for each seat. If it is
     one agent, `others` plays the other seats, by default the usual agents, as on the command line.
+    A range in a name, such as `threshold:repair=0.5:2:0.5`, makes several entrants.
+
     A control variate reduces the variance of the differences if one is available; its mean is 0.
 
     With `decide`, two entrants play until one is significantly better, or `episodes` games are
@@ -158,6 +161,7 @@ def compare(  # noqa: PLR0913 - each is the caller's to choose
     check_problem(problem, turns)
     check_episode_count(episodes)
     seat = find_seat(problem, seat)
+    entrants = expand_entrants(entrants) if is_policy_sequence(entrants) else entrants
     _check_entrants(entrants, decide)
     policies = [_load_entrant(problem, entrant, seat, others, turns) for entrant in entrants]
     control_variate = None if return_bounds else build_control_variate(problem)
@@ -188,9 +192,8 @@ def compare(  # noqa: PLR0913 - each is the caller's to choose
                 raise
             index = active[entrant]
             if find_policy_seat(error) == seat and len(active) > 2:
-                name = names[index] if names else f"entrant {index}"
                 reason = describe_error_location(error) or error
-                withdrawals.append(f"{name} is withdrawn from the comparison: {reason}")
+                withdrawals.append(f"{labels[index]} is withdrawn from the comparison: {reason}")
                 active.remove(index)
                 samples = np.zeros((2, 0, len(active)))
                 continue

@@ -29,6 +29,7 @@ from dmplay.evaluation.interruptible_rollouts import (
     run_rollouts_until_interrupted,
 )
 from dmplay.evaluation.statistics import Estimate, estimate_mean, make_estimate_row
+from dmplay.evaluation.sweep import expand_entrants
 from dmplay.game.turn_facts import Row
 from dmplay.registry.agents import AgentLike, format_agent_label, load_agents
 from dmplay.registry.problems import ProblemLike, load_problem
@@ -219,6 +220,7 @@ def _load_entrants(
         if not isinstance(entrants, Sequence) or isinstance(entrants, str):
             expected = "expected a list of agents, or a dict of them by name"
             raise BadParameter(f"entrants: got {entrants!r}, {expected}")
+        entrants = expand_entrants(entrants)
         labels = [format_agent_label(agent) for agent in entrants]
         if len({*labels}) < len(labels):
             twice = next(label for label in labels if labels.count(label) > 1)

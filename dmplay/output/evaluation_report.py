@@ -22,6 +22,7 @@ from dmplay.evaluation.executors import open_execution_backend
 from dmplay.evaluation.many_games import RunResult, run
 from dmplay.evaluation.solutions.solution import Row
 from dmplay.evaluation.statistics import Estimate, make_estimate_row
+from dmplay.evaluation.sweep import expand_entrants
 from dmplay.game.command_line_results import Printout
 from dmplay.game.launch_requests import parse_settings
 from dmplay.output.evaluation_request import (
@@ -66,6 +67,7 @@ def report_run(  # noqa: PLR0913 - the options of the command
     results: list[SettingResult] = []
     transcript_rows: list[Row] = []
     settings, shortfall_reason = [*iter_settings(request)], ""
+    has_agent_sweep = len({setting.agents for setting in settings}) > 1
     with (
         ProgressBar(
             f"running {request.problem}", quiet=bool(request.output_format), motion=request.motion
@@ -99,6 +101,7 @@ def report_run(  # noqa: PLR0913 - the options of the command
                     players,
                     result,
                     limited_request.parameters if len(settings) > 1 else {},
+                    limited_request.agents if has_agent_sweep else (),
                 )
             )
             transcript_rows += record_episodes(results[-1], selection)
@@ -114,7 +117,7 @@ def report_run(  # noqa: PLR0913 - the options of the command
 
 def _format_forfeit_lines(result: SettingResult) -> list[str]:
     """Return a line for each game of a setting that is left out because of a forfeit."""
-    setting = f"{result}: " if result.swept_parameters else ""
+    setting = f"{result}: " if str(result) else ""
     return [
         f"{setting}game {error.episode} is not counted: {error}" for error in result.run.forfeits
     ]
@@ -166,7 +169,7 @@ def _format_run(
 
 def _format_doubt_lines(result: SettingResult) -> list[str]:
     """Return a line for each seat whose interval may not hold the mean."""
-    setting = f"{result}, " if result.swept_parameters else ""
+    setting = f"{result}, " if str(result) else ""
     return [
         f"the interval of {setting}{summary.seat} is in doubt: {summary.doubt}"
         for summary in result.run.seat_summaries
@@ -176,7 +179,7 @@ def _format_doubt_lines(result: SettingResult) -> list[str]:
 
 def _format_regret_lines(result: SettingResult) -> list[str]:
     """Return a line with the regret of each seat, or with the reason why it is unknown."""
-    lines, setting = [], f"{result}, " if result.swept_parameters else ""
+    lines, setting = [], f"{result}, " if str(result) else ""
     for summary in result.run.seat_summaries:
         if summary.regret is None:
             continue
@@ -264,10 +267,11 @@ def _format_histograms(results: Sequence[SettingResult]) -> str:
     """Return a histogram of the returns for each setting and seat, one per row."""
     rows = ["returns:"]
     for result in results:
+        setting = result._replace(swept_agents=())
         for seat, name in enumerate(result.lineup.agent_names):
             bars, low, high = draw_histogram(result.run.rollout.returns[:, seat])
             rows.append(
-                f"{format_score(low):>9} {bars} {format_score(high):<9} {result} {name}".rstrip()
+                f"{format_score(low):>9} {bars} {format_score(high):<9} {setting} {name}".rstrip()
             )
     return "\n".join(rows)
 
@@ -308,17 +312,45 @@ class DecisionOptions(NamedTuple):
         return low, high
 
 
+class ComparedSetting(NamedTuple):
+    """The comparison of agents in one setting of the parameters."""
+
+    request: EvaluationRequest
+    entrants: Sequence[str]
+    result: Comparison
+    seconds: float
+    lines: Sequence[str]  # on stderr
+
+
 def report_comparison(
     request: EvaluationRequest, entrants: Sequence[str], decision: DecisionOptions, *, episodes: int
 ) -> Printout:
     """Compare agents in the first seat on common random numbers, and report their differences.
 
-    Raise BadParameter for fewer than two agents, or if `request` names an agent of the first seat.
+    A range in the name of an agent makes several agents. If there are several settings of the
+    parameters, the agents are compared in each. Raise BadParameter for fewer than two agents, or if
+    `request` names an agent of the first seat.
     """
+    entrants = expand_entrants(entrants)
     if len(entrants) < 2:
         got = format_count(len(entrants), "agent")
         raise BadParameter(f"got {got}, expected at least 2")
-    return_bounds = decision.parse_bounds()
+    settings, compared = [*iter_settings(request)], list[ComparedSetting]()
+    for setting in settings:
+        compared.append(_compare_setting(setting, entrants, decision, episodes))
+        if compared[-1].result.shortfall_reason:
+            break
+    return make_evaluation_report(
+        _format_comparisons(compared, decision, has_sweep=len(settings) > 1),
+        compared[-1].result.shortfall_reason,
+        [line for item in compared for line in item.lines],
+    )
+
+
+def _compare_setting(
+    request: EvaluationRequest, entrants: Sequence[str], decision: DecisionOptions, episodes: int
+) -> ComparedSetting:
+    """Compare agents in one setting of the parameters."""
     problem = request.load_problem().problem
     for name in parse_settings(request.seats, "--seat"):
         if not find_seat(problem, name):
@@ -328,9 +360,9 @@ def report_comparison(
     lineups, unloaded = load_entrants(
         problem, entrants, lambda name: load_players(request._replace(agent=name)), "comparison"
     )
-    entrants = [name for name, _ in lineups]
+    names = [name for name, _ in lineups]
     start_time = time.monotonic()
-    task = f"comparing {' and '.join(entrants)}"
+    task = f"comparing {' and '.join(names)}"
     with (
         ProgressBar(task, quiet=bool(request.output_format), motion=request.motion) as bar,
         open_execution_backend(request.engine, request.workers) as (workers, executor),
@@ -340,51 +372,71 @@ def report_comparison(
             [entry.policies for _, entry in lineups],
             episodes=episodes,
             decide=decision.error_probability,
-            return_bounds=return_bounds,
+            return_bounds=decision.parse_bounds(),
             asymptotic=decision.asymptotic,
             turns=request.turn_limit,
             seed=request.seed,
             workers=workers,
             executor=executor,
             progress=bar,
-            names=entrants,
+            names=names,
         )
-    active = [entrants[index] for index in result.active]
-    text = _format_comparison(request, active, result, decision, time.monotonic() - start_time)
-    return make_evaluation_report(text, result.shortfall_reason, [*unloaded, *result.withdrawals])
+    active = [names[index] for index in result.active]
+    seconds = time.monotonic() - start_time
+    return ComparedSetting(request, active, result, seconds, [*unloaded, *result.withdrawals])
 
 
-def _format_comparison(
-    request: EvaluationRequest,
-    entrants: Sequence[str],
-    result: Comparison,
-    decision: DecisionOptions,
-    seconds: float,
+def _format_comparisons(
+    compared: Sequence[ComparedSetting], decision: DecisionOptions, *, has_sweep: bool
 ) -> str:
-    """Return the comparison as JSON, CSV or text."""
-    named_estimates = zip(entrants, result.return_estimates, strict=True)
-    earned = [{"agent": name} | make_estimate_row(first) for name, first in named_estimates]
-    rows = result.list_rows()
-    if request.output_format == "json":
-        common = {
-            "problem": request.problem,
-            "parameters": request.parameter_values,
-            "seed": request.seed,
-        }
-        facts = common | {"games": len(result.returns)}
-        facts |= {"withdrawals": result.withdrawals} if result.withdrawals else {}
-        return format_json_report(
-            facts | {"decided": result.decided, "agents": earned, "pairs": rows}
-        )
+    """Return comparisons as JSON, CSV or text; of a sweep, all of them with their parameters."""
+    request = compared[0].request
     if request.output_format == "csv":
-        return format_csv(rows)
-    game_count = format_count(len(result.returns), "game", ",")
+        return format_csv(
+            [
+                (item.request.parameter_values if has_sweep else {}) | row
+                for item in compared
+                for row in item.result.list_rows()
+            ]
+        )
+    if request.output_format == "json":
+        facts = [_collect_comparison_facts(item) for item in compared]
+        return format_json_report({"settings": facts} if has_sweep else facts[0])
+    return "\n\n".join(_format_comparison(item, decision) for item in compared)
+
+
+def _build_agent_rows(compared: ComparedSetting) -> list[Row]:
+    """Return a row of data for each agent."""
+    named_estimates = zip(compared.entrants, compared.result.return_estimates, strict=True)
+    return [{"agent": name} | make_estimate_row(estimate) for name, estimate in named_estimates]
+
+
+def _collect_comparison_facts(compared: ComparedSetting) -> dict[str, object]:
+    """Return a comparison as JSON facts."""
+    request, result = compared.request, compared.result
+    return {
+        "problem": request.problem,
+        "parameters": request.parameter_values,
+        "seed": request.seed,
+        "games": len(result.returns),
+        **({"withdrawals": result.withdrawals} if result.withdrawals else {}),
+        "decided": result.decided,
+        "agents": _build_agent_rows(compared),
+        "pairs": result.list_rows(),
+    }
+
+
+def _format_comparison(compared: ComparedSetting, decision: DecisionOptions) -> str:
+    """Return a comparison as text."""
+    request, result = compared.request, compared.result
     headline = (
-        f"{request.title}: {game_count} with seed {request.seed}, on the same random numbers; "
-        f"{seconds:.3g} s"
+        f"{request.title}: {format_count(len(result.returns), 'game', ',')} with seed "
+        f"{request.seed}, on the same random numbers; {compared.seconds:.3g} s"
     )
-    tables = [format_table(earned), format_table([_build_pair_table_row(row) for row in rows])]
-    return "\n\n".join([headline, *tables, *_format_verdict_lines(entrants, result, decision)])
+    pair_table = [_build_pair_table_row(row) for row in result.list_rows()]
+    tables = [format_table(_build_agent_rows(compared)), format_table(pair_table)]
+    verdict = _format_verdict_lines(compared.entrants, result, decision)
+    return "\n\n".join([headline, *tables, *verdict])
 
 
 def _format_signed(number: object, digits: int = 4) -> str:

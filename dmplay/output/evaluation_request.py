@@ -11,6 +11,7 @@ from dmplay.core.session import DEFAULT_TURN_LIMIT
 from dmplay.core.user_code_locations import describe_error_location
 from dmplay.errors import BadParameter
 from dmplay.evaluation.many_games import RunResult
+from dmplay.evaluation.sweep import expand_agent_ranges, split_values
 from dmplay.game.command_line_results import Printout
 from dmplay.game.game_setup import assign_players, check_turn_limit
 from dmplay.game.launch_requests import parse_settings
@@ -52,6 +53,11 @@ class EvaluationRequest(NamedTuple):
         return {name: all_values[name] for name in names}
 
     @property
+    def agents(self) -> tuple[str, ...]:
+        """The names of the agents that are set."""
+        return tuple(filter(None, (self.agent, self.other_agent, *self.seats)))
+
+    @property
     def title(self) -> str:
         """The problem and its settings as they are typed."""
         return " ".join([self.problem, *self.settings])
@@ -77,9 +83,11 @@ class SettingResult(NamedTuple):
     lineup: Lineup
     run: RunResult
     swept_parameters: Mapping[str, object]  # the parameters, if there are several settings
+    swept_agents: Sequence[str] = ()  # the names of the agents, if they have several settings
 
     def __str__(self) -> str:
-        return " ".join(f"{key}={value}" for key, value in self.swept_parameters.items())
+        parameters = [f"{key}={value}" for key, value in self.swept_parameters.items()]
+        return " ".join([*parameters, *self.swept_agents])
 
 
 def load_players(request: EvaluationRequest) -> Lineup:
@@ -146,9 +154,10 @@ def limit_turns(request: EvaluationRequest) -> EvaluationRequest:
 
 
 def iter_settings(request: EvaluationRequest) -> Iterator[EvaluationRequest]:
-    """Yield the request in each setting of its parameters.
+    """Yield the request in each setting of the parameters of its problem and its agents.
 
-    A list such as `0.1,0.2` for a numeric parameter makes several settings; with several lists, all
+    A list such as `0.1,0.2` or a range such as `0:0.5:0.1` for a numeric parameter of the problem
+    makes several settings, and so does a range in the name of an agent. With several of them, all
     combinations are made.
     """
     defaults = problems.parameter_values(problems.resolve_problem(request.problem, {}).problem)
@@ -157,15 +166,16 @@ def iter_settings(request: EvaluationRequest) -> Iterator[EvaluationRequest]:
         for text, values in request.parameters.items()
     }
     choices = [
-        [f"{name}={value}" for value in _split_values(values, defaults[name])]
+        [f"{name}={value}" for value in split_values(values, defaults[name])]
         for name, values in settings_by_name.items()
     ]
-    return (request._replace(settings=settings) for settings in product(*choices))
-
-
-def _split_values(value: str, default: object) -> list[str]:
-    """Return the comma-separated values, or the whole text if the default is not a number."""
-    return value.split(",") if isinstance(default, int | float) else [value]
+    for settings in product(*choices):
+        for agent, other_agent, *seats in product(
+            *map(expand_agent_ranges, [request.agent, request.other_agent, *request.seats])
+        ):
+            yield request._replace(
+                settings=settings, agent=agent, other_agent=other_agent, seats=seats
+            )
 
 
 def make_evaluation_report(

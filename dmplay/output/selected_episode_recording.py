@@ -52,7 +52,7 @@ def record_episodes(setting_result: SettingResult, selection: TranscriptSelectio
     match = setting_result.request
     problem, names, _ = setting_result.lineup
     result = setting_result.run
-    folder = selection.folder / str(setting_result)
+    folder = selection.folder / str(setting_result).replace("/", "_")  # of an agent's file
     folder.mkdir(parents=True, exist_ok=True)
     seats = [f"{seat}={name}" for seat, name in zip(problem.agents, names, strict=True)]
     for row, reasons in _select_rows(result, selection).items():

@@ -2,7 +2,7 @@
 
 import hashlib
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from json import dumps, loads
 from pathlib import Path
@@ -16,6 +16,7 @@ from dmplay.errors import DmplayError
 from dmplay.evaluation.solutions.options import SolveOptions
 from dmplay.evaluation.solutions.solution import Solution
 from dmplay.evaluation.solutions.solve import solve_with_options
+from dmplay.evaluation.sweep import Setting, sweep
 from dmplay.output.tables import format_table
 from dmplay.registry import problems
 from dmplay.terminal.progress import ProgressBar
@@ -95,7 +96,13 @@ def report_solution(
     json: bool = False,
     motion: bool = True,
 ) -> str:
-    """Return the solution of a problem as text or JSON; show progress while it is computed."""
+    """Return the solution of a problem as text or JSON; show progress while it is computed.
+
+    If a parameter has several values, return a table of the solutions instead.
+    """
+    settings = sweep(name, "", **parameters)
+    if len(settings) > 1:
+        return _report_sweep(name, settings, solve_options, json=json, motion=motion)
     with ProgressBar(f"solving {name}", quiet=json, motion=motion) as bar, report_progress_to(bar):
         data = load_or_solve(name, parameters, solve_options)
     if json:
@@ -106,3 +113,29 @@ def report_solution(
     return "\n".join(
         [f"{title}: {data['method']}", data["result"], "", format_table(data["rows"], 6)]
     )
+
+
+def _report_sweep(
+    name: str, settings: Sequence[Setting], solve_options: SolveOptions, *, json: bool, motion: bool
+) -> str:
+    """Return the method, the values and the result of each setting, as JSON or as a table."""
+    solved = []
+    with ProgressBar(f"solving {name}", quiet=json, motion=motion) as bar:
+        for index, setting in enumerate(settings):
+            with report_progress_to(bar.subtask(index, len(settings))):
+                data = load_or_solve(name, setting.parameters, solve_options)
+            solved.append((setting, data))
+    if json:
+        facts = [{"parameters": setting.parameters} | data for setting, data in solved]
+        return format_json_report({"problem": name, "settings": facts})
+    rows = [
+        {
+            **setting.parameters,
+            "method": data["method"],
+            **{f"value of {seat}": value for seat, value in data.get("values", {}).items()},
+            "accuracy": data.get("accuracy", ""),
+            "result": data["result"],
+        }
+        for setting, data in solved
+    ]
+    return "\n".join([f"{name}: {len(settings)} settings", "", format_table(rows, 6)])

@@ -14,6 +14,7 @@ from dmplay.errors import BadParameter
 from dmplay.evaluation.executors import open_execution_backend
 from dmplay.evaluation.return_bounds import compute_return_bounds
 from dmplay.evaluation.solutions.solution import Row
+from dmplay.evaluation.sweep import expand_entrants
 from dmplay.evaluation.tournament import (
     SEATING_ORDERS,
     TournamentResult,
@@ -50,6 +51,7 @@ def report_tournament(
     Results are saved in `results_file`, if it is given, so that a tournament can resume. Raise
     BadParameter if an entrant is named twice.
     """
+    entrants = expand_entrants(entrants)
     if len({*entrants}) < len(entrants):
         raise BadParameter(
             "tournament: an entrant is named twice; name it once, and it plays itself too"
