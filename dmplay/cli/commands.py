@@ -10,6 +10,7 @@ os.environ.setdefault("TYPER_USE_RICH", "0")  # Rich's help takes longer than th
 
 import typer
 
+from dmplay.core.running_command import RunningCommand, list_words, set_running_command
 from dmplay.errors import BadParameter
 
 COMMANDS = {  # the module in this folder, and the function or the Typer group in it
@@ -31,6 +32,7 @@ COMMANDS = {  # the module in this folder, and the function or the Typer group i
     "run": "evaluation:run",
     "compare": "evaluation:compare",
     "tournament": "evaluation:tournament",
+    "rerun": "rerun:rerun",
     "learn": "learn:learn_app",
     "assign": "grading:assign",
     "grade": "grading:grade",
@@ -58,11 +60,26 @@ def build_command(name: str) -> Any:
         target.command(name)(function)
     command: Any = typer.main.get_command(target)
     for shown_command in (command, *getattr(command, "commands", {}).values()):
+        shown_command.invoke = partial(_record_and_invoke, shown_command, shown_command.invoke)
         for option in shown_command.params:
             option.show_envvar = False
             if _strip_metavar(option) in PATH_METAVARS:
                 option.process_value = partial(_refuse_empty_path, option, option.process_value)
     return command
+
+
+def _record_and_invoke(command: Any, invoke: Callable[[Any], Any], context: Any) -> Any:
+    """Run a command, and record it with its options as the source of what is written."""
+    if not hasattr(command, "commands"):
+        options = {key: context.params[key] for key in sorted(context.params)}
+        words = context.command_path.split()[1:]
+        words += list_words(command.params, options)
+        set_running_command(RunningCommand(tuple(words), options))
+        if options.get("meta"):
+            from dmplay.output.provenance import find_meta_file
+
+            find_meta_file()  # It refuses a file before the command runs.
+    return invoke(context)
 
 
 def _strip_metavar(option: Any) -> str:

@@ -31,6 +31,7 @@ BATCH_OPTIONS: Mapping[str, tuple[Any, object]] = {
     "workers": (options.WorkerCount, "auto"),
     "executor": (ExecutorName, ""),
     "csv": (CsvFlag, False),
+    "meta": (options.MetaFile, None),
 }
 OutputFormat = Literal["", "json", "csv"]
 

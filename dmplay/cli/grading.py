@@ -62,6 +62,7 @@ def grade(
     paths: options.TranscriptPaths,
     assignment: options.AssignmentFile = None,
     csv: CsvFlag = False,
+    meta: options.MetaFile = None,
     trust: options.TrustAssignment = False,
     *,
     terminal_options: TerminalOptions,

@@ -260,6 +260,10 @@ ProblemKind = Annotated[
         lambda: [*name_lists.LIST_FILTERS],
     ),
 ]
+MetaFile = Annotated[
+    Path | None,
+    typer.Option(metavar="FILE", help="write versions, command and seeds of the output to FILE"),
+]
 JsonFlag = Annotated[bool, typer.Option("--json", help="print JSON")]
 JsonLinesFlag = Annotated[
     bool, typer.Option("--json", help="print JSON Lines, one object per event")

@@ -11,8 +11,9 @@ from dmplay.cli import config_files
 from dmplay.cli.app import root_command
 from dmplay.cli.commands import build_command
 from dmplay.cli.error_messages import USAGE_ERROR, format_error
+from dmplay.core.running_command import get_running_command
 from dmplay.core.safe_files import forget_input_files, register_input_file
-from dmplay.core.text import escape_unprintable
+from dmplay.core.text import JSON_REPORT_BEGINNING, escape_unprintable
 from dmplay.errors import BadParameter
 from dmplay.game import command_line_results as results
 from dmplay.game.command_line_results import PlayCommand, Printout
@@ -63,6 +64,12 @@ def _print_report(report: Printout) -> int:
         print(escape_unprintable(report.stderr_text), file=sys.stderr)
     terminal = current_terminal(report.terminal_options)
     text = render_for_terminal(report.text, terminal)
+    if text.startswith(JSON_REPORT_BEGINNING) or get_running_command().options.get("meta"):
+        from dmplay.output import provenance
+
+        text = provenance.add_to_report(text)
+        if text:
+            provenance.write_meta_file(provenance.compute_digest(f"{text}\n".encode()))
     if report.paged:
         from dmplay.output.pager import print_paged
 

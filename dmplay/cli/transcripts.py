@@ -89,6 +89,7 @@ def export(
     ] = False,
     output: options.OutputPath = None,
     force: options.Force = False,
+    meta: options.MetaFile = None,
     trust: options.Trust = False,
     peek: options.Peek = False,
     *,

@@ -5,6 +5,7 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 
 JSON_SCHEMA = 1  # version of the keys of JSON reports
+JSON_REPORT_BEGINNING = f'{{"schema": {JSON_SCHEMA}'  # of the text of a report
 MAX_EXTRA_DECIMALS = 2  # decimals added to probabilities so that they sum to 1 as printed
 EXACT_DIGITS, MONEY_DECIMALS = 6, 2  # of a number that is no estimate
 VALUE_DECIMALS = 9  # of a value, at a scale of 1

@@ -13,6 +13,7 @@ from rich.text import Text
 from dmplay.core.safe_files import write_file
 from dmplay.game.command_line_results import Printout
 from dmplay.game.saves import choose_free_path
+from dmplay.output.provenance import add_to_chunks
 from dmplay.views.toolkit.canvas import measure_text
 
 # Rich's own template, without the fonts that it loads from the network.
@@ -47,6 +48,7 @@ def write_or_print(path: Path | None, content: Iterable[str], *, force: bool) ->
 
     After writing a file, the result is an empty Printout.
     """
+    content = add_to_chunks(content)
     if path is None or str(path) == "-":
         return Printout("", text_chunks=content)
     write_file(path, content, force=force)

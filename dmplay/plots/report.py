@@ -19,6 +19,7 @@ from dmplay.game.plot_kinds import (
     load_figures,
 )
 from dmplay.output.evaluation_request import EvaluationRequest
+from dmplay.output.provenance import add_to_picture
 from dmplay.plots.plot_data import Plot
 from dmplay.registry.problems import is_problem_name
 from dmplay.terminal.capabilities import Terminal
@@ -68,7 +69,8 @@ def report_plot(
         expected = ", ".join(f".{name}" for name in PICTURE_FORMATS)
         raise BadParameter(f"-o {output}: expected a file name that ends in one of {expected}")
     check_matplotlib()  # before a plot that may take long to compute
-    write_bytes(output, [render_picture(build_plot(request), extension)], force=force)
+    picture = add_to_picture(render_picture(build_plot(request), extension), extension)
+    write_bytes(output, [picture], force=force)
     return Printout(escape_newlines(f"wrote {output}"))
 
 

@@ -588,6 +588,17 @@ def default_parameters(agent_class: Callable[..., object]) -> dict[str, object]:
     return {item.name: item.default for item in items if item.default is not item.empty}
 
 
+def describe_agents(problem: Problem, names: Sequence[str]) -> dict[str, dict[str, object]]:
+    """Return the parameters of some agents of a problem's roster, with their values."""
+    described = dict[str, dict[str, object]]()
+    for name in names:
+        if not names_bot(name) and name.partition(":")[0] in load_roster(problem).agents:
+            policy = _make_roster_agent(problem, 0, name)
+            parameters = default_parameters(type(policy))
+            described[name] = {key: getattr(policy, key) for key in parameters}
+    return described
+
+
 def parameter_meanings(agent_class: type[SeatPolicy]) -> dict[str, str]:
     """Return the parameters of an agent with their descriptions, '' if there is none."""
     parameters = _parameter_fields(agent_class)

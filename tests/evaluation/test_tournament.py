@@ -548,7 +548,7 @@ def test_agents_that_fail_are_withdrawn_and_the_others_play_on(
     assert outcome.returncode == 1
     expected = run_dmplay(tmp_path, command, "prisoners-dilemma", "grim", "./a.py:First", *options)
     assert expected.returncode == 0
-    ignored = {"withdrawals", "seconds"}
+    ignored = {"withdrawals", "provenance"}
     result, reference = (
         {key: value for key, value in json.loads(run.stdout).items() if key not in ignored}
         for run in (outcome, expected)
