@@ -10,7 +10,7 @@ import typer
 
 from dmplay.errors import BadParameter
 
-REPEATABLE_COMMANDS = ("run", "compare", "tournament", "solve", "evaluate")
+REPEATABLE_COMMANDS = ("run", "compare", "tournament", "solve")
 # they change no result, or write files
 OMITTED_OPTIONS = (
     "output", "record", "every", "worst", "best", "meta", "workers", "executor",
@@ -31,12 +31,11 @@ def rerun(
 ) -> object:
     """Repeat the command that made a file, and compare the results.
 
-    The commands are run, compare, tournament, solve and evaluate. Their JSON contains
-    the command and all its options. CSV has them in the file of the option --meta. The
-    exit code is 0 if the results are the same, and 1 if they differ.
+    It repeats run, compare, tournament and solve. Their JSON contains the command and
+    all its options. CSV has them in the file of the option --meta. The exit code is 0
+    if the results are the same, and 1 if they differ.
 
     \b
-      dmplay run hexworld --episodes 100 --json > walks.json
       dmplay rerun walks.json
     """
     from dmplay.game.command_line_results import Printout
@@ -53,7 +52,7 @@ def rerun(
     if not trust:
         _check_code(values)
     recorded = _read_recorded_text(file, report)
-    text = _run_again(name, values)
+    text = _run_again(name, values | ({"trust": trust} if "trust" in values else {}))
     digest = str(made_by.get("digest"))
     edits, differences = [*_iter_edits(recorded, digest)], [*_compare(recorded, text)][:1]
     if recorded is None and provenance.compute_digest(f"{text}\n".encode()) != digest:
@@ -78,13 +77,12 @@ def _check_code(values: Mapping[str, Any]) -> None:
     from dmplay.registry import agents, problems
     from dmplay.registry.problem_name_kinds import names_bot
 
-    problem_name = format_variant_name(str(values.get("problem")), str(values.get("variant") or ""))
-    problem = problems.find_problem(problem_name, {}, trusted=False).problem
+    full_name = format_variant_name(str(values.get("problem")), str(values.get("variant") or ""))
+    problem = problems.find_problem(full_name, {}, trusted=False).problem
     for name in list_agent_names(values):
         if names_bot(name) or agents.names_user_code(problem, 0, name):
-            raise BadParameter(
-                f"agent {name!r} is code outside dmplay; if you trust it, add --trust"
-            )
+            remedy = "if you trust it, add --trust"
+            raise BadParameter(f"agent {name!r} is code outside dmplay; {remedy}")
 
 
 def _read_recorded_text(file: Path, report: Mapping[str, Any]) -> str | None:
@@ -105,10 +103,10 @@ def _run_again(name: str, values: Mapping[str, Any]) -> str:
     from dmplay.game.command_line_results import Printout
 
     command = build_command(name)
-    kept = {key: value for key, value in values.items() if key not in OMITTED_OPTIONS}
+    used = {key: value for key, value in values.items() if key not in OMITTED_OPTIONS}
     for variable in [key for key in os.environ if key.startswith("DMPLAY_")]:
         del os.environ[variable]
-    words = [*list_words(command.params, kept)]
+    words = [*list_words(command.params, used)]
     result = command(words, standalone_mode=False, prog_name=f"dmplay {name}")
     text = result.text if isinstance(result, Printout) else result
     return str(text)
@@ -142,14 +140,14 @@ def _compare(recorded: str | None, text: str) -> Iterator[str]:
     yield from _iter_differences("", before, after)
 
 
-def _iter_differences(place: str, before: object, after: object) -> Iterator[str]:
+def _iter_differences(path: str, before: object, after: object) -> Iterator[str]:
     """Yield a line for each value that differs, with its place."""
     if isinstance(before, dict) and isinstance(after, dict):
         for key in dict.fromkeys([*before, *after]):
-            here = f"{place}.{key}" if place else str(key)
-            yield from _iter_differences(here, before.get(key), after.get(key))
+            item_path = f"{path}.{key}" if path else str(key)
+            yield from _iter_differences(item_path, before.get(key), after.get(key))
     elif isinstance(before, list) and isinstance(after, list) and len(before) == len(after):
         for index, (old, new) in enumerate(zip(before, after, strict=True)):
-            yield from _iter_differences(f"{place}[{index}]", old, new)
+            yield from _iter_differences(f"{path}[{index}]", old, new)
     elif before != after:
-        yield f"{place}: got {json.dumps(after)}, expected {json.dumps(before)}"
+        yield f"{path}: got {json.dumps(after)}, expected {json.dumps(before)}"

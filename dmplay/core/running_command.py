@@ -32,13 +32,13 @@ def list_words(options: Sequence[Any], values: Mapping[str, Any]) -> Iterator[st
     for option in options:
         value = values.get(option.name)
         items = value if isinstance(value, list | tuple) else [value]
-        texts = [str(item) for item in items if item not in {None, ""}]
+        texts = [str(item) for item in items if item is not None and item != ""]
         if option.param_type_name == "argument":
             yield from texts
         elif value == option.default or not texts:
             continue
         elif isinstance(value, bool):
-            yield option.opts[0] if value else option.secondary_opts[0]
+            yield from (option.opts if value else option.secondary_opts)[:1]
         else:
             for text in texts:
                 yield from (max(option.opts, key=len), text)

@@ -29,7 +29,7 @@ AGENT_OPTIONS = ("agent", "agents", "entrants", "vs", "seat", "policies")
 
 
 def describe_provenance(digest: str) -> dict[str, object]:
-    """Return how an output of the running command was made; {} if no command runs.
+    """Return the provenance of an output of the running command; {} if no command runs.
 
     It has the versions, the command with the values of all its options, the parameters of the
     problem and of the agents with their defaults, the seed, and the digest of the content.

@@ -90,6 +90,8 @@ def folder_of_examples(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (folder / "transcripts").mkdir()
     run_dmplay(folder, "hexworld", "--agent", "optimal", "--seed", "7", "-o", "transcripts/a.dmt")
     run_dmplay(folder, "crying-baby", "--seed", "7", "-o", "game.dmt", stdin=BABY_ACTIONS)
+    walks = run_dmplay(folder, "run", "hexworld", "--episodes", "10", "--json")
+    (folder / "walks.json").write_text(walks.stdout)
     return folder
 
 
