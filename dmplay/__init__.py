@@ -80,6 +80,8 @@ _PUBLIC_MODULES = {
     # many games, and solutions
     "check": "validation.conformance",
     "compare": "evaluation.comparison",
+    "evaluate": "evaluation.agent_evaluation",
+    "evaluate_transcripts": "evaluation.agent_evaluation",
     "rollout": "evaluation.many_games",
     "run": "evaluation.many_games",
     "run_tournament": "evaluation.tournament",

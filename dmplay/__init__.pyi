@@ -36,6 +36,8 @@ from dmplay.core.tabular import Tables as Tables
 from dmplay.core.tabular import Tabular as Tabular
 from dmplay.core.tabular import tabulate as tabulate
 from dmplay.core.uniforms import SeededUniforms as SeededUniforms
+from dmplay.evaluation.agent_evaluation import evaluate as evaluate
+from dmplay.evaluation.agent_evaluation import evaluate_transcripts as evaluate_transcripts
 from dmplay.evaluation.comparison import compare as compare
 from dmplay.evaluation.many_games import rollout as rollout
 from dmplay.evaluation.many_games import run as run

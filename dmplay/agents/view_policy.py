@@ -15,6 +15,7 @@ from dmplay.core.problem import WAIT_LABEL, Problem, find_wait_action
 from dmplay.core.seat_history import SeatHistory
 from dmplay.core.session import has_visible_beliefs, list_action_labels, make_view
 from dmplay.core.spaces import Labels
+from dmplay.core.typed_text import read_belief
 from dmplay.errors import BadPolicy, DmplayError
 
 
@@ -57,6 +58,7 @@ class PlainGame:
 
     def __init__(self, history: SeatHistory, choices: list[Choice]) -> None:
         self.history, self.choices = history, choices
+        self.stated_beliefs: dict[int, Reals] = {}  # by the number of turns before the choice
         self.player: Any = None
 
 
@@ -73,7 +75,8 @@ class ViewPolicy:
 
     `agent` is a function, an object with `act`, which is the same for all games, or its class, of
     which each game has its own object. It gets the view and, if it has a second argument, one
-    uniform. The memory holds a GameNode for each row.
+    uniform. It returns an action, or an action and the belief that it states. The memory holds a
+    GameNode for each row.
     """
 
     problem: Problem
@@ -188,6 +191,9 @@ class ViewPolicy:
         parameters = {} if isinstance(self.agent, type) else self.parameters
         answer = function(view, *choice.u, **parameters)
         error_prefix = f"turn {turns + 1}, {problem.agents[seat]}: {self.name}"
+        if isinstance(answer, tuple) and len(answer) == 2:
+            answer, stated = answer
+            game.stated_beliefs[turns] = self._read_belief(stated, error_prefix)
         if isinstance(answer, NUMBER_TYPES) or (
             isinstance(answer, np.ndarray) and not answer.shape
         ):
@@ -199,6 +205,23 @@ class ViewPolicy:
             return labels.parse_action(answer) if labels else problem.parse_action(seat, answer)
         except DmplayError as error:
             raise BadPolicy(f"{error_prefix}: {error}") from None
+
+    def _read_belief(self, stated: Any, error_prefix: str) -> Reals:
+        """Return the belief `[S]` that is stated with an action; raise BadPolicy if it is none."""
+        try:
+            if not self._shows_beliefs:
+                raise BadPolicy("got one, but there is no belief over hidden states")
+            is_array = isinstance(stated, np.ndarray | tuple)
+            return read_belief(self.problem, [*map(float, stated)] if is_array else stated)
+        except (DmplayError, TypeError, ValueError) as error:
+            raise BadPolicy(f"{error_prefix}: belief: {error}") from None
+
+    def stated_belief(self, memory: Memory) -> Reals | None:
+        """Return the belief `[B, S]` stated with the last choice of each game, NaN for none."""
+        stated = [node.game.stated_beliefs.get(node.turns) for node in memory[0]]
+        size = next((len(belief) for belief in stated if belief is not None), 0)
+        nothing = np.full(size, np.nan)
+        return np.array([nothing if row is None else row for row in stated]) if size else None
 
     def action_values(self, memory: Memory) -> None:
         """Return None, because a plain agent has no values."""

@@ -30,6 +30,7 @@ COMMANDS = {  # the module in this folder, and the function or the Typer group i
     "watch": "watching:watch",
     "convert": "reports:convert",
     "run": "evaluation:run",
+    "evaluate": "evaluation:evaluate",
     "compare": "evaluation:compare",
     "tournament": "evaluation:tournament",
     "rerun": "rerun:rerun",

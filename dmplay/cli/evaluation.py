@@ -127,6 +127,65 @@ def run(
     )
 
 
+@options.with_terminal_options("json", "motion", motion=options.ProgressMotion)
+def evaluate(
+    arguments: Annotated[
+        list[str],
+        typer.Argument(metavar="AGENT PROBLEM...", help="or transcripts: FILE... or FOLDER..."),
+    ],
+    episodes: Annotated[
+        int, options.number_option(int, "number of games in each problem", min=1)
+    ] = 100,
+    vs: options.OtherAgents = "",
+    turns: options.TurnLimit = None,
+    seed: BatchSeed = 0,
+    output: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", metavar="FOLDER", help="folder for the transcripts"),
+    ] = None,
+    games: Annotated[bool, typer.Option("--games", help="print a row for each game")] = False,
+    csv: CsvFlag = False,
+    trust: options.Trust = False,
+    *,
+    terminal_options: TerminalOptions,
+    ctx: typer.Context,
+) -> object:
+    """Find out where a player loses value: by seeing, by choosing, or by luck.
+
+    The agent plays the first seat of each problem. With transcripts instead, dmplay
+    evaluates the recorded games of people, language models and programs.
+
+    \b
+    - start value: the expected return of best play
+    - seeing: the loss of the best action for the belief that the player stated,
+      which may differ from the belief that the observations give
+    - choosing: the loss of the chosen action, compared with that action
+    - luck: the rest; its mean is near 0 in many games
+
+    The return is the start value, minus seeing, minus choosing, plus luck. Without a
+    stated belief, the whole loss counts as choosing. 'dmplay guide measuring' explains
+    the table.
+
+    \b
+      dmplay evaluate feed-when-crying crying-baby --episodes 50
+      dmplay evaluate random crying-baby hexworld -o games
+      dmplay evaluate games --csv
+    """
+    from dmplay.output.player_evaluation_report import EvaluationCommand, report_evaluation
+
+    command = EvaluationCommand(
+        tuple(arguments), episodes, vs, turns, seed, output, trusted=trust,
+        typed_options=tuple(
+            name for name in ("episodes", "vs", "turns", "seed", "output")
+            if options.option_source(ctx, name) == "COMMANDLINE"
+        ),
+    )  # fmt: skip
+    return report_evaluation(
+        command, lists_games=games, motion=terminal_options.motion,
+        output_format=output_format(json=terminal_options.json, csv=csv),
+    )  # fmt: skip
+
+
 @_with_batch_options()
 @options.with_terminal_options("json", "motion", motion=options.ProgressMotion)
 def compare(

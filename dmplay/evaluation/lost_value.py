@@ -91,13 +91,10 @@ class ValueMeter:
 
         Raise BadParameter for a game that did not end by itself, or without values or bounds.
         """
-        if session.end_reason not in NATURAL_END_REASONS:
-            raise BadParameter("the game is not finished")
-        if session.reroll_counts:
-            raise BadParameter("turns were played again with new random numbers")
+        reason = explain_missing_parts(session)
+        if reason:
+            raise BadParameter(reason)
         positions = [*self._iter_positions(session)]
-        if not positions:
-            raise BadParameter("the game has no turns")
         values_after = [(*position.best_value,) for position in positions[1:]] + [ZERO]
         rewards = [turn.rewards.item(self._agent.question.seat) for turn in session.turns]
         turns = tuple(
@@ -170,6 +167,15 @@ class ValueMeter:
         if agent.basis.accuracy is Accuracy.UPPER_BOUND:
             return np.stack([np.minimum(returns[0], q[0]), q[0]])
         return np.stack([q[0], np.maximum(returns[1], q[0])])
+
+
+def explain_missing_parts(session: Session) -> str:
+    """Return why a game cannot be divided into parts, '' if it can if its values are known."""
+    if session.end_reason not in NATURAL_END_REASONS:
+        return "not finished"
+    if session.reroll_counts:
+        return "turns were played again with new random numbers"
+    return "" if session.turns else "no turns"
 
 
 class _ValuedChoice(NamedTuple):

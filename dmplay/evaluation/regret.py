@@ -12,7 +12,7 @@ from dmplay.core.policy import Policy
 from dmplay.core.problem import Problem
 from dmplay.core.session import DEFAULT_TURN_LIMIT
 from dmplay.core.text import format_number
-from dmplay.evaluation.statistics import Estimate, estimate_mean
+from dmplay.evaluation.statistics import Estimate, estimate_mean, estimate_ratio
 from dmplay.game.turn_facts import Row
 from dmplay.registry.agents import HintAgent, find_agent_name, find_hint_provider
 
@@ -79,14 +79,6 @@ def summarize_regret(meter: HintAgent | None, regrets: Reals, choice_counts: Int
     basis = ", ".join(filter(None, (meter.base_name, meter.describe_game(0))))
     low, high = (estimate_mean(regrets[:, 0, bound]) for bound in range(2))
     choice_low, choice_high = (
-        _estimate_ratio(regrets[:, 1, bound], choice_counts) for bound in (0, 1)
+        estimate_ratio(regrets[:, 1, bound], choice_counts) for bound in (0, 1)
     )
     return RegretSummary((low, high), (choice_low, choice_high), basis)
-
-
-def _estimate_ratio(totals: Reals, counts: Ints) -> Estimate:
-    """Return the sum of some totals `[E]` divided by that of counts `[E]`, by the delta method."""
-    if not counts.any():
-        return estimate_mean(np.zeros(len(counts)))
-    ratio = totals.sum() / counts.sum()
-    return estimate_mean(ratio + (totals - ratio * counts) / counts.mean())

@@ -1,9 +1,12 @@
 """The smallest and the largest return that a game can have, from the bounds of its rewards."""
 
+from math import ceil, log
+
 from dmplay.core.problem import Problem
 from dmplay.core.session import DEFAULT_TURN_LIMIT
 from dmplay.core.tabular import Tabular
 
+NEGLIGIBLE_WEIGHT = 1e-9  # discount of a turn below which turns are not played
 ROUNDING_TOLERANCE = 1e-9  # relative, of a sum of rewards
 
 
@@ -40,6 +43,17 @@ def turn_limit_or_default(problem: Problem, turn_limit: int | None) -> int | Non
     """
     default_limit = DEFAULT_TURN_LIMIT if problem.can_run_forever else None
     return (problem.horizon or default_limit) if turn_limit is None else turn_limit
+
+
+def count_weighty_turns(problem: Problem) -> int | None:
+    """Return the turns whose discount is at least NEGLIGIBLE_WEIGHT, at most DEFAULT_TURN_LIMIT.
+
+    None without discounting.
+    """
+    if problem.discount == 1.0:
+        return None
+    turns = log(NEGLIGIBLE_WEIGHT) / log(problem.discount) if problem.discount else 1
+    return min(ceil(turns), DEFAULT_TURN_LIMIT)
 
 
 def sum_discounts(discount: float, turns: int | None) -> float:

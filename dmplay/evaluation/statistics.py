@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dmplay.core.arrays import Reals
+from dmplay.core.arrays import Ints, Reals
 from dmplay.core.text import format_number
 
 CONFIDENCE_LEVEL = 0.95
@@ -50,6 +50,14 @@ def estimate_mean(sample: Reals, level: float = CONFIDENCE_LEVEL) -> Estimate:
     error = float((sample - sample[:1]).std(ddof=1)) / math.sqrt(size) if size > 1 else math.inf
     width = student_t_quantile(size - 1, level) * error if size > 1 else math.inf
     return Estimate(mean, error, mean - width, mean + width)
+
+
+def estimate_ratio(totals: Reals, counts: Ints) -> Estimate:
+    """Return the sum of some totals `[E]` divided by that of counts `[E]`, by the delta method."""
+    if not counts.any():
+        return estimate_mean(np.zeros(len(counts)))
+    ratio = totals.sum() / counts.sum()
+    return estimate_mean(ratio + (totals - ratio * counts) / counts.mean())
 
 
 def explain_doubtful_interval(sample: Reals, bounds: tuple[float, float] | None) -> str:

@@ -2,15 +2,14 @@
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from itertools import product
-from math import ceil, log
 from typing import NamedTuple, TypeVar
 
 from dmplay.core.policy import Policy
 from dmplay.core.problem import Problem
-from dmplay.core.session import DEFAULT_TURN_LIMIT
 from dmplay.core.user_code_locations import describe_error_location
 from dmplay.errors import BadParameter
 from dmplay.evaluation.many_games import RunResult
+from dmplay.evaluation.return_bounds import count_weighty_turns
 from dmplay.evaluation.sweep import expand_agent_ranges, split_values
 from dmplay.game.command_line_results import Printout
 from dmplay.game.game_setup import assign_players, check_turn_limit
@@ -21,7 +20,6 @@ from dmplay.simulation.worker_pool import WorkerCount
 from dmplay.terminal.signals import INTERRUPTED_EXIT_CODE
 
 T = TypeVar("T")
-NEGLIGIBLE_WEIGHT = 1e-9  # discount of a turn below which turns are not played
 INTERRUPTED_REASON = "interrupted"  # the reason that rollouts gives
 
 
@@ -149,8 +147,7 @@ def limit_turns(request: EvaluationRequest) -> EvaluationRequest:
     is_bounded = request.turn_limit or problem.horizon or problem.discount == 1.0
     if is_bounded or not problem.partially_observable:
         return request
-    turns = log(NEGLIGIBLE_WEIGHT) / log(problem.discount) if problem.discount else 1
-    return request._replace(turn_limit=min(ceil(turns), DEFAULT_TURN_LIMIT))
+    return request._replace(turn_limit=count_weighty_turns(problem))
 
 
 def iter_settings(request: EvaluationRequest) -> Iterator[EvaluationRequest]:

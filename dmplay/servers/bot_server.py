@@ -113,7 +113,12 @@ class BotServer:
         legal = _decode_legal_mask(problem, seat, message["legal"])
         (choice,) = policy.choose(memory, legal, uniforms)
         action = problem.actions[seat].to_json_value(float(choice))
-        return encode_message("act", {"id": message["id"], "action": action})
+        facts = {"id": message["id"], "action": action}
+        state_belief = getattr(policy, "stated_belief", None)
+        beliefs = state_belief(memory) if state_belief else None
+        if beliefs is not None and not np.isnan(beliefs).any():
+            facts["belief"] = np.asarray(beliefs)[0].tolist()
+        return encode_message("act", facts)
 
 
 def _check_hello(message: JsonObject) -> None:

@@ -252,3 +252,22 @@ def test_only_its_own_player_is_shown_a_stated_belief_during_the_game(tmp_path: 
     game.choose(0)
     facts = [game.narrator.visible_turn_facts(game.snapshot(seat)) for seat in (0, 1)]
     assert [facts[seat]["stated"] for seat in (0, 1)] == [{"caregiver1": [0.3, 0.7]}, {}]
+
+
+def test_a_function_of_the_view_states_a_belief_beside_its_action() -> None:
+    problem = dmplay.load_problem("crying-baby")
+    for belief in ({"hungry": 0.75, "sated": 0.25}, [0.25, 0.75], np.array([0.25, 0.75])):
+        agent = dmplay.load_agent(problem, 0, lambda view, belief=belief: ("feed", belief))
+        session = dmplay.Session(problem, dmplay.SeededUniforms(7), [agent])
+        session.advance()
+        session.advance()
+        stated = [turn.stated_beliefs[0].tolist() for turn in session.turns]
+        assert stated == [[0.25, 0.75]] * 2
+    for wrong in ({"hungry": 0.5}, "maybe", 3):
+        agent = dmplay.load_agent(problem, 0, lambda view, belief=wrong: ("feed", belief))
+        with pytest.raises(BadPolicy, match="belief"):
+            dmplay.Session(problem, dmplay.SeededUniforms(7), [agent]).advance()
+    visible = dmplay.load_problem("hexworld")
+    agent = dmplay.load_agent(visible, 0, lambda view: ("e", [1.0]))
+    with pytest.raises(BadPolicy, match="belief"):
+        dmplay.Session(visible, dmplay.SeededUniforms(7), [agent]).advance()
