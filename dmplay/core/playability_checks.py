@@ -43,7 +43,7 @@ FORBIDDEN_LABEL_CHARACTERS = ",;#"  # characters that a typed action cannot cont
 # commands of a game, which a typed word means unless an action has its name
 RESERVED_WORDS = frozenset({
     "act", "agent", "agents", "assume", "auto", "belief", "branch", "exit", "export", "guide",
-    "help", "hint", "info", "keys", "legal", "list", "load", "look", "new", "play", "plot",
+    "help", "hint", "info", "keys", "learn", "legal", "list", "load", "look", "new", "play", "plot",
     "policy", "quit", "records", "redo", "replay", "reroll", "restart", "resume", "review", "save",
     "screen", "seat", "seed", "set", "solve", "state", "step", "transcript", "undo", "value",
     "values", "watch", "whatif", "why",

@@ -169,11 +169,13 @@ class HintAgent:
                 return None
             best = (q if legal is None else np.where(legal, q, -np.inf)).max(axis=1)
             return np.stack([q[rows, actions]] * 2), np.stack([best] * 2)
-        choices = [actions]
+        if type(policy).value_bounds is SeatPolicy.value_bounds:
+            return None
         if label_count:
-            choices += [np.full(len(actions), action) for action in range(label_count)]
+            choices = [actions, *(np.full(len(actions), action) for action in range(label_count))]
         else:
-            choices += [policy.choose(memory, legal, np.zeros((len(actions), 0)))]
+            u = np.zeros((len(actions), policy.uniform_count))
+            choices = [actions, policy.choose(memory, legal, u)]
         bounds = [np.array(policy.value_bounds(memory, choice)) for choice in choices]
         if any(item.ndim != 2 for item in bounds):  # one of them is None
             return None

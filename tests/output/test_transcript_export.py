@@ -18,6 +18,7 @@ from dmplay.output.film import texts_to_animated_svg
 from dmplay.output.transcript_export import ExportOptions, export_transcript
 from tests.support.games import read_transcript, record_game
 from tests.support.programs import run_dmplay
+from tests.support.user_problems import REGULATOR_WITHOUT_AGENTS
 
 pytestmark = pytest.mark.slow  # starts many processes
 
@@ -70,7 +71,7 @@ def test_a_film_shows_every_screen_for_a_second_and_respects_reduced_motion(
     svg = run_export(transcript_path, "--film")
     assert svg == run_export(transcript_path, "--film")
     root = ElementTree.fromstring(svg)
-    style, *_, screens = root
+    style, *_, screens, _ = root
     assert [screen.get("style") for screen in screens] == [
         f"animation-delay: {n}s" for n in range(5)
     ]
@@ -210,8 +211,9 @@ def test_a_review_values_every_action_and_is_written_as_notes(transcript_path: P
 
 
 def test_a_review_reports_if_no_agent_knows_the_values(tmp_path: Path) -> None:
-    run_dmplay(tmp_path, "simple-regulator", "--seed", "7", "-o", "g.dmt", stdin="0\n1\n")
-    output = run_dmplay(tmp_path, "review", "g.dmt").stdout
+    (tmp_path / "push.py").write_text(REGULATOR_WITHOUT_AGENTS)
+    run_dmplay(tmp_path, "./push.py", "--seed", "7", "-o", "g.dmt", stdin="0\n1\n")
+    output = run_dmplay(tmp_path, "review", "g.dmt", "--trust").stdout
     assert output == "review: no agent can compute the values of these actions\n"
 
 

@@ -234,3 +234,13 @@ def write_package_metadata(folder: Path, name: str, entry_points: str) -> None:
     metadata_folder.mkdir()
     (metadata_folder / "METADATA").write_text(f"Name: {name}\nVersion: 1\n")
     (metadata_folder / "entry_points.txt").write_text(f"[dmplay.problems]\n{entry_points}")
+
+
+# No agent of this file knows the value of a push.
+REGULATOR_WITHOUT_AGENTS = """
+from dmplay.problems.simple_regulator.rules import SimpleRegulator
+
+
+class Push(SimpleRegulator):
+    pass
+"""

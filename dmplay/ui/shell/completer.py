@@ -26,7 +26,7 @@ PLAY_OPTIONS = (
 )  # fmt: skip
 EXPORT_OPTIONS = (
     *(f"--{name}" for name in EXPORT_FORMATS), "--at", "--hint", "--width", "--height", "--ascii",
-    "--output", "--force", "--peek", "--trust",
+    "--output", "--force", "--meta", "--peek", "--review", "--trust",
 )  # fmt: skip
 
 

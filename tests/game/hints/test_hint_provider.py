@@ -298,7 +298,8 @@ def test_a_recommended_number_is_rounded_in_text_and_precise_in_data() -> None:
     assert new_game.hint_provider.create_hint() == "hint by optimal (20 turns left): -0.163"
     assert new_game.hint_provider.current_hint
     assert new_game.hint_provider.current_hint.data == {
-        "by": "optimal",
+        "by": "optimal, 20 turns left",
         "action": "-0.163339281",
+        "about": "20 turns left",
         "values": {},
     }

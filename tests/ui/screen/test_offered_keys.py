@@ -40,7 +40,7 @@ MEANINGS = {
     "P": {"play", "real-time", "stop"},
     "+": {"faster"},
     "-": {"slower"},
-    "X": {"worst"},
+    "X": {"review", "worst"},  # a replay first reviews its choices
     "M": {"learn"},
     "N": {"new"},
     "R": {"restart"},

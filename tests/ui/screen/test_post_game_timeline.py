@@ -17,6 +17,7 @@ from dmplay.ui.screen.play_screen import PlayScreen
 from dmplay.ui.screen.post_game_timeline import GameTimeline
 from tests.support.games import read_transcript
 from tests.support.screens import EmulatedPainter, EmulatedScreen, make_game
+from tests.support.user_problems import REGULATOR_WITHOUT_AGENTS
 
 KEYS_BY_PROBLEM: dict[str, Sequence[str]] = {
     "hexworld": "hhnl",
@@ -305,8 +306,13 @@ def test_a_different_end_is_reviewed_again() -> None:
     assert "next, turn 4: chose ne" in press_keys(screen, "enter")
 
 
-def test_actions_without_values_are_listed_without_regret() -> None:
-    screen_text = press_keys(play_to_end("simple-regulator"), "enter")
+def test_actions_without_values_are_listed_without_regret(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("push.py").write_text(REGULATOR_WITHOUT_AGENTS)
+    game = make_game("./push.py", turns=TURN_LIMITS["simple-regulator"])
+    screen_text = press_keys(play_to_end("simple-regulator", current_game=game), "enter")
     assert "next, turn 2: chose 0." in screen_text
     assert "regret" not in screen_text
 

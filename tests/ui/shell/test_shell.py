@@ -330,7 +330,7 @@ def test_all_options_except_display_options_are_offered(state_folder: Path) -> N
     table = create_shell().controller
     option_names = {
         name: {max(option.opts, key=len) for option in build_command(name).params}
-        - {"file", "problem"}
+        - {"paths", "problem"}
         for name in ("play", "export")
     }
     display_options = {f"--{name}" for name in (*TerminalOptions._fields, "quiet", "speed", "rate")}
