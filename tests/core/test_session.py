@@ -14,8 +14,8 @@ import dmplay
 from dmplay.agents.random_agent import Random
 from dmplay.agents.script import Script
 from dmplay.core.arrays import Bools, Reals
-from dmplay.core.policy import Memory, Percept
-from dmplay.core.session import SeatedPolicy, count_turns_to_undo
+from dmplay.core.policy import Memory, Percept, check_policies
+from dmplay.core.session import SeatedPolicy, Session, count_turns_to_undo
 from dmplay.core.spaces import Labels
 from dmplay.core.uniforms import SeededUniforms
 from dmplay.errors import BadParameter, BadPolicy, EpisodeOver, IllegalAction
@@ -537,3 +537,14 @@ def test_undoing_n_choices_undoes_n_turns_if_the_seat_always_chose() -> None:
     for _ in range(3):
         session.advance([0, 0])
     assert [count_turns_to_undo(session, [0], choices) for choices in (1, 2, 3, 4)] == [1, 2, 3, 4]
+
+
+def test_a_class_in_place_of_a_problem_is_named_with_its_call() -> None:
+    hexworld = type(dmplay.load_problem("hexworld"))
+    with pytest.raises(BadParameter, match=r"expected a problem, such as HexWorld\(\)"):
+        Session(hexworld, SeededUniforms(7))  # type: ignore[arg-type]
+
+
+def test_policies_for_too_few_seats_are_refused() -> None:
+    with pytest.raises(BadPolicy, match="expected a policy for each of a, b"):
+        check_policies(("a", "b"), [None])

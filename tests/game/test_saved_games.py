@@ -17,6 +17,7 @@ from dmplay.registry.builtin_names import problem_names
 from dmplay.registry.problems import identify_problem, load_variants
 from dmplay.servers.mcp.language_model_games import ModelGames
 from dmplay.transcript.reader import read_transcript
+from tests.support.games import read_values
 
 
 class Defector(dmplay.ReactivePolicy):
@@ -72,6 +73,14 @@ def test_a_running_game_with_hidden_states_is_private_and_can_be_resumed(tmp_pat
     assert stat.S_IMODE(path.stat().st_mode) & 0o044
     play_turns(dmplay.play("crying-baby", seed=8), 1).save(path, overwrite=True)
     assert stat.S_IMODE(path.stat().st_mode) == 0o600
+
+
+def test_help_is_counted_in_a_saved_game(tmp_path: Path) -> None:
+    game = play_turns(dmplay.play("hexworld", seed=7), 1)
+    game.session.hint_counts["agent"] = 2
+    game.save(tmp_path / "game.dmt")
+    assert read_values(tmp_path / "game.dmt", "help") == ['{"agent": 2}']
+    assert dmplay.verify(tmp_path / "game.dmt").findings == []
 
 
 def test_turns_played_again_with_new_draws_verify(tmp_path: Path) -> None:

@@ -1,6 +1,7 @@
 """Tests of beliefs that players state with their actions, and of their line in transcripts."""
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -232,6 +233,17 @@ def test_verify_names_the_line_of_a_wrong_belief(tmp_path: Path, value: str) -> 
     assert report.findings[0].line == line
     with pytest.raises(BadTranscript):
         replay(read_transcript(path), dmplay.load_problem("crying-baby"))
+
+
+def test_verify_names_a_belief_over_states_that_are_real_numbers(tmp_path: Path) -> None:
+    game = dmplay.play("simple-regulator", seed=7, turns=1)
+    game.act(0)
+    path = tmp_path / "game.dmt"
+    game.save(path)
+    text = re.sub("(?m)^(actions: .*)$", r'\1\nstated: {"agent": [1]}', path.read_text())
+    path.write_text(text)
+    finding = verify(path).findings[0]
+    assert "this problem has no belief over hidden states" in str(finding)
 
 
 def test_a_visible_problem_has_no_stated_belief(tmp_path: Path) -> None:

@@ -69,6 +69,17 @@ def test_nothing_is_written_after_the_end(tmp_path: Path) -> None:
     assert path.read_bytes() == content
 
 
+def test_the_content_of_a_game_with_its_end_is_that_of_its_closed_file(tmp_path: Path) -> None:
+    path = tmp_path / "game.dmt"
+    writer = make_recorder(path)
+    play_turn(writer, FEED)
+    writer.session.end("quit")
+    content = writer.content_with_end
+    assert content != path.read_text()
+    writer.write_end()
+    assert content == path.read_text() == writer.content_with_end
+
+
 def test_a_folder_cannot_be_resumed(tmp_path: Path) -> None:
     game = dmplay.Session(dmplay.load_problem("crying-baby"), HEADER.uniform_source)
     with pytest.raises(BadParameter, match=r"cannot write .*Is a directory"):
