@@ -150,7 +150,7 @@ def evaluate(
     terminal_options: TerminalOptions,
     ctx: typer.Context,
 ) -> object:
-    """Find out where a player loses value: by seeing, by choosing, or by luck.
+    """Show what seeing, choosing and luck cost a player.
 
     The agent plays the first seat of each problem. With transcripts instead, dmplay
     evaluates the recorded games of people, language models and programs.
@@ -169,7 +169,7 @@ def evaluate(
     \b
       dmplay evaluate feed-when-crying crying-baby --episodes 50
       dmplay evaluate random crying-baby hexworld -o games
-      dmplay evaluate games --csv
+      dmplay evaluate transcripts --csv
     """
     from dmplay.output.player_evaluation_report import EvaluationCommand, report_evaluation
 

@@ -121,7 +121,8 @@ def add_to_chunks(chunks: Iterable[str]) -> Iterator[str]:
     """
     digest, last, first = hashlib.sha256(), "", ""
     for chunk in chunks:
-        yield last
+        if last:
+            yield last
         first = first or chunk[:100]
         digest.update(chunk.encode())
         last = chunk
@@ -134,7 +135,8 @@ def add_to_chunks(chunks: Iterable[str]) -> Iterator[str]:
         json_text = f',\n "{KEY}": {text}'
         last = before + (json_text if end == "\n}" else format_svg_metadata(text)) + end + after
         break
-    yield last
+    if last:
+        yield last
     write_meta_file(f"sha256:{digest.hexdigest()}")
 
 

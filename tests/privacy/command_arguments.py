@@ -121,6 +121,8 @@ PROGRAM_ARGUMENTS: Mapping[str, Sequence[str]] = {
     "grade": ("{file}", "{file} --json", ". --csv"),
     "convert": ("crying-baby -o out.pomdp --force",),
     "compare": ("{problem} random random --episodes 3 --turns 2 --csv",),
+    "evaluate": ("random {problem} --episodes 3 --turns 2 --json", "{file}", "{file} --csv", "."),
+    "rerun": ("", "{file}", "nothing.json"),
     "plot": ("F.2", "", "belief {file}", "regret {file}"),
     "watch": ("", "belief-update {problem}", "belief-update {file}", "tree-search {file} --json"),
     "learn lesson": ("", "10 --json"),
