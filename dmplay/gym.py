@@ -286,6 +286,89 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Any, Any]):
         return self._seat.make_info(legal, rows.turns_left)
 
 
+def sb3_vec_env(problem: ProblemLike, num_envs: int = 1, **options: Any) -> Any:
+    """Return a VecEnv of Stable-Baselines3 with the games of a `VectorEnv` of these options.
+
+    A finished game restarts in the same step, and its info has the terminal observation. It is
+    wrapped in VecMonitor, so that Stable-Baselines3 reports returns and lengths of games.
+    """
+    try:
+        from stable_baselines3.common.vec_env import VecEnv, VecMonitor
+    except ModuleNotFoundError:
+        remedy = "pip install stable-baselines3"
+        raise BadParameter(f"sb3_vec_env: needs Stable-Baselines3: {remedy}") from None
+
+    class GamesVecEnv(VecEnv):  # type: ignore[misc] # Stable-Baselines3 may not be installed
+        """A VectorEnv with the methods of Stable-Baselines3."""
+
+        def __init__(self, games: VectorEnv) -> None:
+            self.games = games
+            self.first_seed: int | None = None
+            spaces = games.single_observation_space, games.single_action_space
+            super().__init__(games.num_envs, *spaces)
+
+        def seed(self, seed: int | None = None) -> list[int | None]:
+            """Set the seed of all games from the next reset on."""
+            self.first_seed = seed
+            return [seed] * self.num_envs
+
+        def reset(self) -> Any:
+            """Start a game in each row."""
+            seed, self.first_seed = self.first_seed, None
+            return self.games.reset(seed=seed)[0]
+
+        def step_async(self, actions: Array) -> None:
+            """Keep the actions for `step_wait`."""
+            self.actions = actions
+
+        def step_wait(self) -> tuple[Any, Reals, Bools, list[Info]]:
+            """Play a turn, and restart the games that it ends."""
+            observations, rewards, terminated, truncated, _ = self.games.step(self.actions)
+            done, infos = terminated | truncated, [Info() for _ in range(self.num_envs)]
+            for row in np.flatnonzero(done).tolist():
+                infos[row]["terminal_observation"] = _select_row(observations, row)
+                infos[row]["TimeLimit.truncated"] = bool(truncated[row])
+            if done.any():
+                observations, _ = self.games.reset(options={"reset_mask": done})
+            return observations, rewards.astype(np.float32), done, infos
+
+        def close(self) -> None:
+            """Close the games."""
+            self.games.close()
+
+        def env_method(self, method_name: str, *args: Any, indices: Any = None) -> list[Any]:
+            """Return the rows of the result of a method of the games, such as `action_masks`."""
+            values = getattr(self.games, method_name)(*args)
+            return [values[row] for row in _list_rows(self.num_envs, indices)]
+
+        def get_attr(self, attr_name: str, indices: Any = None) -> list[Any]:
+            """Return an attribute of the games once for each row."""
+            return [getattr(self.games, attr_name) for _ in _list_rows(self.num_envs, indices)]
+
+        def set_attr(self, attr_name: str, value: Any, indices: Any = None) -> None:
+            """Set an attribute of the games, whatever the rows."""
+            setattr(self.games, attr_name, value)
+
+        def env_is_wrapped(self, wrapper_class: type, indices: Any = None) -> list[bool]:
+            """Return False for each row: games have no wrappers."""
+            return [False for _ in _list_rows(self.num_envs, indices)]
+
+    return VecMonitor(GamesVecEnv(VectorEnv(problem, num_envs, **options)))
+
+
+def _list_rows(count: int, indices: Any) -> list[int]:
+    """Return the rows that Stable-Baselines3 means: all, one or several."""
+    rows: list[int] = np.atleast_1d(range(count) if indices is None else indices).tolist()
+    return rows
+
+
+def _select_row(observations: Any, row: int) -> Any:
+    """Return the observation of one row, also of a dictionary of observations."""
+    if isinstance(observations, dict):
+        return {name: part[row] for name, part in observations.items()}
+    return observations[row]
+
+
 def _register_environments() -> None:
     """Register each problem and variant with Gymnasium, for example as `dmplay/CryingBaby-v0`."""
     for name in problem_names():

@@ -1,5 +1,6 @@
 """Tests of the Gymnasium environments: Gymnasium's own checks, and equality with rollouts."""
 
+import importlib.util
 import re
 import warnings
 from collections.abc import Callable
@@ -25,7 +26,7 @@ from dmplay.core.spaces import Interval
 from dmplay.errors import BadParameter, EpisodeOver, IllegalAction, UnknownName
 from dmplay.evaluation.many_games import rollout
 from dmplay.guide.topics import read_topic
-from dmplay.gym import Env, VectorEnv
+from dmplay.gym import Env, VectorEnv, sb3_vec_env
 from dmplay.registry import agents
 from dmplay.registry.builtin_names import problem_names
 from dmplay.simulation.rollouts import Rollout
@@ -577,6 +578,33 @@ def test_a_step_with_nonsense_is_one_kind_of_error(name: str, action: object) ->
             step()
     with pytest.raises(IllegalAction, match=r"^step: got 5, expected a dict with an action"):
         zoo.step(5)  # type: ignore[arg-type]
+
+
+def test_stable_baselines3_gets_terminal_observations_of_the_same_games() -> None:
+    if not importlib.util.find_spec("stable_baselines3"):
+        with pytest.raises(BadParameter, match=r"^sb3_vec_env: needs Stable-Baselines3: pip "):
+            sb3_vec_env("hexworld", 2)
+        return
+    games = sb3_vec_env("hexworld", 2, turns=3)
+    singles = [Env("hexworld", turns=3) for _ in range(2)]
+    games.seed(SEED)
+    observations = games.reset()
+    for row, single in enumerate(singles):
+        assert single.reset(seed=SEED, options={"episode": row})[0] == observations[row]
+    episodes = [0, 1]
+    for _ in range(20):
+        observations, rewards, done, infos = games.step(np.array([0, 1]))
+        for row, single in enumerate(singles):
+            last, reward, terminated, truncated, _ = single.step(row)
+            assert (reward, terminated or truncated) == (rewards[row], done[row])
+            if done[row]:
+                assert infos[row]["terminal_observation"] == last
+                assert infos[row]["TimeLimit.truncated"] == truncated
+                episodes[row] += 2
+                last, _ = single.reset(seed=SEED, options={"episode": episodes[row]})
+            assert observations[row] == last
+    masks = games.env_method("action_masks")
+    assert np.shape(masks) == (2, 6)
 
 
 def check_every_seat(problem: Problem) -> None:
