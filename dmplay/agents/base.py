@@ -220,6 +220,29 @@ class SeatPolicy(Policy):
         return self
 
 
+def bound_action_values(policy: SeatPolicy, memory: Memory) -> Reals | None:
+    """Return a lower and an upper bound `[2, B, A]` of the value of each labelled action.
+
+    None if the policy has no bounds.
+    """
+    count, labels = len(memory[0]), policy.problem.actions[policy.seat].labels
+    bounds = [policy.value_bounds(memory, np.full(count, a)) for a in range(len(labels))]
+    pairs = [np.stack(pair) for pair in bounds if pair is not None]
+    return np.stack(pairs, axis=-1) if len(pairs) == len(labels) else None
+
+
+def bound_best_number(policy: SeatPolicy, memory: Memory, legal: Bools | None) -> Reals | None:
+    """Return a lower and an upper bound `[2, B]` of the value of the best real number.
+
+    None if the policy has no bounds; it is then not asked for a choice.
+    """
+    if type(policy).value_bounds is SeatPolicy.value_bounds:
+        return None
+    numbers = policy.choose(memory, legal, np.zeros((len(memory[0]), policy.uniform_count)))
+    bounds = policy.value_bounds(memory, numbers)
+    return None if bounds is None else np.stack(bounds)
+
+
 # (seat, name) -> a policy for that seat, None for random play
 PolicyMaker = Callable[[int, str], SeatPolicy | None]
 

@@ -30,7 +30,7 @@ from dmplay.evaluation.solutions.solution import Row
 from dmplay.evaluation.statistics import Estimate, estimate_mean, estimate_ratio
 from dmplay.game.launch_requests import GameRequest
 from dmplay.game.recorded_games import RecordedGame, iter_games
-from dmplay.game.seats import HUMAN, list_human_seats, make_header, shorten_player_name
+from dmplay.game.seats import HUMAN, list_judged_seats, make_header, shorten_player_name
 from dmplay.game.transcript_verification import iter_transcript_files
 from dmplay.registry.agents import (
     AgentLike,
@@ -357,8 +357,7 @@ def evaluate_transcripts(
             errors.append(str(game))
             continue
         names = game.player_names
-        bots = [seat for seat, name in enumerate(names) if names_bot(name)]
-        for seat in list_human_seats(names) or bots or [0]:
+        for seat in list_judged_seats(names):
             key = game.problem_name, repr(game.settings), names, seat, game.transcript.header.player
             if key not in groups:
                 title = " ".join([game.problem_name, *game.settings])

@@ -18,7 +18,7 @@ from dmplay.errors import BadParameter, DmplayError
 from dmplay.evaluation.assignment import Assignment
 from dmplay.game.hints.ghost_agent import GHOST_NOTE_PREFIX
 from dmplay.game.hints.review import ReviewedAction, review_actions, total_regret
-from dmplay.game.seats import HUMAN, list_human_seats, list_scripts
+from dmplay.game.seats import HUMAN, list_human_seats, list_judged_seats, list_scripts
 from dmplay.game.transcript_verification import load_transcript_problem, verify
 from dmplay.registry import agents
 from dmplay.registry.problem_name_kinds import names_bot
@@ -166,8 +166,7 @@ def _grade_file(
     uniforms_key = (*variant, header.seed, header.episode)
     has_ended = transcript.end_block is not None
     is_seed_visible = has_ended or header.peeked or not list_human_seats(names)
-    bots = [seat for seat, name in enumerate(names) if names_bot(name)]
-    for seat in list_human_seats(names) or bots or [0]:
+    for seat in list_judged_seats(names):
         is_valid = report.is_ok and not is_concealed(transcript, problem)
         agent, seed = problem.agents[seat], header.seed if is_seed_visible else None
         end_reason = transcript.end_reason or "unfinished"

@@ -18,9 +18,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dmplay.agents.base import AdviceQuestion
+from dmplay.agents.base import AdviceQuestion, bound_action_values, bound_best_number
 from dmplay.core.action_values import Accuracy
-from dmplay.core.arrays import Reals
+from dmplay.core.arrays import Bools, Reals
 from dmplay.core.best_actions import VALUE_TOLERANCE
 from dmplay.core.policy import Memory
 from dmplay.core.problem import Problem
@@ -147,14 +147,15 @@ class ValueMeter:
             q = policy.action_values(memory)
             if q is not None:
                 return np.stack([q[0], q[0]])
-        choices = [np.array([item]) for item in range(len(labels))]
-        if not labels:
-            best = policy.choose(memory, None, np.zeros((1, policy.uniform_count)))
-            choices = [np.array([action]), best]
-        bounds = [policy.value_bounds(memory, choice) for choice in choices]
-        pairs = [pair for pair in bounds if pair is not None]
-        if len(pairs) == len(choices):
-            return np.stack(pairs, axis=-1)[:, 0]
+        if labels:
+            bounds = bound_action_values(policy, memory)
+            if bounds is not None:
+                return bounds[:, 0]
+        else:
+            chosen = policy.value_bounds(memory, np.array([action]))
+            best = bound_best_number(policy, memory, None)
+            if chosen is not None and best is not None:
+                return np.concatenate([np.stack(chosen), best], axis=1)
         return self._bound_by_rewards(agent, memory, turns_left)
 
     def _bound_by_rewards(self, agent: HintAgent, memory: Memory, turns_left: int | None) -> Reals:
@@ -213,7 +214,7 @@ class _ValuedChoice(NamedTuple):
             parts = self._bound_seeing(is_best), self._bound_choosing(is_best)
         return TurnParts(number, *parts, luck, regret, self.has_choice, self.nats, stated_regret)
 
-    def _find_best(self, values: Reals) -> Reals:
+    def _find_best(self, values: Reals) -> Bools:
         """Return the mask `[A]` of the actions that may be the best ones."""
         return np.asarray(values[1] >= values[0].max() - self.tolerance)
 
@@ -226,7 +227,7 @@ class _ValuedChoice(NamedTuple):
         high = self._round_to_zero(max(float(others[1].max() - values[0, self.action]), 0.0))
         return low, high
 
-    def _bound_seeing(self, is_best: Reals) -> Bounds:
+    def _bound_seeing(self, is_best: Bools) -> Bounds:
         """Return the bounds of seeing, if the best actions of the stated belief are among these."""
         low = max(float(self.values[0].max() - self.values[1, is_best].max()), 0.0)
         if is_best.sum() == 1:
@@ -235,7 +236,7 @@ class _ValuedChoice(NamedTuple):
             return low, max(best_other - float(self.values[0, is_best].min()), 0.0)
         return low, max(self.best_value[1] - float(self.values[0, is_best].min()), 0.0)
 
-    def _bound_choosing(self, is_best: Reals) -> Bounds:
+    def _bound_choosing(self, is_best: Bools) -> Bounds:
         """Return the bounds of choosing, if the best actions of the stated belief are these."""
         if is_best.sum() == 1 and is_best[self.action]:
             return ZERO

@@ -10,13 +10,11 @@ from dmplay.agents.script import Script
 from dmplay.core.arrays import Ints, Reals
 from dmplay.core.policy import Policy
 from dmplay.core.problem import Problem
-from dmplay.core.session import DEFAULT_TURN_LIMIT
 from dmplay.core.text import format_number
+from dmplay.evaluation.return_bounds import NEGLIGIBLE_WEIGHT, turn_limit_or_default
 from dmplay.evaluation.statistics import Estimate, estimate_mean, estimate_ratio
 from dmplay.game.turn_facts import Row
 from dmplay.registry.agents import HintAgent, find_agent_name, find_hint_provider
-
-NEGLIGIBLE_WEIGHT = 1e-9  # discount of a turn after which the end of a game does not matter
 
 
 class RegretSummary(NamedTuple):
@@ -56,9 +54,7 @@ def find_regret_meters(
     problem: Problem, policies: Sequence[Policy], turn_limit: int | None
 ) -> list[HintAgent | None]:
     """Return the agent that values the choices of each seat beside these policies, or None."""
-    limit = problem.horizon if turn_limit is None else turn_limit
-    if limit is None and problem.can_run_forever:
-        limit = DEFAULT_TURN_LIMIT
+    limit = turn_limit_or_default(problem, turn_limit)
     if limit is not None and problem.discount**limit <= NEGLIGIBLE_WEIGHT:
         limit = None
     names = tuple(find_agent_name(problem, seat, policy) for seat, policy in enumerate(policies))

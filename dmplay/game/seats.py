@@ -37,6 +37,12 @@ def list_human_seats(player_names: Sequence[str]) -> list[int]:
     return [seat for seat, player in enumerate(player_names) if player in EXTERNAL_PLAYERS]
 
 
+def list_judged_seats(player_names: Sequence[str]) -> list[int]:
+    """Return the seats whose choices are judged: of people and models, else of programs, else 0."""
+    bots = [seat for seat, name in enumerate(player_names) if names_bot(name)]
+    return list_human_seats(player_names) or bots or [0]
+
+
 def list_scripts(session: Session, player_names: Sequence[str]) -> tuple[Script, ...]:
     """Return the scripts that play seats of a session.
 

@@ -126,18 +126,20 @@ def add_to_chunks(chunks: Iterable[str]) -> Iterator[str]:
         first = first or chunk[:100]
         digest.update(chunk.encode())
         last = chunk
-    for beginning, end in (("<svg", "</svg>"), ("<?xml", "</svg>"), ("{\n", "\n}")):
-        provenance = describe_provenance(f"sha256:{digest.hexdigest()}")
-        before, separator, after = last.rpartition(end)
-        if not (provenance and separator and first.startswith(beginning)):
-            continue
+    digest_text, end = f"sha256:{digest.hexdigest()}", ""
+    if first.startswith(("<svg", "<?xml")):
+        end = "</svg>"
+    elif first.startswith("{\n"):
+        end = "\n}"
+    before, separator, after = last.rpartition(end) if end else ("", "", "")
+    provenance = describe_provenance(digest_text) if separator else {}
+    if provenance:
         text = json.dumps(provenance)
-        json_text = f',\n "{KEY}": {text}'
-        last = before + (json_text if end == "\n}" else format_svg_metadata(text)) + end + after
-        break
+        inserted = format_svg_metadata(text) if end == "</svg>" else f',\n "{KEY}": {text}'
+        last = before + inserted + end + after
     if last:
         yield last
-    write_meta_file(f"sha256:{digest.hexdigest()}")
+    write_meta_file(digest_text)
 
 
 def format_svg_metadata(text: str) -> str:

@@ -18,6 +18,8 @@ from dmplay.agents.base import (
     SCRIPTED_PLAYERS,
     AdviceQuestion,
     SeatPolicy,
+    bound_action_values,
+    bound_best_number,
     find_values_basis,
     models_opponents,
 )
@@ -169,22 +171,16 @@ class HintAgent:
                 return None
             best = (q if legal is None else np.where(legal, q, -np.inf)).max(axis=1)
             return np.stack([q[rows, actions]] * 2), np.stack([best] * 2)
-        if type(policy).value_bounds is SeatPolicy.value_bounds:
-            return None
-        if label_count:
-            choices = [actions, *(np.full(len(actions), action) for action in range(label_count))]
-        else:
-            u = np.zeros((len(actions), policy.uniform_count))
-            choices = [actions, policy.choose(memory, legal, u)]
-        bounds = [np.array(policy.value_bounds(memory, choice)) for choice in choices]
-        if any(item.ndim != 2 for item in bounds):  # one of them is None
-            return None
-        chosen, *others = bounds
         if not label_count:
-            return chosen, others[0]
+            chosen = policy.value_bounds(memory, actions)
+            best = bound_best_number(policy, memory, legal)
+            return None if chosen is None or best is None else (np.stack(chosen), best)
+        bounds = bound_action_values(policy, memory)
+        if bounds is None:
+            return None
         is_other = np.ones((len(actions), label_count), bool) if legal is None else legal.copy()
         is_other[rows, actions] = False
-        return chosen, np.where(is_other, np.stack(others, axis=-1), -np.inf).max(axis=-1)
+        return bounds[:, rows, actions], np.where(is_other, bounds, -np.inf).max(axis=-1)
 
     def describe_game(self, turns_done: int) -> str:
         """Return the turns left and the other players that its values are about, as text."""

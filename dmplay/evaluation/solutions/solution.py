@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from dmplay.agents.base import AdviceQuestion, SeatPolicy
+from dmplay.agents.base import AdviceQuestion, SeatPolicy, bound_action_values, bound_best_number
 from dmplay.core import belief as beliefs
 from dmplay.core.action_values import Accuracy
 from dmplay.core.arrays import Array, Bools, Reals
@@ -252,13 +252,12 @@ def _bound_values(
 
     `legal` is `[B, A]` or `[A]`.
     """
-    labels, count = policy.problem.actions[policy.seat].labels, len(memory[0])
-    if not labels:
-        return policy.value_bounds(memory, policy.choose(memory, legal, np.zeros((count, 0))))
-    parts = [policy.value_bounds(memory, np.full(count, a)) for a in range(len(labels))]
-    if any(part is None for part in parts):
+    if not policy.problem.actions[policy.seat].labels:
+        best = bound_best_number(policy, memory, legal)
+        return None if best is None else (best[0], best[1])
+    bounds = bound_action_values(policy, memory)
+    if bounds is None:
         return None
-    bounds = np.stack([np.stack(part, axis=0) for part in parts if part], axis=-1)  # [2, B, A]
     lower, upper = (bounds if legal is None else np.where(legal, bounds, -np.inf)).max(axis=-1)
     return lower, upper
 
