@@ -15,6 +15,7 @@ from dmplay.errors import BadParameter, UnknownName
 from dmplay.evaluation.solutions.solve import list_solvers
 from tests.support.random_problems import RandomGame, RandomProblem, RandomRivalGame
 from tests.truth_cases.case import Case, load_family
+from tests.truth_cases.hexworld import make_custom_map
 
 MAX_PLANNED_TURNS = 10  # of a planned exact case; longer ones take seconds
 
@@ -42,17 +43,7 @@ def check_hexworld(case: Case) -> None:
 
 
 def check_custom_map(case: Case) -> None:
-    inputs = case.inputs
-    solution = dmplay.solve(
-        dmplay.load_problem(
-            "hexworld",
-            hexes=inputs["hexes"],
-            rewards=inputs["rewards"],
-            slip=1 - inputs["p_intended"],
-            bump_cost=-inputs["bump"],
-            discount=inputs["gamma"],
-        )
-    )
+    solution = dmplay.solve(make_custom_map(case))
     case.close("values", [row["value"] for row in solution.table])
     case.close("values", [solution.value(s) for s in range(len(solution.table))])
 

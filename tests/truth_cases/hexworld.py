@@ -92,7 +92,8 @@ def check_optimal(case: Case) -> None:
     assert list_best_actions(q) == case.expect["actions"]
 
 
-def custom_map(case: Case) -> None:
+def make_custom_map(case: Case) -> HexWorld:
+    """Return the hex world of a case with a map of its own."""
     inputs = case.inputs
     problem = dmplay.load_problem(
         "hexworld",
@@ -103,6 +104,11 @@ def custom_map(case: Case) -> None:
         discount=inputs["gamma"],
     )
     assert isinstance(problem, HexWorld)
+    return problem
+
+
+def custom_map(case: Case) -> None:
+    problem = make_custom_map(case)
     q = compute_optimal_q(problem)
     case.close("values", q.max(axis=1))
     assert [list_best_actions(row) for row in q[:-1]] == case.expect["actions"]
