@@ -153,7 +153,8 @@ class ReviewedAction(NamedTuple):
         name = SAMPLED_VALUES if errors else self.basis.accuracy.words
         if errors and not min(errors.values()):  # of games with the same random numbers
             name = f"{SAMPLED_VALUES.removesuffix(')')} of the difference from the best)"
-        values_text = f"{append_game(name, self.about)}: {value_list}"
+        name = f"{name}, {self.about}" if errors and self.about else append_game(name, self.about)
+        values_text = f"{name}: {value_list}"
         if self.is_too_close:
             return f"{beginning}, {NOT_JUDGED}. {values_text}"
         regret_range = self.regret_range
@@ -236,7 +237,8 @@ def review_actions(
     if starts:
         comparisons = compare_returns(hint_agents[0][0], [start for start, *_ in starts])
         for (_, reviewed, labels), values in zip(starts, comparisons, strict=True):
-            yield _judge_action(reviewed, labels, values)
+            # The games are about other turns than the values that they replace.
+            yield _judge_action(reviewed._replace(about=values.basis.scope), labels, values)
 
 
 def _make_start(session: Session, hint_policy: SeatedPolicy) -> Start:

@@ -127,7 +127,8 @@ def test_a_push_is_judged_only_if_it_changes_how_soon_the_game_ends() -> None:
     worst = max(moves, key=lambda move: move.regret or 0.0)
     assert worst.values["right"] == 50 - worst.turn + 1  # turns until the end
     assert worst.regret == worst.values["right"] - worst.values["left"]
-    assert all(move.basis.scope == "if regulate plays on" for move in moves)
+    assert all(move.about == move.basis.scope == "if regulate plays on" for move in moves)
+    assert "estimated values (if regulate plays on): left" in str(worst)
     summary = format_table(moves)[-2]
     assert f" 0 of {len(judged)} times, {len(moves) - len(judged)} choices not judged" in summary
 
