@@ -7,11 +7,19 @@ steps as its turn limit, which is `turns`, else the problem's horizon, else 10,0
 that is a rule of the problem (`is_finite_horizon`), it is terminated. With `illegal="penalty"` an
 illegal step is paid `illegal_reward`, and with `illegal="end"` it also terminates the episode.
 `info["action_mask"]` and `action_masks()` mark the legal actions, and `info["turns_left"]` is the
-number of steps until the limit. The observation is
+number of steps until the limit. `observe` names the parts of the observation. Several parts, such
+as `observe="belief+turns"` or a list, are a dictionary:
 
-- the state, where agents see it; in a game of one state the actions of the last round, each plus
-  one, and zeros before the first;
-- else the index of the observation, and one more than the last index before the first turn.
+- `observation`, the default: the state, where agents see it; in a game of one state the actions of
+  the last round, each plus one, and zeros before the first; else the index of the observation, and
+  one more than the last index before the first turn.
+- `belief`: the probability of each hidden state, given all that the seat has observed, if the other
+  agents act at random.
+- `history`: a row for the start, and one for each turn up to the limit. Its columns are 1, the
+  actions, and the observation after them. The actions are those of all agents if states are
+  visible, else that of the seat. Rows of turns that are not played yet are 0.
+- `state`: the state, also if it is hidden from the seat.
+- `turns`: the number of steps until the limit.
 """
 
 from collections.abc import Mapping, Sequence
@@ -22,11 +30,12 @@ import numpy as np
 from gymnasium.vector import AutoresetMode
 from gymnasium.vector.utils import batch_space
 
+from dmplay.agents.belief_policy import SeatBeliefs
 from dmplay.core.arrays import Array, Bools, Ints, Reals
 from dmplay.core.parameters import INTEGER_TYPES
 from dmplay.core.policy import Policy
 from dmplay.core.problem import Problem, find_seat
-from dmplay.core.session import Session
+from dmplay.core.session import Session, has_visible_beliefs
 from dmplay.core.uniforms import SeededUniforms, new_seed
 from dmplay.errors import BadParameter, EpisodeOver, IllegalAction, UnknownName
 from dmplay.external.optional_libraries import import_library
@@ -41,6 +50,7 @@ from dmplay.simulation.seat_spaces import (
     SeatSpaces,
     TurnLimit,
     convert_to_action_array,
+    select_row,
 )
 from dmplay.simulation.uniform_sources import (
     EpisodeSequence,
@@ -76,15 +86,16 @@ class Env(gymnasium.Env[Any, Any]):
         render_mode: str | None = None,
         illegal: str = "noop",
         illegal_reward: float = -1.0,
+        observe: str | Sequence[str] = "observation",
         **parameters: Any,
     ) -> None:
         self.problem = problems.load_problem(problem, **parameters)
         seat_index = find_seat(self.problem, seat or 0)
-        self.seat = SeatSpaces(self.problem, seat_index)
+        self._turn_limit = TurnLimit.from_option(self.problem, turns)
+        self.seat = make_seat_spaces(self.problem, seat_index, self._turn_limit, observe)
         self.action_space = self.seat.action_space
         self.observation_space = self.seat.observation_space
         self.render_mode = check_render_mode(render_mode)
-        self._turn_limit = TurnLimit.from_option(self.problem, turns)
         self._illegal_rule = IllegalActionRule.from_option(illegal, illegal_reward)
         self._step_count, self._over = 0, False
         self._policies = load_other_policies(self.problem, seat_index, others, turns)
@@ -102,7 +113,7 @@ class Env(gymnasium.Env[Any, Any]):
         )
         self._observer = SeatObserver(self.seat, self.session)
         self._step_count, self._over = 0, False
-        return self._observer.observe(), self._current_info(self.session)
+        return self._observe(), self._current_info(self.session)
 
     def step(self, action: Any) -> tuple[Any, float, bool, bool, Info]:
         """Play a turn and return the observation, reward, terminated, truncated and info."""
@@ -122,13 +133,17 @@ class Env(gymnasium.Env[Any, Any]):
         )
         truncated = not terminated and self._step_count == self._turn_limit.steps
         self._over = terminated or truncated
-        return (self._observer.observe(), reward, terminated, truncated, self._current_info(game))
+        return self._observe(), reward, terminated, truncated, self._current_info(game)
 
     def action_masks(self) -> Bools:
         """Return the mask `[A]` of the legal actions, as sb3-contrib's MaskablePPO asks for it."""
         return self.seat.action_masks(
             self._current_info(check_started(self.session, "action_masks"))
         )
+
+    def _observe(self) -> Any:
+        """Return the current observation of the seat."""
+        return self._observer.observe(self._turn_limit.steps - self._step_count)
 
     def _current_info(self, game: Session) -> Info:
         """Return the current info of the seat."""
@@ -162,6 +177,7 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Any, Any]):
         uniforms: str = "recorded",
         illegal: str = "noop",
         illegal_reward: float = -1.0,
+        observe: str | Sequence[str] = "observation",
         **parameters: Any,
     ) -> None:
         if not isinstance(uniforms, str) or uniforms not in ("recorded", "fast"):
@@ -173,12 +189,12 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Any, Any]):
         self.problem = problems.load_problem(problem, **parameters)
         seat_index = find_seat(self.problem, seat or 0)
         self.num_envs = int(num_envs)
-        self._seat = SeatSpaces(self.problem, seat_index)
+        self._turn_limit = TurnLimit.from_option(self.problem, turns)
+        self._seat = make_seat_spaces(self.problem, seat_index, self._turn_limit, observe)
         self.single_action_space = self._seat.action_space
         self.single_observation_space = self._seat.observation_space
         self.action_space = batch_space(self._seat.action_space, self.num_envs)
         self.observation_space = batch_space(self._seat.observation_space, self.num_envs)
-        self._turn_limit = TurnLimit.from_option(self.problem, turns)
         self._illegal_rule = IllegalActionRule.from_option(illegal, illegal_reward)
         self._policies = load_other_policies(self.problem, seat_index, others, turns)
         self._fast = uniforms == "fast"
@@ -186,7 +202,7 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Any, Any]):
 
     def reset(
         self, *, seed: int | Sequence[int | None] | None = None, options: Info | None = None
-    ) -> tuple[Array, Info]:
+    ) -> tuple[Any, Info]:
         """Start a game in each row; without a seed, the next games of the last seed.
 
         A list has a seed for each row, or None to continue with its last seed. With
@@ -255,7 +271,7 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Any, Any]):
             raise BadParameter(f"seed: got {len(seed)} seeds, expected {self.num_envs}")
         return [None if value is None else SeededUniforms(value).seed for value in seed]
 
-    def step(self, actions: Array) -> tuple[Array, Reals, Bools, Bools, Info]:
+    def step(self, actions: Array) -> tuple[Any, Reals, Bools, Bools, Info]:
         """Play a turn in each row; a finished row starts its next game and ignores its action."""
         rows = check_started(self._rows, "step")
         action_array = convert_to_action_array(actions)
@@ -326,7 +342,7 @@ def sb3_vec_env(problem: ProblemLike, num_envs: int = 1, **options: Any) -> Any:
             observations, rewards, terminated, truncated, _ = self.games.step(self.actions)
             done, infos = terminated | truncated, [Info() for _ in range(self.num_envs)]
             for row in np.flatnonzero(done).tolist():
-                infos[row]["terminal_observation"] = _select_row(observations, row)
+                infos[row]["terminal_observation"] = select_row(observations, row)
                 infos[row]["TimeLimit.truncated"] = bool(truncated[row])
             if done.any():
                 observations, _ = self.games.reset(options={"reset_mask": done})
@@ -362,13 +378,6 @@ def _list_rows(count: int, indices: Any) -> list[int]:
     return rows
 
 
-def _select_row(observations: Any, row: int) -> Any:
-    """Return the observation of one row, also of a dictionary of observations."""
-    if isinstance(observations, dict):
-        return {name: part[row] for name, part in observations.items()}
-    return observations[row]
-
-
 def _register_environments() -> None:
     """Register each problem and variant with Gymnasium, for example as `dmplay/CryingBaby-v0`."""
     for name in problem_names():
@@ -384,6 +393,14 @@ def _register_environments() -> None:
 
 
 _register_environments()
+
+
+def make_seat_spaces(
+    problem: Problem, seat: int, limit: TurnLimit, observe: str | Sequence[str]
+) -> SeatSpaces:
+    """Return the spaces of a seat that observes these parts; see `read_observed_names`."""
+    beliefs = SeatBeliefs(problem, seat) if has_visible_beliefs(problem) else None
+    return SeatSpaces(problem, seat, limit, observe, beliefs)
 
 
 def check_render_mode(render_mode: str | None) -> str | None:

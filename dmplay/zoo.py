@@ -1,11 +1,11 @@
 """The problems as parallel environments of PettingZoo, in which a learner plays every seat.
 
-Observations, rewards and masks are those of `dmplay.gym`. If the action of any seat is illegal, no
-turn passes, but the step counts towards the turn limit: `turns`, else the problem's horizon, else
-10,000. `illegal_reward` is paid only to the seats whose action is illegal.
+Observations, the option `observe`, rewards and masks are those of `dmplay.gym`. If the action of
+any seat is illegal, no turn passes, but the step counts towards the turn limit: `turns`, else the
+problem's horizon, else 10,000. `illegal_reward` is paid only to the seats whose action is illegal.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 from typing import Any
 
@@ -23,18 +23,12 @@ from dmplay.gym import (
     check_reset_options,
     check_started,
     choose_episode_uniforms,
+    make_seat_spaces,
     render_board,
 )
 from dmplay.registry.problems import ProblemLike, load_problem
-from dmplay.simulation.seat_spaces import (
-    IllegalActionRule,
-    Info,
-    SeatObserver,
-    SeatSpaces,
-    Space,
-    TurnLimit,
-    make_state_space,
-)
+from dmplay.simulation.observed_parts import Space, make_state_space
+from dmplay.simulation.seat_spaces import IllegalActionRule, Info, SeatObserver, TurnLimit
 
 AgentDict = dict[str, Any]
 
@@ -44,7 +38,7 @@ class ParallelEnv(pettingzoo.ParallelEnv):  # type: ignore[misc] # PettingZoo is
 
     metadata = {"render_modes": ["ansi", "rgb_array"], "name": "dmplay_v0"}  # noqa: RUF012 - as in PettingZoo
 
-    def __init__(
+    def __init__(  # noqa: PLR0913 - each is the caller's to choose
         self,
         problem: ProblemLike,
         *,
@@ -52,14 +46,18 @@ class ParallelEnv(pettingzoo.ParallelEnv):  # type: ignore[misc] # PettingZoo is
         render_mode: str | None = None,
         illegal: str = "noop",
         illegal_reward: float = -1.0,
+        observe: str | Sequence[str] = "observation",
         **parameters: Any,
     ) -> None:
         self.problem = load_problem(problem, **parameters)
         self.possible_agents = [*self.problem.agents]
         self.agents: list[str] = []
         self.render_mode = check_render_mode(render_mode)
-        self._seats = [SeatSpaces(self.problem, seat) for seat in range(len(self.possible_agents))]
-        self._turn_limit = TurnLimit.from_option(self.problem, turns)
+        limit = self._turn_limit = TurnLimit.from_option(self.problem, turns)
+        self._seats = [
+            make_seat_spaces(self.problem, seat, limit, observe)
+            for seat in range(len(self.possible_agents))
+        ]
         self._illegal_rule = IllegalActionRule.from_option(illegal, illegal_reward)
         self._step_count = 0
         self._uniforms: SeededUniforms | None = None
@@ -158,7 +156,8 @@ class ParallelEnv(pettingzoo.ParallelEnv):  # type: ignore[misc] # PettingZoo is
     def _current_observations(self) -> AgentDict:
         """Return the current observation of every agent."""
         pairs = zip(self.possible_agents, self._observers, strict=True)
-        return {agent: observer.observe() for agent, observer in pairs}
+        turns_left = self._turn_limit.steps - self._step_count
+        return {agent: observer.observe(turns_left) for agent, observer in pairs}
 
     def _infos(self, session: Session) -> AgentDict:
         """Return the info of every agent."""

@@ -14,7 +14,7 @@ from dmplay.agents.base import GreedyPolicy, SeatPolicy
 from dmplay.core import belief
 from dmplay.core.arrays import Array, Bools, Ints, Reals
 from dmplay.core.policy import Memory, Percept
-from dmplay.core.problem import checked_state_indices, enumerate_possible_outcomes
+from dmplay.core.problem import Problem, checked_state_indices, enumerate_possible_outcomes
 from dmplay.errors import ImpossibleObservation
 
 
@@ -49,13 +49,16 @@ class SparseTransition(NamedTuple):
 
 
 @dataclass(frozen=True)
-class BeliefPolicy(SeatPolicy, ABC):
-    """A policy that acts on its seat's belief.
+class SeatBeliefs:
+    """The beliefs of one seat in many games, as a memory.
 
     The beliefs equal those of `belief.update_belief` with unknown partners, which are assumed to
     act uniformly at random. They come from a table of an action's transitions, computed when the
     action is first taken.
     """
+
+    problem: Problem
+    seat: int
 
     @cached_property
     def _transition_cache(self) -> dict[int, dict[int, SparseTransition]]:
@@ -67,10 +70,6 @@ class BeliefPolicy(SeatPolicy, ABC):
         distinct, inverse = np.unique(observation, return_inverse=True)
         beliefs = [belief.initial_seat_belief(self.problem, self.seat, item) for item in distinct]
         return (np.array(beliefs)[inverse],)
-
-    def current_belief(self, memory: Memory) -> Reals | None:
-        """Return the beliefs `[B, S]`, which this policy always has."""
-        return np.asarray(memory[0])
 
     def update_memory(self, memory: Memory, percept: Percept) -> Memory:
         """Return the beliefs after a turn, by Bayes' rule."""
@@ -96,10 +95,6 @@ class BeliefPolicy(SeatPolicy, ABC):
         """Return the probabilities `[R, S]` of this observation and each next state."""
         transition = self._cached_transitions(action).get(observation)
         return np.zeros_like(beliefs) if transition is None else transition.propagate(beliefs)
-
-    @abstractmethod
-    def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
-        """Return the actions `[B]` from the beliefs `memory[0]` `[B, S]`."""
 
     def _cached_transitions(self, action: int) -> dict[int, SparseTransition]:
         """Return the cached transitions of this seat's action, by observation."""
@@ -150,6 +145,19 @@ class BeliefPolicy(SeatPolicy, ABC):
         counts = self.problem.action_counts
         node = np.zeros((1, 1), int)
         return node, node, np.full((1, 1), counts[self.seat] / prod(counts))
+
+
+@dataclass(frozen=True)
+class BeliefPolicy(SeatBeliefs, SeatPolicy, ABC):
+    """A policy that acts on its seat's belief."""
+
+    def current_belief(self, memory: Memory) -> Reals | None:
+        """Return the beliefs `[B, S]`, which this policy always has."""
+        return np.asarray(memory[0])
+
+    @abstractmethod
+    def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
+        """Return the actions `[B]` from the beliefs `memory[0]` `[B, S]`."""
 
 
 @dataclass(frozen=True)

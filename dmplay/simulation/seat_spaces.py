@@ -3,22 +3,27 @@
 Contains its spaces, its observations, and the limits of its episodes.
 """
 
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 from gymnasium import spaces
 
 from dmplay.core.arrays import Array, Bools, Ints, is_within
-from dmplay.core.policy import Memory, Percept, required_fields, requires_fields
+from dmplay.core.policy import GameFollower, Memory, Percept, required_fields, requires_fields
 from dmplay.core.problem import MAX_REWARD, Problem, check_problem
 from dmplay.core.session import DEFAULT_TURN_LIMIT, Session
-from dmplay.core.spaces import Interval, Labels, RealVector, TextLine
+from dmplay.core.spaces import Interval
 from dmplay.errors import BadParameter, IllegalAction, UnknownName
+from dmplay.simulation.observed_parts import (
+    Space,
+    make_action_space,
+    make_part,
+    read_observed_names,
+)
 
-Space = spaces.Space[Any]
 Info = dict[str, Any]
 ILLEGAL_ACTION_RULES = ("noop", "penalty", "end")
-TEXT_OBSERVATION_MESSAGE = "the observation is text, which has no Gymnasium space"
 
 
 class IllegalActionRule(NamedTuple):
@@ -69,42 +74,32 @@ class TurnLimit(NamedTuple):
 
 
 class SeatSpaces:
-    """The action and observation spaces of a seat, with conversions to and from their values."""
+    """The action and observation spaces of a seat, with conversions to and from their values.
 
-    def __init__(self, problem: Problem, seat: int) -> None:
+    `observe` names the parts of the observation, and `beliefs` computes beliefs of the seat, if
+    there are any. Several parts are a dictionary by name.
+    """
+
+    def __init__(
+        self,
+        problem: Problem,
+        seat: int,
+        limit: TurnLimit,
+        observe: str | Sequence[str] = "observation",
+        beliefs: GameFollower | None = None,
+    ) -> None:
         self.problem, self.seat = problem, seat
-        self._action_set = action_set = problem.actions[seat]
+        self._action_set = problem.actions[seat]
         self._action_count = problem.action_counts[seat]  # 0 for real numbers
-        self.action_space: Space
-        if isinstance(action_set, Interval):
-            self.action_space = spaces.Box(action_set.low, action_set.high, (1,), np.float64)
-        else:
-            self.action_space = spaces.Discrete(len(action_set))
-        self.observation_space = self._make_observation_space()
-
-    def _make_observation_space(self) -> Space:
-        """Return the observation space.
-
-        It is that of the hidden observations, of the last joint action in a game of one state, or
-        else of the state.
-        """
-        problem = self.problem
-        if problem.partially_observable:
-            return self._make_hidden_space(problem.observations[self.seat])
-        if problem.state_count == 1:
-            return _make_discrete_space([count + 1 for count in problem.action_counts])
-        return make_state_space(problem)
-
-    def _make_hidden_space(self, observations: Labels | RealVector | TextLine) -> Space:
-        """Return the space of observations of a hidden state.
-
-        Labels have one more value, for no observation yet. Raises BadParameter for text.
-        """
-        if isinstance(observations, Labels):
-            return spaces.Discrete(len(observations) + 1)
-        if isinstance(observations, RealVector):
-            return spaces.Box(-np.inf, np.inf, observations.shape, np.float64)
-        raise BadParameter(TEXT_OBSERVATION_MESSAGE)
+        self.action_space = make_action_space(self._action_set)
+        self._parts = {
+            name: make_part(name, problem, seat, limit.steps, beliefs)
+            for name in sorted(read_observed_names(observe))  # as spaces.Dict orders them
+        }
+        part_spaces = {name: part.space for name, part in self._parts.items()}
+        self.observation_space: Space = spaces.Dict(part_spaces)
+        if len(part_spaces) == 1:
+            (self.observation_space,) = part_spaces.values()
 
     def decode_action(self, value: object) -> Any:
         """Return the action for one value of the action space."""
@@ -131,33 +126,29 @@ class SeatSpaces:
         return values.astype(np.int64)
 
     def initial_memory(self, observation: Array) -> Memory:
-        """Return the last observations `[B, ...]` as values of the space; () if it is the state."""
-        if self.problem.partially_observable:
-            return (self._encode_hidden(observation),)
-        if self.problem.state_count == 1:
-            return (np.zeros((len(observation), len(self.problem.agents)), np.int64),)
-        return ()
+        """Return the memories of all parts before the first turn; () if they need none."""
+        memory: Memory = ()
+        for part in self._parts.values():
+            memory += part.initial_memory(observation)
+        return memory
 
-    @requires_fields("observation", "actions")
+    @requires_fields("action", "observation", "actions")
     def update_memory(self, memory: Memory, percept: Percept) -> Memory:
-        """Return the last observations after a turn, as `initial_memory` does."""
-        if self.problem.partially_observable:
-            return (self._encode_hidden(percept.observation),)
-        if self.problem.state_count == 1:
-            assert percept.actions is not None
-            return (percept.actions.astype(np.int64) + 1,)
-        return ()
+        """Return the memories of all parts after a turn."""
+        updated: Memory = ()
+        for part in self._parts.values():
+            start = len(updated)
+            updated += part.update_memory(memory[start : start + part.memory_size], percept)
+        return updated
 
-    def _encode_hidden(self, observation: Array) -> Array:
-        """Return observations of a hidden state `[B, ...]` as values of the observation space."""
-        observation_set = self.problem.observations[self.seat]
-        if isinstance(observation_set, Labels):
-            return np.where(observation < 0, len(observation_set), observation)
-        return np.nan_to_num(observation)
-
-    def encode_memory(self, memory: Memory, state: Array) -> Array:
-        """Return the current observations `[B, ...]`, as a new array of values of the space."""
-        return (memory[0] if memory else state).copy(order="K")
+    def encode_memory(self, memory: Memory, state: Array, turns_left: Ints) -> Any:
+        """Return the current observations `[B, ...]`, as new arrays of values of the space."""
+        values, start = dict[str, Array](), 0
+        for name, part in self._parts.items():
+            end = start + part.memory_size
+            values[name] = part.encode(memory[start:end], state, turns_left)
+            start = end
+        return values if len(values) > 1 else values.popitem()[1]
 
     def make_info(self, legal: Bools | None, turns_left: int | Ints) -> Info:
         """Return the info of a game or, with `turns_left` `[B]`, of several.
@@ -195,8 +186,8 @@ class SeatObserver:
         first = self._session.observation_after(self._seat_spaces.seat, 0)
         self._memory, self._turn_count = self._seat_spaces.initial_memory(first[None]), 0
 
-    def observe(self) -> Array:
-        """Return the current observation, as a new array."""
+    def observe(self, turns_left: int) -> Any:
+        """Return the current observation with this number of turns left, as new arrays."""
         session, spaces = self._session, self._seat_spaces
         if self._turn_count > len(session.turns):  # turns were taken back
             self._follow_from_start()
@@ -205,21 +196,15 @@ class SeatObserver:
             fields = required_fields(spaces)
             percept = session.build_percept(spaces.seat, self._turn_count, fields)
             self._memory = spaces.update_memory(self._memory, percept)
-        observation: Array = spaces.encode_memory(self._memory, session.state[None])[0]
-        return observation
+        batch = spaces.encode_memory(self._memory, session.state[None], np.array([turns_left]))
+        return select_row(batch, 0)
 
 
-def make_state_space(problem: Problem) -> Space:
-    """Return the space of the states of a problem; raise BadParameter if they are text."""
-    state = problem.sample_initial_states(np.zeros((1, problem.uniform_counts.start)))[0]
-    if state.dtype.kind == "f":
-        return spaces.Box(-np.inf, np.inf, state.shape, np.float64)
-    if isinstance(problem.state_count, int):
-        return _make_discrete_space(problem.enumerate_states().max(axis=0) + 1)
-    if state.dtype.kind not in "iu":
-        raise BadParameter(TEXT_OBSERVATION_MESSAGE)
-    low, high = np.iinfo(state.dtype).min // 2, np.iinfo(state.dtype).max // 2
-    return spaces.Box(low, high, state.shape, state.dtype.type)
+def select_row(observations: Any, row: int) -> Any:
+    """Return the observation of one row, also of a dictionary of observations."""
+    if isinstance(observations, dict):
+        return {name: part[row] for name, part in observations.items()}
+    return observations[row]
 
 
 def convert_to_action_array(values: object) -> Array:
@@ -228,8 +213,3 @@ def convert_to_action_array(values: object) -> Array:
         return np.asarray(values)
     except (TypeError, ValueError):
         raise IllegalAction(f"step: got {values!r}, expected an action for each game") from None
-
-
-def _make_discrete_space(sizes: Any) -> Space:
-    """Return the space of one index of the given size, or of several indices."""
-    return spaces.MultiDiscrete(sizes) if np.ndim(sizes) else spaces.Discrete(int(sizes))

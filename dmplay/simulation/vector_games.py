@@ -1,6 +1,7 @@
 """Many simultaneous games for one learner in a fixed seat; policies play the other seats."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -62,9 +63,10 @@ class VectorGames:
         self.done_rows = np.setdiff1d(self.done_rows, rows)
         self.legal_actions_mask = self.problem.legal_actions_mask(self._state)
 
-    def observe(self) -> Array:
-        """Return the learner's current observations, as a new array."""
-        return self.seat_spaces.encode_memory(self._memories[self.seat_spaces.seat], self._state)
+    def observe(self) -> Any:
+        """Return the learner's current observations, as new arrays."""
+        memory = self._memories[self.seat_spaces.seat]
+        return self.seat_spaces.encode_memory(memory, self._state, self.turns_left)
 
     @property
     def turns_left(self) -> Ints:
