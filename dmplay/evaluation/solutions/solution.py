@@ -27,7 +27,7 @@ from dmplay.registry.problem_module_exports import get_problem_name
 
 if TYPE_CHECKING:  # Solving and printing need no positions.
     from dmplay.game.position import Position
-    from dmplay.registry.agents import AgentLike, HintAgent
+    from dmplay.registry.agents import AgentLike
 
 MIN_SHOWN_PROBABILITY = 1e-4  # Smaller probabilities of approximate strategies are left out.
 
@@ -90,7 +90,9 @@ class Solution:
             return 0.0
         legal = position.view.legal_actions_mask
         legal = None if legal is None else legal[None]
-        return float(self._compute_values(_get_policy(position), position.memory, legal)[0])
+        return float(
+            self._compute_values(self._find_policy(position.seat), position.memory, legal)[0]
+        )
 
     def bounds(
         self, at: At = None, seat: int | str = 0, turns_left: int | None = None
@@ -104,7 +106,7 @@ class Solution:
         if self.accuracy is Accuracy.EXACT:
             value = self.value(at, seat, turns_left)
             return value - self.error, value + self.error
-        policy = self._find_agent(find_seat(self._known_problem, seat)).policy
+        policy = self._find_policy(find_seat(self._known_problem, seat))
         if self.accuracy is Accuracy.LOWER_BOUND:
             position = self.position(at, seat, turns_left)
             bounds = _bound_values(policy, position.memory, position.view.legal_actions_mask)
@@ -133,7 +135,7 @@ class Solution:
     def policy(self, at: At = None, seat: int | str = 0, turns_left: int | None = None) -> Reals:
         """Return the probability `[A]` with which the solution plays each action of a seat."""
         position = self.position(at, seat, turns_left)
-        probabilities = _get_policy(position).choice_probabilities(position.memory)
+        probabilities = self._find_policy(position.seat).choice_probabilities(position.memory)
         if probabilities is None:
             raise self._make_error("its policy has no probabilities of actions")
         return np.asarray(probabilities[0])
@@ -147,15 +149,18 @@ class Solution:
         `turns_left`, as many turns are left as the solution plans.
         """
         from dmplay.game.position import Position
+        from dmplay.registry.agents import HintAgent
 
         problem, seat = self._known_problem, find_seat(self._known_problem, seat)
-        agent = self._find_agent(seat)
-        question, turns_done = agent.question, _count_turns_done(agent.policy, turns_left)
+        policy = self._find_policy(seat)
+        question = AdviceQuestion(seat, getattr(policy, "game_turns", None))
+        agent = HintAgent(self.method, policy, question)
+        turns_done = _count_turns_done(policy, turns_left)
         if not problem.partially_observable:
             state = self._find_start_state() if at is None else _read_state(problem, at)
             return Position.at_state(problem, question, agent, state, turns_done)
         start = Position.after_history(problem, question, agent, [])
-        if agent.policy.current_belief(start.memory) is None:
+        if policy.current_belief(start.memory) is None:
             if at is None and not turns_done:
                 return start
             raise self._make_error("its agents act on what they observed, not on a belief")
@@ -170,27 +175,26 @@ class Solution:
         return self.problem
 
     @cached_property
-    def _agents(self) -> "dict[int, HintAgent]":
-        """The agents made so far, by seat."""
+    def _policies(self) -> dict[int, SeatPolicy]:
+        """The policies made so far, by seat."""
         return {}
 
-    def _find_agent(self, seat: int) -> "HintAgent":
-        """Return the agent that knows the values of a seat; raise BadParameter if none does."""
+    def _find_policy(self, seat: int) -> SeatPolicy:
+        """Return the policy that knows the values of a seat; raise BadParameter if none does."""
         if len(self.equilibria) > 1:
             count = len(self.equilibria)
             raise self._make_error(f"there are {count} equilibria; ask solution.equilibria[0]")
         if self.agent is None:
             raise self._make_error("it computes none; its numbers are in solution.table")
-        if seat not in self._agents:
-            from dmplay.registry.agents import HintAgent, load_agent
+        if seat not in self._policies:
+            from dmplay.registry.agents import load_agent
 
             policy = load_agent(self._known_problem, seat, self.agent)
             if not isinstance(policy, SeatPolicy):
                 got = f"agent: got {type(policy).__name__}"
                 raise BadParameter(f"{got}, expected an agent that inherits from dmplay.SeatPolicy")
-            question = AdviceQuestion(seat, getattr(policy, "game_turns", None))
-            self._agents[seat] = HintAgent(self.method, policy, question)
-        return self._agents[seat]
+            self._policies[seat] = policy
+        return self._policies[seat]
 
     def _list_start_states(self) -> tuple[Reals, Array]:
         """Return the states in which games start, with their probabilities."""
@@ -209,7 +213,7 @@ class Solution:
 
     def _compute_start_value(self, seat: int, turns_left: int | None) -> float:
         """Return the mean value to a seat over the states in which games start."""
-        problem, policy = self._known_problem, self._find_agent(seat).policy
+        problem, policy = self._known_problem, self._find_policy(seat)
         probabilities, states = self._list_start_states()
         memory = policy.memory_at_turn(states, _count_turns_done(policy, turns_left))
         legal = problem.legal_actions_mask(states)
@@ -233,7 +237,7 @@ class Solution:
 
     def _compute_q(self, position: "Position") -> Reals:
         """Return the value `[A]` of each action in a position, nan if it is illegal."""
-        policy = _get_policy(position)
+        policy = self._find_policy(position.seat)
         q = policy.action_values(position.memory) if position.labels else None
         if q is None:
             reason = f"the agent {type(policy).__name__} has none of actions"
@@ -275,12 +279,6 @@ def _is_over(position: "Position") -> bool:
     """Return whether agents see in a position that the game is over."""
     problem = position.problem
     return not problem.partially_observable and bool(problem.terminal(position.state[None])[0])
-
-
-def _get_policy(position: "Position") -> SeatPolicy:
-    """Return the policy of a position of a solution, which always has one."""
-    assert position.agent is not None
-    return position.agent.policy
 
 
 def _read_state(problem: Problem, at: At) -> Array:
