@@ -31,7 +31,7 @@ from dmplay.core.policy import Memory, Percept, requires_fields
 
 MAX_HORIZON = 1000  # maximum number of turns that are planned
 MAX_GAME_TURNS = 10_000  # maximum number of turns of a game, that of games without people
-NEGLIGIBLE_WEIGHT = 1e-12  # discount**turns below which the end of a game is ignored
+MIN_PLANNED_WEIGHT = 1e-12  # discount**turns below which the end of a game is ignored
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ import numpy as np
 
 from dmplay.agents.base import AdviceQuestion
 from dmplay.agents.belief_policy import GreedyBeliefPolicy
-from dmplay.agents.horizon import MAX_HORIZON, NEGLIGIBLE_WEIGHT, HorizonPolicy
+from dmplay.agents.horizon import MAX_HORIZON, MIN_PLANNED_WEIGHT, HorizonPolicy
 from dmplay.agents.single_agent_planning import FastInformedBound
 from dmplay.core.action_values import Accuracy, ValuesBasis
 from dmplay.core.arrays import Array, Bools, Reals
@@ -67,7 +67,7 @@ class PointBasedPolicy(HorizonPolicy, GreedyBeliefPolicy):
     def game_turns(self) -> int | None:
         """The number of turns planned; None without an end or if its weight is negligible."""
         turns = self.horizon or self.problem.horizon
-        return None if turns and self.problem.discount**turns < NEGLIGIBLE_WEIGHT else turns
+        return None if turns and self.problem.discount**turns < MIN_PLANNED_WEIGHT else turns
 
     @property
     def bounds(self) -> PointBasedBounds:

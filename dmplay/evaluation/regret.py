@@ -11,7 +11,7 @@ from dmplay.core.arrays import Ints, Reals
 from dmplay.core.policy import Policy
 from dmplay.core.problem import Problem
 from dmplay.core.text import format_number
-from dmplay.evaluation.return_bounds import NEGLIGIBLE_WEIGHT, turn_limit_or_default
+from dmplay.evaluation.return_bounds import MIN_PLAYED_WEIGHT, turn_limit_or_default
 from dmplay.evaluation.statistics import Estimate, estimate_mean, estimate_ratio
 from dmplay.game.turn_facts import Row
 from dmplay.registry.agents import HintAgent, find_agent_name, find_hint_provider
@@ -55,7 +55,7 @@ def find_regret_meters(
 ) -> list[HintAgent | None]:
     """Return the agent that values the choices of each seat beside these policies, or None."""
     limit = turn_limit_or_default(problem, turn_limit)
-    if limit is not None and problem.discount**limit <= NEGLIGIBLE_WEIGHT:
+    if limit is not None and problem.discount**limit <= MIN_PLAYED_WEIGHT:
         limit = None
     names = tuple(find_agent_name(problem, seat, policy) for seat, policy in enumerate(policies))
     scripts = tuple(policy for policy in policies if isinstance(policy, Script))

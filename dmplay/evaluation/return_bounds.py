@@ -6,7 +6,7 @@ from dmplay.core.problem import Problem
 from dmplay.core.session import DEFAULT_TURN_LIMIT
 from dmplay.core.tabular import Tabular
 
-NEGLIGIBLE_WEIGHT = 1e-9  # discount of a turn below which turns are not played
+MIN_PLAYED_WEIGHT = 1e-9  # discount of a turn below which turns are not played
 ROUNDING_TOLERANCE = 1e-9  # relative, of a sum of rewards
 
 
@@ -46,13 +46,13 @@ def turn_limit_or_default(problem: Problem, turn_limit: int | None) -> int | Non
 
 
 def count_weighty_turns(problem: Problem) -> int | None:
-    """Return the turns whose discount is at least NEGLIGIBLE_WEIGHT, at most DEFAULT_TURN_LIMIT.
+    """Return the turns whose discount is at least MIN_PLAYED_WEIGHT, at most DEFAULT_TURN_LIMIT.
 
     None without discounting.
     """
     if problem.discount == 1.0:
         return None
-    turns = log(NEGLIGIBLE_WEIGHT) / log(problem.discount) if problem.discount else 1
+    turns = log(MIN_PLAYED_WEIGHT) / log(problem.discount) if problem.discount else 1
     return min(ceil(turns), DEFAULT_TURN_LIMIT)
 
 

@@ -140,7 +140,7 @@ def make_policy(problem: Problem, seat: int, name: str, request: EvaluationReque
 def limit_turns(request: EvaluationRequest) -> EvaluationRequest:
     """Return the request, with a turn limit if a hidden problem would never end.
 
-    The limit is the turn whose discount falls below NEGLIGIBLE_WEIGHT, at most DEFAULT_TURN_LIMIT.
+    The limit is the turn whose discount falls below MIN_PLAYED_WEIGHT, at most DEFAULT_TURN_LIMIT.
     A problem with a horizon, or without discounting, gets no limit here.
     """
     problem = request.load_problem().problem

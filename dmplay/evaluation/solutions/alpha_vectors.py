@@ -4,7 +4,7 @@ from contextlib import suppress
 from typing import TYPE_CHECKING
 
 from dmplay.agents.base import AdviceQuestion
-from dmplay.agents.horizon import NEGLIGIBLE_WEIGHT
+from dmplay.agents.horizon import MIN_PLANNED_WEIGHT
 from dmplay.core import belief
 from dmplay.core.action_values import Accuracy
 from dmplay.core.problem import Problem
@@ -47,7 +47,7 @@ def solve_alpha_vectors(problem: Problem) -> Solution:
     turns = resolve_horizon(problem.horizon)
     has_default_turns = resolve_horizon(None) is None and turns == DEFAULT_TURNS == problem.horizon
     is_default = has_default_turns and not _plans_whole_game(problem)
-    is_long = turns is not None and problem.discount**turns < NEGLIGIBLE_WEIGHT
+    is_long = turns is not None and problem.discount**turns < MIN_PLANNED_WEIGHT
     horizon = turns or DEFAULT_TURNS
     if problem.discount < 1.0 and (turns is None or is_default or is_long):
         stage: AlphaVectorStage = exact_pomdp.find_infinite_horizon_stage(problem)

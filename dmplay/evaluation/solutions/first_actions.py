@@ -6,7 +6,7 @@ from typing import cast
 import numpy as np
 
 from dmplay.agents.base import AdviceQuestion, SeatPolicy
-from dmplay.agents.horizon import MAX_HORIZON, NEGLIGIBLE_WEIGHT, HorizonPolicy
+from dmplay.agents.horizon import MAX_HORIZON, MIN_PLANNED_WEIGHT, HorizonPolicy
 from dmplay.agents.point_based import (
     PointBasedOptimalPolicy,
     PointBasedPolicy,
@@ -115,7 +115,7 @@ def _make_agent_for_turns(agent: PointBasedPolicy, turns: int | None) -> PointBa
     is_discounted = problem.discount < 1.0
     if is_discounted and problem.horizon is None and turns > MAX_SEARCH_TURNS:
         return agent  # The method names the infinite horizon.
-    if turns > MAX_HORIZON and problem.discount**MAX_HORIZON >= NEGLIGIBLE_WEIGHT:
+    if turns > MAX_HORIZON and problem.discount**MAX_HORIZON >= MIN_PLANNED_WEIGHT:
         where = "" if is_discounted else " without a discount"
         raise BadParameter(f"--turns: got {turns}, expected at most {MAX_HORIZON}{where}")
     return replace(agent, horizon=min(turns, MAX_HORIZON))

@@ -6,7 +6,7 @@ import numpy as np
 
 from dmplay.agents.available_agents import Roster
 from dmplay.agents.base import AdviceQuestion, ReactivePolicy
-from dmplay.agents.horizon import MAX_GAME_TURNS, NEGLIGIBLE_WEIGHT, HorizonPolicy
+from dmplay.agents.horizon import MAX_GAME_TURNS, MIN_PLANNED_WEIGHT, HorizonPolicy
 from dmplay.core.action_values import Accuracy, ValuesBasis
 from dmplay.core.arrays import Array, Bools, Reals
 from dmplay.core.chance import Normal
@@ -53,7 +53,7 @@ class Optimal(HorizonPolicy, ReactivePolicy):
         spread = np.zeros(len(s))
         for turn in range(1, int(counts.max())):
             weight = np.where(turn < counts, gamma**turn, 0.0)
-            if not (weight > NEGLIGIBLE_WEIGHT).any():
+            if not (weight > MIN_PLANNED_WEIGHT).any():
                 break
             high = high - weight * (left_over**2 + variance)
             low = low - weight * (left_over**2 + variance + spread)
