@@ -4,6 +4,7 @@ import ast
 import inspect
 import os
 import re
+import sys
 import sysconfig
 import traceback
 from collections.abc import Sequence
@@ -51,6 +52,25 @@ def _format_module_path(match: re.Match[str]) -> str:
         part, _, names = names.partition(".")
         path = os.path.join(path, f"{part}.py")
     return format_location(path, None) + f":{names}" * bool(names)
+
+
+def locate_unguarded_statement() -> str:
+    """Return the running line of the main script that each new process would run again; "" if none.
+
+    A process that starts without this process's state imports the script. A statement that mentions
+    `__name__`, such as `if __name__ == "__main__":`, is taken to be skipped there.
+    """
+    script = vars(sys.modules["__main__"])
+    file = os.path.abspath(script.get("__file__") or "")
+    for frame, line in traceback.walk_stack(None):
+        code = frame.f_code
+        is_script = frame.f_globals is script and code.co_name == "<module>"
+        if is_script and os.path.isfile(file) and os.path.abspath(code.co_filename) == file:
+            for statement in _parse_source(file, os.path.getmtime(file)).body:
+                if statement.lineno <= line <= (statement.end_lineno or line):
+                    names = (node.id for node in ast.walk(statement) if isinstance(node, ast.Name))
+                    return "" if "__name__" in names else format_location(file, line)
+    return ""
 
 
 def describe_user_exit(error: SystemExit) -> str:

@@ -21,6 +21,7 @@ from queue import SimpleQueue
 from threading import Thread
 from typing import Any, Generic, Literal, NamedTuple, TypeVar
 
+from dmplay.core.user_code_locations import locate_unguarded_statement
 from dmplay.core.work_budget import scale_progress
 from dmplay.errors import BadParameter, LostGames
 from dmplay.terminal.signals import defer_signals
@@ -278,6 +279,8 @@ class _SharedPools:
         self.single_process_seconds = 0.0  # of the runs that started no processes
 
 
+IN_WORKER = "a worker process imports a line that starts worker processes"
+_is_worker = ContextVar("is_worker", default=False)  # True in a process of a pool
 _shared_pools: ContextVar[_SharedPools | None] = ContextVar("shared_pools", default=None)
 
 
@@ -306,9 +309,16 @@ def _get_processes(workers: int, *, restart: bool = False) -> "_ProcessPool":
 
 
 class _ProcessPool(ProcessPoolExecutor):
-    """A pool of processes that start without this process's state and end when it ends."""
+    """A pool of processes that start without this process's state and end when it ends.
+
+    Raises BadParameter if they would run the main script again, and so start processes themselves.
+    """
 
     def __init__(self, workers: int) -> None:
+        location = locate_unguarded_statement()
+        if location or _is_worker.get():
+            script = f"{location}: worker processes import this script" if location else IN_WORKER
+            raise BadParameter(f'{script}; put this line below `if __name__ == "__main__":`')
         method = "forkserver" if "forkserver" in get_all_start_methods() else "spawn"
         context = get_context(method)
         worker_end, self._lifeline = context.Pipe(duplex=False)
@@ -326,6 +336,7 @@ class _ProcessPool(ProcessPoolExecutor):
 def _initialize_worker(lifeline: Connection) -> None:
     """Ignore Ctrl-C in a worker, and start the thread that ends it with its parent."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    _is_worker.set(True)
     Thread(target=_wait_for_parent_then_exit, args=[lifeline], daemon=True).start()
 
 

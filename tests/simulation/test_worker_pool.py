@@ -443,3 +443,45 @@ def _is_process_alive(pid: str) -> bool:
     except OSError:
         return False
     return stat.rpartition(")")[2].split()[0] != "Z"
+
+
+SCRIPT = """
+import time
+from dmplay.simulation.worker_pool import run_blocks
+
+def wait(block):
+    time.sleep(0.2)
+    return block
+
+def count_games():
+    print(sum(len(games) for _, games in run_blocks(wait, range(16), size=1, workers=2)))
+
+"""
+GUARD = 'if __name__ == "__main__": '
+
+
+@pytest.mark.parametrize(
+    ("start", "output", "error"),
+    [
+        (GUARD + "count_games()", "16", ""),
+        ("count_games()", "", "script.py:12: worker processes import this script; put this line"),
+    ],
+)
+def test_a_script_without_a_main_guard_is_named_before_a_process_starts(
+    start: str, output: str, error: str, tmp_path: Path
+) -> None:
+    script = tmp_path / "script.py"
+    script.write_text(SCRIPT + start)
+    command = [sys.executable, str(script)]
+    result = subprocess.run(command, capture_output=True, text=True, timeout=100, check=False)
+    assert (result.returncode, result.stdout.strip()) == (int(bool(error)), output)
+    assert error in result.stderr.strip().splitlines()[-1] if error else not result.stderr
+
+
+def test_a_module_that_starts_workers_when_it_is_imported_is_an_error(tmp_path: Path) -> None:
+    (tmp_path / "games.py").write_text(SCRIPT + "count_games()")
+    command = [sys.executable, "-c", "import games"]
+    result = subprocess.run(
+        command, capture_output=True, text=True, timeout=100, check=False, cwd=tmp_path
+    )
+    assert "a worker process imports a line that starts" in result.stderr.splitlines()[-1]
