@@ -43,6 +43,7 @@ _PUBLIC_MODULES = {
     "Uniform": "core.chance",
     # policies: their interface and simple bases
     "Accuracy": "core.action_values",
+    "BeliefPolicy": "agents.belief_policy",
     "ConstantPolicy": "agents.base",
     "Horizon": "core.action_values",
     "Percept": "core.policy",

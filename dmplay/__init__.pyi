@@ -3,6 +3,7 @@ from dmplay.agents.base import ConstantPolicy as ConstantPolicy
 from dmplay.agents.base import ReactivePolicy as ReactivePolicy
 from dmplay.agents.base import SeatPolicy as SeatPolicy
 from dmplay.agents.base import StationaryPolicy as StationaryPolicy
+from dmplay.agents.belief_policy import BeliefPolicy as BeliefPolicy
 from dmplay.core.action_values import Accuracy as Accuracy
 from dmplay.core.action_values import Horizon as Horizon
 from dmplay.core.action_values import ValuesBasis as ValuesBasis

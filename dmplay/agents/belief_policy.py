@@ -15,7 +15,7 @@ from dmplay.core import belief
 from dmplay.core.arrays import Array, Bools, Ints, Reals
 from dmplay.core.policy import Memory, Percept
 from dmplay.core.problem import Problem, checked_state_indices, enumerate_possible_outcomes
-from dmplay.errors import ImpossibleObservation
+from dmplay.errors import BadPolicy, ImpossibleObservation
 
 
 class SparseTransition(NamedTuple):
@@ -149,7 +149,21 @@ class SeatBeliefs:
 
 @dataclass(frozen=True)
 class BeliefPolicy(SeatBeliefs, SeatPolicy, ABC):
-    """A policy that acts on its seat's belief."""
+    """A policy that acts on its seat's belief, the probability of each hidden state.
+
+    A subclass defines `choose`, and gets the beliefs `[B, S]` as `memory[0]`. Their order is that
+    of `problem.enumerate_states()`, which a Tabular problem names in `state_names`. They follow
+    from the seat's own actions and observations by Bayes' rule. Other seats are assumed to act
+    uniformly at random. Raises BadPolicy if the agents of the problem see the state.
+    """
+
+    def initial_memory(self, observation: Array) -> Memory:
+        """Return the beliefs before the first turn."""
+        if not self.problem.partially_observable:
+            name, problem = type(self).__name__, type(self.problem).__name__
+            got = f"{name}: the agents of {problem} see the state"
+            raise BadPolicy(f"{got}; expected hidden states")
+        return super().initial_memory(observation)
 
     def current_belief(self, memory: Memory) -> Reals | None:
         """Return the beliefs `[B, S]`, which this policy always has."""
@@ -157,7 +171,10 @@ class BeliefPolicy(SeatBeliefs, SeatPolicy, ABC):
 
     @abstractmethod
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
-        """Return the actions `[B]` from the beliefs `memory[0]` `[B, S]`."""
+        """Return the actions `[B]` from the beliefs `memory[0]` `[B, S]`.
+
+        `legal` is `[B, A]`, None if all actions are legal; `u` has `uniform_count` numbers a row.
+        """
 
 
 @dataclass(frozen=True)

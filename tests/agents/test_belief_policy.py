@@ -1,10 +1,16 @@
 """Tests of belief updates by sparse transitions and beside a partner."""
 
-import numpy as np
+from dataclasses import dataclass
 
+import numpy as np
+import pytest
+
+import dmplay
 from dmplay.agents.belief_policy import SparseTransition
-from dmplay.core.arrays import Reals
+from dmplay.core.arrays import Array, Bools, Reals
 from dmplay.core.chance import weighted_sum
+from dmplay.core.policy import Memory
+from dmplay.errors import BadPolicy
 from dmplay.problems.multicaregiver_crying_baby.same_observation_planning import PartnerBeliefFilter
 
 # by turn, `[2, S, S']`
@@ -46,3 +52,33 @@ def test_a_turn_that_the_expected_partner_rules_out_uses_the_other_transitions()
         EXPECTED_TRANSITIONS, UNEXPECTED_TRANSITIONS
     ).update_beliefs(sample_beliefs(2), [np.zeros(2, np.int64)])
     assert after.tolist() == [[0.0, 1.0], [1.0, 0.0]]
+
+
+@dataclass(frozen=True)
+class Likeliest(dmplay.BeliefPolicy):
+    """Takes the action with the number of the likeliest state."""
+
+    def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
+        return np.asarray(memory[0].argmax(axis=1))
+
+
+def choose_by_view(view: dmplay.View[dmplay.Problem]) -> int:
+    assert view.belief is not None
+    return int(view.belief.argmax())
+
+
+@pytest.mark.parametrize(
+    "problem", ["crying-baby", "machine-replacement", "multicaregiver-crying-baby"]
+)
+def test_a_belief_policy_acts_on_the_belief_that_its_view_shows(problem: str) -> None:
+    first = dmplay.load_problem(problem).agents[1:] and ["random"]
+    played = [
+        dmplay.rollout(problem, [agent, *first], episodes=30, seed=7, turns=9)
+        for agent in (Likeliest, choose_by_view)
+    ]
+    assert (played[0].returns == played[1].returns).all()
+
+
+def test_a_belief_policy_refuses_a_problem_whose_agents_see_the_state() -> None:
+    with pytest.raises(BadPolicy, match="Likeliest: the agents of HexWorld see the state"):
+        dmplay.rollout("hexworld", Likeliest, episodes=1)

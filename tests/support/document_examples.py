@@ -122,6 +122,7 @@ class DocumentRunner:
         # files change within one second, the resolution of the bytecode cache
         monkeypatch.setattr(sys, "dont_write_bytecode", True)
         monkeypatch.chdir(folder)
+        monkeypatch.syspath_prepend(folder)  # as in an interactive Python
 
     def follow(self, document: str) -> None:
         """Run all blocks; fail if an output differs from the document."""
