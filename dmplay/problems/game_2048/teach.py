@@ -1,6 +1,6 @@
 """Reasons for the slides of 2048."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -15,6 +15,7 @@ from .rules import Game2048, slide_and_score
 
 CORNERS = {(0, 0): "upper left", (0, 3): "upper right", (3, 0): "lower left", (3, 3): "lower right"}
 MIN_PROBABILITY = 0.005  # smaller probabilities are printed as 0.00
+FACT_NAMES = ("points", "corner", "room", "risk", "the next merge")
 
 
 class SlideFacts(NamedTuple):
@@ -26,6 +27,12 @@ class SlideFacts(NamedTuple):
     empty_count: int  # before the new tile
     tight_chance: float  # probability that at most one slide is legal
     next_points: float  # mean score of the slide that then scores most
+
+    @property
+    def merits(self) -> tuple[float, ...]:
+        """The facts of FACT_NAMES with the digits printed; more is better."""
+        tight_chance, next_points = round(self.tight_chance, 2), round(self.next_points, 1)
+        return sum(self.merges), bool(self.corner), self.empty_count, -tight_chance, next_points
 
 
 def give_reasons(position: Position, action: int) -> list[str]:
@@ -46,11 +53,11 @@ def give_reasons(position: Position, action: int) -> list[str]:
         else "nothing"
     )
     points = f", for {2 * sum(slide_facts.merges)} points" * bool(slide_facts.merges)
-    reasons = [f"{name} merges {merges}{points}.", _describe_corner(facts, action, labels)]
-    unit = f" empty cell{'s' * (slide_facts.empty_count != 1)}"
-    if len({fact.empty_count for fact in facts.values()}) == 1:
-        reasons.append(f"Each slide leaves {slide_facts.empty_count}{unit}.")
-    else:
+    reasons = [f"{name} merges {merges}{points}."]
+    if len({bool(fact.corner) for fact in facts.values()}) > 1:
+        reasons.append(_describe_corner(facts, action, labels))
+    if len({fact.empty_count for fact in facts.values()}) > 1:
+        unit = f" empty cell{'s' * (slide_facts.empty_count != 1)}"
         numbers = list_numbers(unit, lambda fact: str(fact.empty_count))
         reasons.append(f"{name} leaves {numbers}.")
     if max(fact.tight_chance for fact in facts.values()) >= MIN_PROBABILITY:
@@ -58,10 +65,35 @@ def give_reasons(position: Position, action: int) -> list[str]:
         reasons.append(f"The new tile then leaves at most one slide with probability {numbers}.")
     numbers = list_numbers(" points on average", lambda fact: f"{fact.next_points:.1f}")
     reasons.append(f"The best merge of the next slide then pays {numbers}.")
-    looks_ahead = position.agent is not None and isinstance(position.agent.policy, Expectimax)
-    if looks_ahead and not _is_best_in_something(facts, action):
-        reasons.append(f"None of this favours {labels[action]}: the ratings look further ahead.")
+    if position.agent is not None and isinstance(position.agent.policy, Expectimax):
+        reasons += _compare_with_rival(position, facts, action)
     return reasons
+
+
+def _compare_with_rival(
+    position: Position, facts: dict[int, SlideFacts], action: int
+) -> Iterator[str]:
+    """Yield the facts that favour the best slide over a slide, or over the next best."""
+    values = position.values()
+    assert values is not None
+    ranked = values.rank_actions()
+    if len(ranked) < 2:
+        return
+    best, rival = ranked[0], ranked[1] if action == ranked[0] else action
+    labels = position.labels
+    if values.regrets[rival] <= values.basis.resolution:
+        yield (
+            f"The ratings of {labels[best]} and {labels[rival]} differ by no more than their "
+            f"errors of {values.basis.resolution:.0f}: either may be better."
+        )
+        return
+    rows = zip(FACT_NAMES, facts[best].merits, facts[rival].merits, strict=True)
+    names = [name for name, merit, other in rows if merit > other]
+    if names:
+        yield f"{labels[best].capitalize()} is better than {labels[rival]} in {join_words(names)}."
+    else:
+        pair = f"{labels[best]} over {labels[rival]}"
+        yield f"None of this favours {pair}: the ratings look further ahead."
 
 
 def _list_facts(problem: Game2048, board: Array, action: int) -> SlideFacts:
@@ -107,32 +139,16 @@ def _list_next_boards(problem: Game2048, after: Array) -> tuple[Array, Reals]:
 
 
 def _describe_corner(facts: dict[int, SlideFacts], action: int, labels: Sequence[str]) -> str:
-    """Return the corner of the largest tile after a slide, and whether other slides keep it."""
+    """Return the corner of the largest tile after a slide, and the slides that differ in this."""
     slide_facts = facts[action]
     different = [a for a, fact in facts.items() if bool(fact.corner) != bool(slide_facts.corner)]
     corner_text = f"in the {slide_facts.corner} corner" if slide_facts.corner else "in no corner"
     text = f"The largest tile, {slide_facts.largest}, is then {corner_text}"
-    if not different:
-        return f"{text}."
     contrast = "in no corner" if slide_facts.corner else "in one"
     largest, *more = sorted({facts[a].largest for a in different})
     tile = "it" if largest == slide_facts.largest else f"the largest, {largest},"
     tile = "the largest" if more else tile  # a merge changes which one that is
     return f"{text}; after {join_words([labels[a] for a in different])} {tile} is {contrast}."
-
-
-def _is_best_in_something(facts: dict[int, SlideFacts], action: int) -> bool:
-    """Return whether no other slide is better in one of the facts, which are not all equal."""
-    rows = np.array(
-        [
-            (sum(f.merges), bool(f.corner), f.empty_count, -f.tight_chance, f.next_points)
-            for f in facts.values()
-        ],
-        float,
-    )
-    own_row = rows[[*facts].index(action)]
-    differs = rows.max(axis=0) - rows.min(axis=0) > 1e-9
-    return bool((differs & (own_row >= rows.max(axis=0) - 1e-9)).any())
 
 
 REASONS = give_reasons

@@ -372,25 +372,33 @@ def check_corner(session: Session, action: int, match: re.Match[str]) -> Iterato
 def check_room(session: Session, action: int, match: re.Match[str]) -> Iterator[bool]:
     """Yield whether the slides leave as many empty cells."""
     text = re.sub(" empty cells?", "", match[2])
-    if match[1] == "Each slide":
-        others = [f"{SLIDES[a]} {text}" for a in list_legal(session) if a != action]
-        text = ", ".join([text, *others])
-    else:
-        yield match[1].lower() == session.action_labels(0)[action]
+    yield match[1].lower() == session.action_labels(0)[action]
     for label, number in read_numbers(session, action, text).items():
         board, _ = slide_by_hand(get_tiles(session), label)
         yield (board == 0).sum() == number
+
+
+def compute_tightness(board: Array) -> float:
+    """Return the probability that a new tile leaves at most one slide."""
+    return sum(
+        p * (sum((slide_by_hand(after, name)[0] != after).any() for name in SLIDES) < 2)
+        for p, after in iter_next_boards(board)
+    )
+
+
+def compute_next_points(board: Array) -> float:
+    """Return the mean points of the slide that pays most after a new tile."""
+    return sum(
+        p * max(2 * sum(slide_by_hand(after, name)[1]) for name in SLIDES)
+        for p, after in iter_next_boards(board)
+    )
 
 
 def check_tightness(session: Session, action: int, match: re.Match[str]) -> Iterator[bool]:
     """Yield whether a new tile leaves at most one slide as often as a sentence says."""
     for label, number in read_numbers(session, action, match[1]).items():
         board, _ = slide_by_hand(get_tiles(session), label)
-        probability = sum(
-            p * (sum((slide_by_hand(after, name)[0] != after).any() for name in SLIDES) < 2)
-            for p, after in iter_next_boards(board)
-        )
-        yield abs(probability - number) < 0.0051
+        yield abs(compute_tightness(board) - number) < 0.0051
 
 
 def check_next_merges(session: Session, action: int, match: re.Match[str]) -> Iterator[bool]:
@@ -398,25 +406,41 @@ def check_next_merges(session: Session, action: int, match: re.Match[str]) -> It
     text = match[1].replace(" points on average", "")
     for label, number in read_numbers(session, action, text).items():
         board, _ = slide_by_hand(get_tiles(session), label)
-        mean = sum(
-            p * max(2 * sum(slide_by_hand(after, name)[1]) for name in SLIDES)
-            for p, after in iter_next_boards(board)
-        )
-        yield abs(mean - number) < 0.051
+        yield abs(compute_next_points(board) - number) < 0.051
 
 
-def check_no_advantage(session: Session, action: int, match: re.Match[str]) -> Iterator[bool]:
-    """Yield whether another slide is as good as this one in each of the facts."""
-    yield match[1] == session.action_labels(0)[action]
+def check_advantages(session: Session, action: int, match: re.Match[str]) -> Iterator[bool]:
+    """Yield whether the best slide is better than another in the facts of a sentence alone."""
+    best, rival, names = match[1].lower(), *match.groups()[1:]
+    labels = session.action_labels(0)
     facts = []
-    for a in list_legal(session):
-        board, merges = slide_by_hand(get_tiles(session), session.action_labels(0)[a])
-        is_in_corner = board[::3, ::3].max() == board.max()
-        facts.append((a == action, sum(merges), is_in_corner, (board == 0).sum()))
-    (chosen,) = [fact for fact in facts if fact[0]]
-    for part in (1, 2, 3):
-        values = [fact[part] for fact in facts]
-        yield chosen[part] < max(values) or min(values) == max(values)
+    for label in (best, rival):
+        board, merges = slide_by_hand(get_tiles(session), label)
+        is_in_corner = bool(board[::3, ::3].max() == board.max())
+        risk, points = compute_tightness(board), compute_next_points(board)
+        room = (board == 0).sum()
+        facts.append((sum(merges), is_in_corner, room, -round(risk, 2), round(points, 1)))
+    pairs = zip(("points", "corner", "room", "risk", "the next merge"), *facts, strict=True)
+    expected = [name for name, fact, other in pairs if fact > other]
+    yield (re.split(", | and ", names) if names else []) == expected
+    ratings = rate_slides(session)
+    yield labels[int(ratings.argmax())] == best
+    yield rival == labels[action] or (best == labels[action] and rival != best)
+    yield ratings.max() - ratings[[*labels].index(rival)] > 200
+
+
+def check_close_ratings(session: Session, action: int, match: re.Match[str]) -> Iterator[bool]:
+    """Yield whether two ratings differ as little as a sentence says."""
+    first, second, error = match.groups()
+    numbers = [rate_slides(session)[SLIDES.index(name)] for name in (first, second)]
+    yield SLIDES[action] in {first, second}
+    yield -1e-6 <= numbers[0] - numbers[1] <= int(error)
+
+
+def rate_slides(session: Session) -> Array:
+    """Return the rating of each slide by the search that gives the hints."""
+    policy = agents.load_agent(session.problem, 0, "expectimax")
+    return np.asarray(policy.action_values((session.state[None],))[0])
 
 
 # collaborative-predator-prey
@@ -545,12 +569,16 @@ CLAIMS: dict[str, dict[str, Claim]] = {
     "2048": {
         r"([A-Z][a-z]+) merges (nothing|[\d+, and]+?)(?:, for (\d+) points)?\.": check_merges,
         r"The largest tile, (\d+), is then in (?:the ([a-z ]+)|no) corner"
-        r"(?:; after ([a-z, ]+?) (it|the largest(?:, \d+,)?) is (in one|in no corner))?\.":
+        r"; after ([a-z, ]+?) (it|the largest(?:, \d+,)?) is (in one|in no corner)\.":
         check_corner,
-        r"([A-Z][a-z]+|Each slide) leaves (.*)\.": check_room,
+        r"([A-Z][a-z]+) leaves (.*)\.": check_room,
         r"The new tile then leaves at most one slide with probability (.*)\.": check_tightness,
         r"The best merge of the next slide then pays (.*)\.": check_next_merges,
-        r"None of this favours ([a-z]+): the ratings look further ahead\.": check_no_advantage,
+        r"([A-Z][a-z]+) is better than ([a-z]+) in ([a-z, ]+)\.": check_advantages,
+        r"None of this favours ([a-z]+) over ([a-z]+)()?: the ratings look further ahead\.":
+        check_advantages,
+        r"The ratings of ([a-z]+) and ([a-z]+) differ by no more than their errors of (\d+): "
+        r"either may be better\.": check_close_ratings,
     },
     "collaborative-predator-prey": {
         r"The hint's belief has the prey most likely at (.*\)), and you at (.*\))\.": check_belief,
