@@ -86,7 +86,7 @@ def play_on(session: Session, action: int, agent: str, max_turns: int = 1000) ->
 
 def check_pole(session: Session, action: int, match: re.Match[str]) -> Iterator[bool]:
     """Yield whether the pole leans, swings and reacts to a push as a sentence says."""
-    lean, verb, swing, push, effect = match.groups()
+    lean, verb, swing, speed, push, effect = match.groups()
     _, v, theta, omega = session.state
     after, other = step(session, action), step(session, 1 - action)
     yield push == ("left", "right")[action]
@@ -101,12 +101,38 @@ def check_pole(session: Session, action: int, match: re.Match[str]) -> Iterator[
         yield (after[3] < omega) == (side == "right")
     elif effect == "tips it further":
         yield (after[3] > max(omega, other[3])) == (side == "right")
-    elif effect == "slows this swing":
+    elif effect == "slows it":
         yield abs(after[3]) < abs(omega) and after[3] * omega > 0
-    elif effect == "speeds this swing up":
+    elif effect == "speeds it up":
         yield abs(after[3]) > abs(omega) and after[3] * omega > 0
+    elif effect == "all but stops it":
+        yield abs(after[3]) < abs(omega) / 4
     else:
         yield after[3] * omega < 0
+    if speed:
+        s = session.state
+        while s[2] * theta > 0 and s[3] * theta < 0:
+            s = step_without_push(s)
+        yield (s[2] * theta <= 0) == (speed == "fast enough to pass")
+
+
+def step_without_push(s: Array) -> Array:
+    """Return the state 0.02 s later of a cart that nobody pushes, by the book's equations."""
+    x, v, theta, omega = s
+    tau = 0.5 * omega**2 * np.sin(theta) / 1.1
+    inertia = 0.5 * (4 / 3 - 0.1 * np.cos(theta) ** 2 / 1.1)
+    angular = (9.8 * np.sin(theta) - np.cos(theta) * tau) / inertia
+    speed_change = tau - 0.1 * 0.5 * angular * np.cos(theta) / 1.1
+    return np.array(
+        [x + 0.02 * v, v + 0.02 * speed_change, theta + 0.02 * omega, omega + 0.02 * angular]
+    )
+
+
+def check_balance(session: Session, action: int, match: re.Match[str]) -> Iterator[bool]:
+    """Yield whether the game lasts as long after either push, and the pole hardly leans."""
+    futures = [play_on(session, push, "regulate") for push in (0, 1)]
+    yield len({len(future.turns) for future in futures}) == 1
+    yield abs(np.degrees(session.state[2])) < 3
 
 
 def check_cart(session: Session, action: int, match: re.Match[str]) -> Iterator[bool]:
@@ -136,6 +162,15 @@ def check_ends(session: Session, action: int, match: re.Match[str]) -> Iterator[
         turns = f"{count} turn{'s' * (count > 1)}"
         is_over = future.end_reason == "terminal"
         yield clause == (f"{ends} after {turns}" if is_over else f"the game goes on for {turns}")
+
+
+def check_lost_game(session: Session, action: int, match: re.Match[str]) -> Iterator[bool]:
+    """Yield whether the game ends after either push, and sooner after the one of the regulator."""
+    futures = [play_on(session, push, "regulate") for push in (0, 1)]
+    yield {future.end_reason for future in futures} == {"terminal"}
+    policy = agents.load_agent(session.problem, 0, "regulate")
+    chosen = int(SeatedPolicy(session, 0, policy).choose())
+    yield len(futures[chosen].turns) < len(futures[1 - chosen].turns)
 
 
 # mountain-car
@@ -380,17 +415,21 @@ def check_room(session: Session, action: int, match: re.Match[str]) -> Iterator[
 
 def compute_tightness(board: Array) -> float:
     """Return the probability that a new tile leaves at most one slide."""
-    return sum(
-        p * (sum((slide_by_hand(after, name)[0] != after).any() for name in SLIDES) < 2)
-        for p, after in iter_next_boards(board)
+    return float(
+        sum(
+            p * (sum((slide_by_hand(after, name)[0] != after).any() for name in SLIDES) < 2)
+            for p, after in iter_next_boards(board)
+        )
     )
 
 
 def compute_next_points(board: Array) -> float:
     """Return the mean points of the slide that pays most after a new tile."""
-    return sum(
-        p * max(2 * sum(slide_by_hand(after, name)[1]) for name in SLIDES)
-        for p, after in iter_next_boards(board)
+    return float(
+        sum(
+            p * max(2 * sum(slide_by_hand(after, name)[1]) for name in SLIDES)
+            for p, after in iter_next_boards(board)
+        )
     )
 
 
@@ -440,7 +479,9 @@ def check_close_ratings(session: Session, action: int, match: re.Match[str]) -> 
 def rate_slides(session: Session) -> Array:
     """Return the rating of each slide by the search that gives the hints."""
     policy = agents.load_agent(session.problem, 0, "expectimax")
-    return np.asarray(policy.action_values((session.state[None],))[0])
+    ratings = policy.action_values((session.state[None],))
+    assert ratings is not None
+    return np.asarray(ratings[0])
 
 
 # collaborative-predator-prey
@@ -533,14 +574,19 @@ END_EVENT = r"(?:the pole falls|the cart leaves its track) after"
 END = rf"((?:{END_EVENT}|the game goes on for) \d+ turns?)"
 CLAIMS: dict[str, dict[str, Claim]] = {
     "cart-pole": {
-        rf"The pole (?:leans {SIDE}|stands upright)(?: and (falls|swings back|swings) {SIDE})?: "
-        rf"a push {SIDE} (moves the cart under it|tips it further|slows this swing|"
-        r"speeds this swing up|turns this swing round)\.": check_pole,
+        rf"The pole (?:leans {SIDE}|stands upright)(?: and (falls|swings back|swings) {SIDE})?"
+        r"(?:, (fast enough to pass|too slowly to reach) the upright)?: "
+        rf"a push {SIDE} (moves the cart under it|tips it further|slows it|speeds it up|"
+        r"all but stops it|turns it round)\.": check_pole,
+        r"Pole and cart are so near balance that the next push can make up for either one\.":
+        check_balance,
         rf"The cart (?:is (\d+\.\d\d) m {SIDE} of the middle|rolls {SIDE} at (\d+\.\d\d) m/s): "
-        rf"a push {SIDE} tips the pole {SIDE}(?:, and the cart turns back in (\d+) turns)?\.":
+        rf"a push {SIDE} tips the pole {SIDE}(?:, and pushes under it turn the cart back in (\d+) "
+        r"turns)?\.":
         check_cart,
         rf"If regulate plays on, (?:{END} with {SIDE}, and {END} with {SIDE}|"
         rf"{END}, whichever push comes first)\.": check_ends,
+        r"The game is lost, and regulate does not play for its last turns\.": check_lost_game,
     },
     "mountain-car": {
         r"The car (rolls left|rolls right|stands still): ([a-z ]+)\.": check_drive,
