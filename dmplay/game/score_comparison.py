@@ -91,8 +91,8 @@ class ScoreComparer:
 
     def compare_score(self) -> tuple[ScoreComparison, ...]:
         """Return the counts of games of random play, and of a strong agent, that scored less."""
-        names = dict.fromkeys((RANDOM_AGENT, self._strong_agent))
-        comparisons = (self._compare_agent(name) for name in names if name)
+        names = [RANDOM_AGENT, *[self._strong_agent] * (not self._plans_longer_game)]
+        comparisons = (self._compare_agent(name) for name in dict.fromkeys(names) if name)
         return tuple(comparison for comparison in comparisons if comparison)
 
     def find_medal(self, regret: float | None, start_value: float) -> Medal | None:
@@ -130,6 +130,20 @@ class ScoreComparer:
             if name == SEARCH_AGENT:
                 return ""
         return name
+
+    @cached_property
+    def _plans_longer_game(self) -> bool:
+        """True if the strong agent plans for turns after the turn limit that ended this game."""
+        if self.session.end_reason != "turn limit":
+            return False
+        providers = [
+            agents.find_hint_provider(self.session.problem, question) for question in self.questions
+        ]
+        return any(
+            provider.base_name == self._strong_agent and provider.basis.ignores_turn_limit
+            for provider in providers
+            if provider
+        )
 
     @cached_property
     def _can_only_fall(self) -> bool:

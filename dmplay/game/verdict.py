@@ -13,7 +13,7 @@ from functools import cached_property
 from dmplay.agents.base import AdviceQuestion
 from dmplay.core.action_values import Accuracy, ValuesBasis
 from dmplay.core.session import Session
-from dmplay.core.text import format_count
+from dmplay.core.text import format_count, join_words
 from dmplay.core.work_budget import ComputationStopped, limit_total_work, stop_after_seconds
 from dmplay.errors import DmplayError
 from dmplay.game.background_tasks import TaskInfo, run_cancellable
@@ -66,11 +66,12 @@ class SeatChoices:
     scale: float = 1.0  # of the problem's rewards
     unjudged_count: int = 0  # choices of which estimates do not tell whether they are the best
     near_count: int = 0  # other choices that lost so little that they count as right
+    others: tuple[str, ...] = ()  # the other players, whose choices are luck to this one
 
-    def format_choice_lines(self, prefix: str = "") -> list[str]:
+    def format_choice_lines(self, prefix: str = "", stake: float = 0.0) -> list[str]:
         """Return a line on the choices; with exact values also one each on luck and worst turn.
 
-        Each line begins with the prefix.
+        Each line begins with the prefix. Luck is average relative to the stake.
         """
         share = f"best action {self.best_count} of {format_count(self.count, 'time')}"
         share += f", nearly the best {self.near_count} more" * (self.near_count > 0)
@@ -92,12 +93,12 @@ class SeatChoices:
         regret_text = format_fixed(self.regret, decimals)
         worst = f"worst: {_describe_worst(self.worst)}" if self.worst else ""
         if self.luck is not None and self.start_value is not None:
-            explanation = self._explain_score(self.start_value, self.luck, decimals)
+            explanation = self._explain_score(self.start_value, self.luck, decimals, stake)
             choices = "; ".join(filter(None, [share, worst]))
             return [f"{prefix}choices: {choices}", f"{prefix}{explanation}"]
-        cost = f"; expected score lost: {regret_text} (regret)" * (self.regret > 0)
+        cost = f"; on average they lost {regret_text} (the regret)" * (self.regret > 0)
         if self.start_value is not None:
-            cost += f"; average of best play: {format_fixed(self.start_value, decimals)}"
+            cost += f"; best play averages {format_fixed(self.start_value, decimals)}"
         return [f"{prefix}choices: {share}{cost}", *[f"{prefix}{worst}"] * bool(worst)]
 
     def describe_quality(self, medal: Medal | None) -> str:
@@ -112,12 +113,18 @@ class SeatChoices:
         words = next((text for limit, text in CHOICE_WORDS if share <= limit), "")
         if self.best_count == self.count:
             words = "perfect choices"
-        if not (words and stake) or self.luck is None:
-            return words
-        is_average = abs(self.luck) < AVERAGE_LUCK * stake
-        return f"{words}, {'average' if is_average else 'good' if self.luck > 0 else 'bad'} luck"
+        luck = self._describe_luck(stake) if stake else ""
+        return ", ".join(filter(None, [words, luck and f"{luck} luck"])) if words else ""
 
-    def _explain_score(self, start_value: float, luck: float, decimals: int) -> str:
+    def _describe_luck(self, stake: float) -> str:
+        """Return the word before `luck`; '' if there was none, or if it is not known."""
+        if not self.luck:
+            return ""
+        if abs(self.luck) < AVERAGE_LUCK * stake:
+            return "average"
+        return "good" if self.luck > 0 else "bad"
+
+    def _explain_score(self, start_value: float, luck: float, decimals: int, stake: float) -> str:
         """Return the score as the sum of its parts, which add up as printed.
 
         The rounding error is added to the luck, or to the start value if there is no luck.
@@ -125,14 +132,16 @@ class SeatChoices:
         score, regret = round(self.score, decimals), round(self.regret or 0.0, decimals)
         start = round(start_value if luck else score + regret, decimals)
         luck_part = score - start + regret
-        kind = "good luck" if luck > 0 else "bad luck" if luck < 0 else "luck"
-        start_text, regret_text, luck_text = (
-            format_fixed(value, decimals) for value in (start, regret, abs(luck_part))
-        )
-        return (
-            f"score {format_fixed(score, decimals)} = {start_text} (average of best play) "
-            f"- {regret_text} (regret) {'-' if luck_part < 0 else '+'} {luck_text} ({kind})"
-        )
+        text = f"score {format_fixed(score, decimals)} = best play's average "
+        text += format_fixed(start, decimals)
+        if self.regret:
+            text += f" - your choices {format_fixed(regret, decimals)}"
+        if luck:
+            sign, amount = "-" if luck_part < 0 else "+", format_fixed(abs(luck_part), decimals)
+            names = [f"{name}'s" for name in self.others]
+            others = f", {join_words(names)} choices included" if names else ""
+            text += f" {sign} {self._describe_luck(stake)} luck {amount}{others}"
+        return text
 
     @property
     def data(self) -> dict[str, object]:
@@ -196,7 +205,9 @@ class Verdict:
         rows += [
             row
             for choices in self.choices
-            for row in choices.format_choice_lines(f"{choices.seat} " if has_several_seats else "")
+            for row in choices.format_choice_lines(
+                f"{choices.seat} " if has_several_seats else "", self._stake
+            )
         ]
         if self.comparisons:
             # An agent with the same random numbers tells more than the games of a strong one.
@@ -212,6 +223,11 @@ class Verdict:
         if len(self.choices) == 1 and self.choices[0].regret is not None:
             return self.choices[0].describe_quality(self.medal)
         return self.medal.describe_score() if self.medal else ""
+
+    @property
+    def _stake(self) -> float:
+        """The loss that limits the lowest medal; 0 if it is not known."""
+        return self.medal.limits.get("bronze", (0.0, ""))[0] if self.medal else 0.0
 
     @property
     def earned_medal(self) -> Medal | None:
@@ -364,6 +380,11 @@ def _assess_seat(
         moves[0].basis,
         session.seat_return(question.seat),
         scale=session.problem.reward_scale,
+        others=tuple(
+            name
+            for name, seated in zip(session.problem.agents, session.seated_policies, strict=True)
+            if seated
+        ),
         unjudged_count=len(moves) - len(judged),
         near_count=sum(
             move.chosen not in move.best and move.regret is not None and not move.is_mistake
@@ -412,13 +433,13 @@ def _are_about_game(session: Session, question: AdviceQuestion, basis: ValuesBas
 
 
 def _is_luck_known(session: Session, moves: Sequence[ReviewedAction]) -> bool:
-    """Return whether exact values of one agent's every turn divide its score into skill and luck.
+    """Return whether exact values of an agent's every turn divide its score into skill and luck.
 
-    Rerolled random numbers are not luck.
+    The choices of other players, which the values expect, are luck. Rerolled random numbers are
+    not.
     """
     return (
-        len(session.problem.agents) == 1
-        and session.end_reason in NATURAL_END_REASONS
+        session.end_reason in NATURAL_END_REASONS
         and [move.turn for move in moves] == [*range(1, len(session.turns) + 1)]
         and not session.reroll_counts
     )

@@ -69,7 +69,7 @@ def test_the_ghost_is_not_shown_before_the_end_if_something_is_hidden(
     assert game.ghost
     assert game.ghost.session.turns == []
     game.choose(0)
-    assert "same seed: random scored " in "\n".join(game.narrator.closing_lines())
+    assert "same start and luck: random scored " in "\n".join(game.narrator.closing_lines())
 
 
 def test_there_is_no_ghost_result_for_a_resumable_game(tmp_path: Path) -> None:
@@ -81,7 +81,7 @@ def test_there_is_no_ghost_result_for_a_resumable_game(tmp_path: Path) -> None:
 
 def test_the_end_compares_with_the_ghost_and_not_with_another_agent(tmp_path: Path) -> None:
     text = render_screen(start_ghost_game(tmp_path, "hexworld", "random", turns=2), "h", "h")
-    assert "same seed: random scored " in text
+    assert "same start and luck: random scored " in text
     assert "optimal scored" not in text
 
 

@@ -124,18 +124,18 @@ def test_the_lines_of_a_game_of_hexworld() -> None:
         "bronze medal: regret 4.07; gold for at most 0.05, silver 0.12 "
         "(nearest-exit's), bronze below 4.59 (random's)",
         "choices: best action 1 of 3 times; worst: turn 1, chose e, not se: 3.20 lost",
-        "score -0.90 = 3.75 (average of best play) - 4.07 (regret) - 0.58 (bad luck)",
+        "score -0.90 = best play's average 3.75 - your choices 4.07 - bad luck 0.58",
         "100 random games (same start): 54 scored less than you, 19 the same, 27 more",
-        "same seed: optimal scored 8.1, you -0.9",
+        "same start and luck: optimal scored 8.1, you -0.9",
     ]
 
 
 @pytest.mark.parametrize(
     ("score", "start", "regret", "numbers"),
     [
-        (7.29, 7.0444, 0.7766, ("7.29", "7.04", "0.78", "+ 1.03 (good luck)")),
-        (-1.0, 0.504, 0.504, ("-1.00", "0.50", "0.50", "- 1.00 (bad luck)")),
-        (0.5, 1.004, 0.504, ("0.50", "1.00", "0.50", "+ 0.00 (luck)")),
+        (7.29, 7.0444, 0.7766, ("7.29", "7.04", "0.78", " + good luck 1.03")),
+        (-1.0, 0.504, 0.504, ("-1.00", "0.50", "0.50", " - bad luck 1.00")),
+        (0.5, 1.004, 0.504, ("0.50", "1.00", "0.50", "")),
     ],
 )  # fmt: skip
 def test_the_parts_of_a_score_add_up_as_printed(
@@ -147,7 +147,7 @@ def test_the_parts_of_a_score_add_up_as_printed(
     )
     total, best, lost, luck_text = numbers
     assert choices.format_choice_lines()[1] == (
-        f"score {total} = {best} (average of best play) - {lost} (regret) {luck_text}"
+        f"score {total} = best play's average {best} - your choices {lost}{luck_text}"
     )
 
 
@@ -174,7 +174,8 @@ def test_a_flawless_game_has_no_worst_action() -> None:
     assert (choices.best_count, choices.count, choices.regret) == (2, 2, 0.0)
     assert choices.worst is None
     assert choices.format_choice_lines() == [
-        "choices: best action 2 of 2 times; average of best play: -1.00"
+        "choices: best action 2 of 2 times",
+        "score -1.00 = best play's average -1.00",
     ]
 
 
@@ -200,20 +201,33 @@ def test_no_regret_is_stated_where_the_values_are_about_another_game(
 
 
 @pytest.mark.parametrize(
-    ("name", "opponent", "actions"),
+    ("name", "opponent", "actions", "has_luck"),
     [
-        ("prisoners-dilemma", "tit-for-tat", ["cooperate", "cooperate"]),
-        ("predator-prey", "flee", ["e", "w"]),
-        ("multicaregiver-crying-baby", "random", ["feed", "sing"]),
-        ("multicaregiver-crying-baby", "feed-when-crying", ["feed", "sing"]),
+        ("prisoners-dilemma", "tit-for-tat", ["cooperate", "cooperate"], False),
+        ("predator-prey", "flee", ["e", "w"], False),
+        ("multicaregiver-crying-baby", "random", ["feed", "sing"], True),
+        ("multicaregiver-crying-baby", "feed-when-crying", ["feed", "sing"], True),
     ],
 )
-def test_exact_values_against_these_opponents_give_a_regret_but_no_luck(
-    name: str, opponent: str, actions: Sequence[str]
+def test_the_choices_of_known_opponents_are_luck(
+    name: str, opponent: str, actions: Sequence[str], *, has_luck: bool
 ) -> None:
-    (choices,) = judge(play(name, actions, opponent)).choices
+    game = play(name, actions, opponent)
+    (choices,) = judge(game).choices
     assert choices.regret is not None
-    assert choices.luck is None
+    assert (choices.luck != 0.0) == has_luck
+    other = game.problem.agents[1]
+    (line,) = (row for row in choices.format_choice_lines() if row.startswith("score "))
+    assert (f"{other}'s choices included" in line) == has_luck
+
+
+def test_the_mean_luck_against_a_known_opponent_is_zero() -> None:
+    lucks = []
+    for seed in range(60):
+        game = play("multicaregiver-crying-baby", ["feed", "sing"], "feed-when-crying", seed=seed)
+        (choices,) = judge(game).choices
+        lucks.append(choices.luck or 0.0)
+    assert abs(np.mean(lucks)) < 3 * np.std(lucks) / np.sqrt(len(lucks))
 
 
 def test_regrets_against_a_known_rule_count_all_turns_of_a_long_game() -> None:

@@ -50,6 +50,12 @@ class Ghost:
         return f"{self.name} ({scope})" if scope else self.name
 
     @property
+    def plays_longer_game(self) -> bool:
+        """True if it plans for turns that this game, which its turn limit ended, did not have."""
+        was_cut = self.player_session.end_reason == "turn limit"
+        return was_cut and self._find_basis().ignores_turn_limit
+
+    @property
     def is_shown_during_play(self) -> bool:
         """True if its game reveals nothing: one agent and no hidden states."""
         problem = self.player_session.problem
@@ -107,11 +113,8 @@ class Ghost:
         is_unequal = self.player_session.end_reason not in NATURAL_END_REASONS
         ghost_note = f" in {format_count(ghost_turns, 'turn')}" * is_unequal
         player_note = f" in {format_count(player_turns, 'turn')}" * is_unequal
-        uniforms_name = (
-            "same seed" if _uses_seed_uniforms(self.player_session) else "same random numbers"
-        )
         return (
-            f"{uniforms_name}: {self.label} scored {format_reward(self.score)}{ghost_note}, "
+            f"same start and luck: {self.label} scored {format_reward(self.score)}{ghost_note}, "
             f"you {format_reward(player_return)}{player_note}"
         )
 
@@ -210,11 +213,11 @@ def describe_ghost_result(
 ) -> str:
     """Return a comparison with the ghost, or the best agent, on the uniforms of a finished game.
 
-    '' if there is no such agent or it fails.
+    '' if there is no such agent or it fails, or if the best agent plays a longer game.
     """
     try:
         opponent = ghost or create_best_ghost(session, questions)
-        if opponent is None:
+        if opponent is None or (ghost is None and opponent.plays_longer_game):
             return ""
         task_info = TaskInfo(
             f"{opponent.name} is playing the same game", is_after_game=True, can_be_skipped=True

@@ -109,7 +109,7 @@ def test_the_ghost_result_compares_both_scores() -> None:
     session = play_actions("crying-baby", "sing", "sing", limit=2)
     assert (
         describe_ghost_result(session, [AdviceQuestion.of_session(session, 0, ["human"])], None)
-        == "same seed: optimal scored -19, you -19.95"
+        == "same start and luck: optimal scored -19, you -19.95"
     )
 
 
@@ -150,7 +150,7 @@ def test_the_ghost_of_a_simultaneous_game_is_the_best_response() -> None:
     message = describe_ghost_result(
         session, [AdviceQuestion.of_session(session, 0, ["human", "random"])], None
     )
-    assert message == "same seed: plan-rounds scored -3, you -4"
+    assert message == "same start and luck: plan-rounds scored -3, you -4"
 
 
 def test_a_named_ghost_plans_for_the_turns_of_the_game() -> None:
@@ -162,7 +162,7 @@ def test_a_named_ghost_plans_for_the_turns_of_the_game() -> None:
     ghost = create_ghost(session, [0], "plan-rounds")
     ghost.play_to_end()
     assert ghost.name == "plan-rounds"  # it defects in the last round, which has no reply
-    assert ghost.describe_comparison() == "same seed: plan-rounds scored -2, you -3"
+    assert ghost.describe_comparison() == "same start and luck: plan-rounds scored -2, you -3"
 
 
 @pytest.mark.parametrize(

@@ -400,7 +400,8 @@ def test_a_review_leaves_out_the_turns_of_earlier_players(tmp_path: Path) -> Non
         (2, ("defect",), 0.0), (3, ("defect",), 1.0)
     ]  # fmt: skip
     assert (
-        "\nchoices: best action 1 of 2 times; expected score lost: 1.00 (regret)" in finished.stdout
+        "\nchoices: best action 1 of 2 times; on average they lost 1.00 (the regret)"
+        in finished.stdout
     )
     assert "same seed:" not in finished.stdout
     assert "same start" not in finished.stdout

@@ -73,9 +73,9 @@ EXPECTED_FRAMES: dict[tuple[str, Sequence[str], tuple[int, int], bool], str] = {
  bronze medal: regret 5.97; gold for at most 0.07, bronze below 6.73
    (random's); no silver: nearest-exit wins gold
  choices: best action 1 of 4 times; worst: turn 1, chose w, not se: 5.05 lost
- score -1.54 = 5.78 (average of best play) - 5.97 (regret) - 1.35 (bad luck)
+ score -1.54 = best play's average 5.78 - your choices 5.97 - bad luck 1.35
  100 random games (same start): 52 scored less than you, 5 the same, 43 more
- same seed: optimal scored 8.1, you -1.539
+ same start and luck: optimal scored 8.1, you -1.539
  marks in the log: ?? lost very much
 
  Enter look back  PgUp log  X worst  Tab hint  ? help  q quit  : command""",
@@ -130,8 +130,8 @@ moves into a wall: ne -0.624, nw -0.624, sw -0.624, se -0.624    w      -0.48
    below 7.78 (random's)
  choices: best action 2 of 5 times; worst: turn
    4, chose feed, not ignore: 2.83 lost
- score -19.42 = -13.47 (average of best play) -
-   3.29 (regret) - 2.66 (bad luck)
+ score -19.42 = best play's average -13.47 - your
+   choices 3.29 - bad luck 2.66
 
  Enter look back  PgUp log  ? help  q quit""",
     ("crying-baby", ("left", "left"), SMALL_SIZE, False): """\
@@ -191,9 +191,9 @@ true state: sated
    (feed-when-crying's), bronze below 7.78 (random's)
  choices: best action 2 of 5 times; worst: turn 4, chose feed, not ignore: 2.83
    lost
- score -19.42 = -13.47 (average of best play) - 3.29 (regret) - 2.66 (bad luck)
+ score -19.42 = best play's average -13.47 - your choices 3.29 - bad luck 2.66
  100 random games (same start): 92 scored less than you, 8 more
- same seed: optimal scored -15, you -19.42
+ same start and luck: optimal scored -15, you -19.42
  marks in the log: ?? lost very much
  turn 5. chose sing, heard quiet. belief: sated 0.989, hungry 0.011. reward
    -0.5. score -19.42.
@@ -300,9 +300,9 @@ def test_a_game_without_a_transcript_cannot_be_played_on() -> None:
 
 def test_a_different_end_is_reviewed_again() -> None:
     screen = play_to_end("hexworld")
-    assert "same seed: optimal scored 8.1, you -1.539" in press_keys(screen)
+    assert "same start and luck: optimal scored 8.1, you -1.539" in press_keys(screen)
     assert "same random numbers" not in press_keys(screen, "backspace")
-    assert "same seed: optimal scored 8.1, you -0.81" in press_keys(screen, "u")
+    assert "same start and luck: optimal scored 8.1, you -0.81" in press_keys(screen, "u")
     assert "next, turn 4: chose ne" in press_keys(screen, "enter")
 
 
