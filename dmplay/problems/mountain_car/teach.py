@@ -4,16 +4,17 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from dmplay.core.arrays import Array
+from dmplay.core.arrays import Array, Reals
 from dmplay.core.text import format_count, join_words
-from dmplay.game.hints.action_simulation import play_on
+from dmplay.game.hints.action_simulation import SimulatedGames, play_on
 from dmplay.game.position import Position
 
 from .agents import COAST, LEFT, RIGHT, Optimal
-from .rules import MountainCar
+from .rules import TOP_SPEED, MountainCar
 
 MAX_DRIVE_TURNS = 300  # in one direction, until the car rolls back or reaches the goal
 GRID_NOTE = "The values are interpolated between points of a grid, so they can differ from this."
+MAX_GRID_ERROR = 1.0  # turns; games that differ by less from the values only round them
 MIN_SPEED_CHANGE = 1e-12  # smaller changes are rounding errors
 
 
@@ -22,9 +23,10 @@ def give_reasons(position: Position, action: int) -> list[str]:
     assert isinstance(position.problem, MountainCar)
     reasons = [*_describe_drive(position.problem, position.state, action)]
     if position.agent is not None:
-        reasons.append(_compare_arrivals(position))
+        games = play_on(position, 1)
+        reasons.append(_compare_arrivals(position, games))
         if isinstance(position.agent.policy, Optimal):
-            reasons.append(GRID_NOTE)
+            reasons += _compare_with_grid(position, games.returns[:, 0])
     return reasons
 
 
@@ -45,17 +47,18 @@ def _describe_drive(problem: MountainCar, s: Array, action: int) -> Iterator[str
         effect = f"{drive} makes it roll {'right' if speed > 0 else 'left'}"
         effect = effect if speed else f"{drive} does not move it"
     elif abs(gain) <= MIN_SPEED_CHANGE:
-        effect = f"{drive} changes its speed no more than coasting"
+        is_at_top = abs(speed) >= TOP_SPEED
+        effect = f"{drive} {'leaves it at top speed' if is_at_top else 'changes nothing'}"
     else:
         effect = f"{drive} {'adds speed' if gain > 0 else 'brakes it'}"
     yield f"The car {motion}: {effect}."
     turns, top = _drive_right(problem, s)
-    if turns and action == RIGHT:
-        yield f"Driving right all the way reaches the goal in {format_count(turns, 'turn')}."
-    elif not turns:
+    if turns:
+        yield f"Driving right all the way would reach the goal in {format_count(turns, 'turn')}."
+    else:
         yield (
-            f"Even if you drive right all the way, it next rolls back from position {top:.2f}, "
-            f"and the goal is at {problem.goal:g}."
+            f"Driving right all the way, it would roll back at position {top:.2f}, "
+            f"and the goal is at {problem.goal:g}: it first needs more speed."
         )
 
 
@@ -72,9 +75,8 @@ def _drive_right(problem: MountainCar, s: Array) -> tuple[int, float]:
     return 0, float(states[0, 0])
 
 
-def _compare_arrivals(position: Position) -> str:
+def _compare_arrivals(position: Position, games: SimulatedGames) -> str:
     """Return the turns to the goal after each action if the hint agent plays on."""
-    games = play_on(position, 1)
     assert position.agent
     condition = f"If {position.agent.base_name} plays on, the car"
     counts, states = games.turn_counts[:, 0].astype(int).tolist(), games.states[:, 0]
@@ -91,6 +93,21 @@ def _compare_arrivals(position: Position) -> str:
     parts = [f"{text} with {label}" for text, label in zip(texts, position.labels, strict=True)]
     turns = join_words(parts).replace(" with", " turns with", 1)
     return f"{condition} reaches the goal in {turns}."
+
+
+def _compare_with_grid(position: Position, returns: Reals) -> Iterator[str]:
+    """Yield a note if the values of the grid differ much from the returns `[A]` of the games."""
+    values = position.values()
+    assert values is not None
+    best = int(values.best_actions[0])
+    if returns[best] < returns.max():
+        quicker = position.labels[int(returns.argmax())]
+        yield (
+            f"The values, interpolated on a grid, err here: {quicker} is quicker than "
+            f"{position.labels[best]}."
+        )
+    elif np.abs(values.q - returns).max() >= MAX_GRID_ERROR:
+        yield GRID_NOTE
 
 
 REASONS = give_reasons

@@ -19,7 +19,7 @@ from dmplay.core.session import SeatedPolicy, Session
 from dmplay.core.uniforms import SeededUniforms
 from dmplay.game.hints.hint_provider import HintProvider
 from dmplay.problems.collaborative_predator_prey.rules import CollaborativePredatorPrey
-from dmplay.problems.mountain_car.agents import VALUE_GRID, compute_action_values, solve_on_grid
+from dmplay.problems.mountain_car.agents import compute_action_values
 from dmplay.registry import agents
 
 MAX_TURNS, MAX_HIDDEN_TURNS = 40, 8  # few if games with the same history are to be sampled
@@ -192,7 +192,8 @@ def check_drive(session: Session, action: int, match: re.Match[str]) -> Iterator
         "makes it roll left": after < 0 <= v,
         "makes it roll right": after > 0 >= v,
         "does not move it": after == 0,
-        "changes its speed no more than coasting": abs(speed - coast_speed) < 1e-9,
+        "leaves it at top speed": abs(speed) == abs(coast_speed) == 0.07,
+        "changes nothing": abs(speed - coast_speed) < 1e-9,
         "adds speed": speed > coast_speed and after * v > 0,
         "brakes it": speed < coast_speed and after * v >= 0,
     }
@@ -202,7 +203,6 @@ def check_drive(session: Session, action: int, match: re.Match[str]) -> Iterator
 def check_climb(session: Session, action: int, match: re.Match[str]) -> Iterator[bool]:
     """Yield whether driving right all the way reaches the goal in as many turns."""
     future = play_on(session, 2, "always-right", int(match[1]))
-    yield action == 2
     yield future.end_reason == "terminal"
     yield len(future.turns) - len(session.turns) == int(match[1])
 
@@ -236,14 +236,28 @@ def check_arrivals(session: Session, action: int, match: re.Match[str]) -> Itera
 
 
 def check_grid(session: Session, action: int, match: re.Match[str]) -> Iterator[bool]:
-    """Yield whether the value of an action is between those of the four points around."""
-    problem, values = session.problem, solve_on_grid(session.problem, VALUE_GRID).values
-    after = problem.step(session.state[None], np.array([[action]]), np.zeros((1, 0)))
-    around = VALUE_GRID.find_surrounding_points(after.state)
-    points = [around.first_points[0] + offset for offset, _ in around.corner_weights]
-    corners = values[points] * problem.discount * ~problem.terminal(after.state)
-    value = compute_action_values(problem, session.state[None])[0, action] - after.rewards[0, 0]
-    yield bool(corners.min() - 1e-9 <= value <= corners.max() + 1e-9)
+    """Yield whether a value differs by a turn or more from the turns to the goal."""
+    differences = value_on_grid(session) + count_turns_to_goal(session)
+    yield bool(np.abs(differences).max() >= 1.0)
+
+
+def check_grid_error(session: Session, action: int, match: re.Match[str]) -> Iterator[bool]:
+    """Yield whether the action of the best value takes longer to the goal than another."""
+    quicker, slower = (session.action_labels(0).index(label) for label in match.groups())
+    turns = count_turns_to_goal(session)
+    yield int(value_on_grid(session).argmax()) == slower
+    yield turns[slower] > turns[quicker] == turns.min()
+
+
+def count_turns_to_goal(session: Session) -> Array:
+    """Return the turns to the goal after each action, if the hint agent plays on."""
+    futures = [play_on(session, index, "optimal", 500) for index in range(3)]
+    return np.array([len(future.turns) - len(session.turns) for future in futures])
+
+
+def value_on_grid(session: Session) -> Array:
+    """Return the value of each action by the grid."""
+    return np.asarray(compute_action_values(session.problem, session.state[None])[0])
 
 
 # collision-avoidance
@@ -590,14 +604,16 @@ CLAIMS: dict[str, dict[str, Claim]] = {
     },
     "mountain-car": {
         r"The car (rolls left|rolls right|stands still): ([a-z ]+)\.": check_drive,
-        r"Driving right all the way reaches the goal in (\d+) turns?\.": check_climb,
-        r"Even if you drive right all the way, it next rolls back from position (-?\d\.\d\d), "
-        r"and the goal is at (\d\.\d+)\.": check_return,
+        r"Driving right all the way would reach the goal in (\d+) turns?\.": check_climb,
+        r"Driving right all the way, it would roll back at position (-?\d\.\d\d), "
+        r"and the goal is at (\d\.\d+): it first needs more speed\.": check_return,
         r"If optimal plays on, the car (?:reaches the goal in (?:(\d+|too many) turns with left, "
         r"(\d+|too many) with coast and (\d+|too many) with right|(\d+) turns?, whichever action "
         r"comes first)|does not reach the goal within (\d+) turns?)\.": check_arrivals,
         r"The values are interpolated between points of a grid, so they can differ from this\.":
         check_grid,
+        r"The values, interpolated on a grid, err here: ([a-z]+) is quicker than ([a-z]+)\.":
+        check_grid_error,
     },
     "collision-avoidance": {
         r"Without gusts and advisories you pass (\d+) m (above|below) the intruder in (\d+) "
