@@ -14,7 +14,13 @@ from dmplay.tutor.positions import PositionInGame
 from dmplay.tutor.quantity import Quantity
 from dmplay.tutor.truth import Truth
 
-from .rules import ADVISORY_CHANGE_COST, COLLISION_COST, COLLISION_DISTANCE, CollisionAvoidance
+from .rules import (
+    ADVISED_RATES,
+    ADVISORY_CHANGE_COST,
+    COLLISION_COST,
+    COLLISION_DISTANCE,
+    CollisionAvoidance,
+)
 
 MIDDLE_SHARE = (0.05, 0.95)  # of the heights between which 9 of 10 cases are
 SIMULATED_GAMES = 1000
@@ -78,30 +84,33 @@ def _find_probability(problem: CollisionAvoidance, s: Array, plan: Sequence[int]
     return _sum_collisions(*_list_heights(problem, s, plan, MIN_STATE_PROBABILITY))
 
 
+def _find_present_advisory(s: Array) -> int:
+    """Return the advisory of the last turn, which costs nothing to keep."""
+    return int(np.flatnonzero(s[2] == ADVISED_RATES)[0])
+
+
 def _describe_advisories(
     problem: CollisionAvoidance, s: Array, action: int, labels: Labels
 ) -> Iterator[str]:
     """Yield the probability of a collision with each advisory that is kept, or a second later."""
-    count = round(float(s[3]))
+    count, present = round(float(s[3])), _find_present_advisory(s)
     plans = [[advisory] * count for advisory in range(len(labels))]
     chances = [_find_probability(problem, s, plan) for plan in plans]
-    change = f"each change of advice costs {ADVISORY_CHANGE_COST:g}"
     if max(chances) < MIN_PROBABILITY:
-        yield (
-            "Each advisory, kept until then, collides with a probability under "
-            f"{MIN_PROBABILITY:g}; {change}."
-        )
+        limit = f"a probability under {MIN_PROBABILITY:g}"
+        yield f"Each advisory, kept until then, collides with {limit}."
     else:
         texts = [f"{label} {number:.3f}" for label, number in zip(labels, chances, strict=True)]
         probabilities = join_words(texts).replace(" ", " collides with probability ", 1)
         yield f"Kept until then, {probabilities}."
     safest = int(np.argmin(chances))
-    if chances[action] - chances[safest] >= MIN_PROBABILITY and count > 1:
+    if chances[action] - chances[safest] >= MIN_PROBABILITY:
         later = [action, *[safest] * (count - 1)]
         probability = _find_probability(problem, s, later)
+        can_wait = action == present and probability - chances[safest] < MIN_PROBABILITY
         yield (
-            f"One second of {labels[action]} and then {labels[safest]} gives {probability:.3f}; "
-            f"{change}, and a collision {COLLISION_COST:g}."
+            f"One second of {labels[action]} and then {labels[safest]} gives {probability:.3f}"
+            f"{', so the change can wait' * can_wait}."
         )
 
 
@@ -109,20 +118,27 @@ def give_reasons(position: Position, action: int) -> list[str]:
     """Return the height at the pass, the probabilities of a collision, and the mean costs."""
     problem, labels = position.problem, position.labels
     assert isinstance(problem, CollisionAvoidance)
-    height, rate, _, seconds = position.state.tolist()
-    count = round(seconds)
-    if count <= 0:
-        return [f"You pass now at {abs(height):.0f} m: no advisory changes that any more."]
-    side = "above" if height + rate * count > 0 else "below"
-    pass_text = f"you pass {abs(height + rate * count):.0f} m {side} the intruder"
-    reasons = [
-        f"Without gusts and advisories {pass_text} in {format_count(count, 'second')}; "
-        f"a collision is under {COLLISION_DISTANCE:g} m."
-    ]
-    if position.turns_left is not None and position.turns_left <= count:
-        reasons.append("The game ends before the pass, so it has no collision.")
+    height, rate, advised, seconds = position.state.tolist()
+    count, present = round(seconds), labels[_find_present_advisory(position.state)]
+    pass_height = height + rate * count
+    side, distance = "above" if pass_height > 0 else "below", f"{abs(pass_height):.0f} m"
+    limit = f"a collision is under {COLLISION_DISTANCE:g} m"
+    ends_before = position.turns_left is not None and position.turns_left <= count
+    if count <= 1 and not ends_before:  # the rate of this second is given
+        time = "in 1 second" if count == 1 else "now"
+        reasons = [f"You pass {time} at {distance}: no advisory changes that any more; {limit}."]
     else:
+        reasons = [
+            f"Without gusts and advisories you pass {distance} {side} the intruder in "
+            f"{format_count(count, 'second')}; {limit}."
+        ]
+    if ends_before:
+        reasons.append("The game ends before the pass, so it has no collision.")
+    elif count > 1:
         reasons += _describe_advisories(problem, position.state, action, labels)
+    present_text = f"The advisory is now {present}" if advised else "There is no advisory now"
+    costs_text = f"a change costs {ADVISORY_CHANGE_COST:g}, and a collision {COLLISION_COST:g}"
+    reasons.append(f"{present_text}: {costs_text}.")
     if position.agent is not None:
         costs = 0.0 - play_on(position, SIMULATED_GAMES).returns.mean(axis=1)
         pairs = zip(costs, labels, strict=True)

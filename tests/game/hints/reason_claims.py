@@ -303,11 +303,14 @@ def check_safety(session: Session, action: int, match: re.Match[str]) -> Iterato
 
 def check_later_advisory(session: Session, action: int, match: re.Match[str]) -> Iterator[bool]:
     """Yield whether an advisory that comes a second later is as safe as a sentence says."""
-    first, later, text = match.groups()
+    first, later, text, wait = match.groups()
     labels = session.action_labels(0)
     plan = [action, *[[*labels].index(later)] * (int(session.state[3]) - 1)]
     yield labels[action] == first
     yield is_close(text, abs(sample_runs(session, plan)) < 50)
+    if wait:
+        yield session.state[2] == 5 * (action - 1)
+        yield is_close(text, abs(sample_runs(session, plan[1:2] + plan[1:])) < 50)
 
 
 def check_costs(session: Session, action: int, match: re.Match[str]) -> Iterator[bool]:
@@ -326,8 +329,22 @@ def check_costs(session: Session, action: int, match: re.Match[str]) -> Iterator
 
 
 def check_late(session: Session, action: int, match: re.Match[str]) -> Iterator[bool]:
-    """Yield whether the aircraft pass now."""
-    yield session.state[3] == 0 and f"{abs(session.state[0]):.0f}" == match[1]
+    """Yield whether the aircraft pass at a height that no advisory changes."""
+    when, height = match.groups()
+    seconds = 1 if when == "in 1 second" else 0
+    yield session.state[3] == seconds
+    for index in range(3):
+        yield {f"{abs(h):.0f}" for h in sample_runs(session, [index] * seconds)} == {height}
+
+
+def check_change_cost(session: Session, action: int, match: re.Match[str]) -> Iterator[bool]:
+    """Yield whether a change of the present advisory costs 0.01."""
+    labels = session.action_labels(0)
+    is_collision = session.state[3] == 0 and abs(session.state[0]) < 50
+    for a in range(3):
+        outcome = session.problem.step(session.state[None], np.array([[a]]), np.full((1, 1), 0.5))
+        cost = -float(outcome.rewards[0, 0]) - is_collision
+        yield abs(cost - 0.01 * (labels[a] != (match[1] or "no-advisory"))) < 1e-9
 
 
 # 2048
@@ -620,13 +637,15 @@ CLAIMS: dict[str, dict[str, Claim]] = {
         r"seconds?; a collision is under 50 m\.": check_pass,
         r"Kept until then, descend collides with probability ([\d.]+), no-advisory ([\d.]+) and "
         r"climb (\d\.\d+)\.": check_collisions,
-        r"Each advisory, kept until then, collides with a probability under 0\.001; each change of "
-        r"advice costs 0\.01\.": check_safety,
-        r"One second of ([a-z-]+) and then ([a-z-]+) gives (\d\.\d+); each change of advice costs "
-        r"0\.01, and a collision 1\.": check_later_advisory,
+        r"Each advisory, kept until then, collides with a probability under 0\.001\.": check_safety,
+        r"One second of ([a-z-]+) and then ([a-z-]+) gives (\d\.\d+)(, so the change can wait)?\.":
+        check_later_advisory,
+        r"(?:There is no advisory now|The advisory is now ([a-z-]+)): a change costs 0\.01, and a "
+        r"collision 1\.": check_change_cost,
         r"If optimal plays on, the mean cost of 1000 simulated games is (\d\.\d+) with descend, "
         r"(\d\.\d+) with no-advisory and (\d\.\d+) with climb\.": check_costs,
-        r"You pass now at (\d+) m: no advisory changes that any more\.": check_late,
+        r"You pass (now|in 1 second) at (\d+) m: no advisory changes that any more; a collision is "
+        r"under 50 m\.": check_late,
     },
     "2048": {
         r"([A-Z][a-z]+) merges (nothing|[\d+, and]+?)(?:, for (\d+) points)?\.": check_merges,
