@@ -127,33 +127,33 @@ def run(
     )
 
 
-@options.with_terminal_options("json", "motion", motion=options.ProgressMotion)
+@_with_batch_options("variant", "seat", "vs")
+@options.with_terminal_options("json", "motion", "width", motion=options.ProgressMotion)
 def evaluate(
-    arguments: Annotated[
-        list[str],
-        typer.Argument(metavar="AGENT PROBLEM...", help="or transcripts: FILE... or FOLDER..."),
-    ],
+    agent: Annotated[str, typer.Argument(metavar="AGENT", help="agent, or a transcript or folder")],
+    problems: Annotated[
+        list[str] | None, typer.Argument(metavar="PROBLEM...", help="or more transcripts")
+    ] = None,
     episodes: Annotated[
         int, options.number_option(int, "number of games in each problem", min=1)
     ] = 100,
-    vs: options.OtherAgents = "",
-    turns: options.TurnLimit = None,
-    seed: BatchSeed = 0,
+    seat: options.EvaluatedSeat = [],  # noqa: B006 - Typer copies it
+    vs: options.AgentsOfOtherSeats = "",
     output: Annotated[
         Path | None,
         typer.Option("--output", "-o", metavar="FOLDER", help="folder for the transcripts"),
     ] = None,
     games: Annotated[bool, typer.Option("--games", help="print a row for each game")] = False,
-    csv: CsvFlag = False,
     trust: options.Trust = False,
     *,
+    batch_options: Mapping[str, Any],
     terminal_options: TerminalOptions,
     ctx: typer.Context,
 ) -> object:
     """Show what seeing, choosing and luck cost a player.
 
-    The agent plays the first seat of each problem. With transcripts instead, dmplay
-    evaluates the recorded games of people, language models and programs.
+    The agent plays one seat of each problem, by default the first. With transcripts
+    instead, dmplay evaluates the recorded games of people, language models and programs.
 
     \b
     - start value: the expected return of best play
@@ -164,26 +164,34 @@ def evaluate(
 
     The return is the start value, minus seeing, minus choosing, plus luck. Without a
     stated belief, the whole loss counts as choosing. 'dmplay guide measuring' explains
-    the table.
+    the table. As in 'dmplay run', a parameter can have several values.
 
     \b
       dmplay evaluate feed-when-crying crying-baby --episodes 50
+      dmplay evaluate random hexworld --set slip=0:0.4:0.2
+      dmplay evaluate random predator-prey --seat prey --vs chase
       dmplay evaluate random crying-baby hexworld -o games
       dmplay evaluate transcripts --csv
     """
     from dmplay.output.player_evaluation_report import EvaluationCommand, report_evaluation
 
+    seats = [item for item in seat if "=" in item]
+    values = {**batch_options, "variant": "", "seat": seats, "vs": vs}
+    names_of_games = ("episodes", "set_", "vs", "turns", "seed", "output", "executor")
     command = EvaluationCommand(
-        tuple(arguments), episodes, vs, turns, seed, output, trusted=trust,
+        _make_evaluation_request("", values, terminal_options, agent),
+        (agent, *(problems or ())),
+        tuple(item for item in seat if "=" not in item),
+        episodes,
+        output,
+        trusted=trust,
         typed_options=tuple(
-            name for name in ("episodes", "vs", "turns", "seed", "output")
+            name.strip("_")
+            for name in names_of_games
             if options.option_source(ctx, name) == "COMMANDLINE"
         ),
-    )  # fmt: skip
-    return report_evaluation(
-        command, lists_games=games, motion=terminal_options.motion,
-        output_format=output_format(json=terminal_options.json, csv=csv),
-    )  # fmt: skip
+    )
+    return report_evaluation(command, current_terminal(terminal_options), lists_games=games)
 
 
 @_with_batch_options()

@@ -213,10 +213,20 @@ StateBelief = Annotated[
 OtherAgents = Annotated[
     str, _agent_option("agent that plays all seats but the first (default: see 'dmplay agents')")
 ]
+AgentsOfOtherSeats = Annotated[
+    str, _agent_option("agent that plays the other seats (default: see 'dmplay agents')", "--vs")
+]
 SeatAgents = Annotated[
     list[str],
     _option("NAME=AGENT", "agent that plays the seat NAME (repeatable)", _complete_seats, "--seat"),
 ]
+EvaluatedSeat = Annotated[
+    list[str],
+    _option(
+        "NAME", "seat to evaluate (default: the first); NAME=AGENT: the agent of another seat",
+        _complete_seats, "--seat",
+    ),
+]  # fmt: skip
 CheckedAgent = Annotated[str, _agent_option("agent to check")]
 CheckedSeat = Annotated[
     str, _option("NAME", "seat of the agent to check (default: the first)", _complete_seat_names)

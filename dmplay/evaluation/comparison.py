@@ -10,7 +10,7 @@ import numpy as np
 from dmplay.core.arrays import Reals
 from dmplay.core.best_actions import compute_reward_scale
 from dmplay.core.data_frames import make_frame
-from dmplay.core.policy import Policy, is_policy_sequence
+from dmplay.core.policy import is_policy_sequence
 from dmplay.core.problem import Problem, check_problem, find_seat
 from dmplay.core.text import VALUE_DECIMALS, format_count
 from dmplay.core.user_code_locations import describe_error_location
@@ -32,10 +32,10 @@ from dmplay.evaluation.sweep import expand_entrants
 from dmplay.game.turn_facts import Row
 from dmplay.registry.agents import (
     AgentLike,
+    assign_entrant,
     format_agent_label,
     is_single_agent,
     load_agents,
-    load_roster,
 )
 from dmplay.registry.problems import ProblemLike, load_problem
 from dmplay.simulation.rollouts import RolloutSpec
@@ -163,7 +163,10 @@ def compare(  # noqa: PLR0913 - each is the caller's to choose
     seat = find_seat(problem, seat)
     entrants = expand_entrants(entrants) if is_policy_sequence(entrants) else entrants
     _check_entrants(entrants, decide)
-    policies = [_load_entrant(problem, entrant, seat, others, turns) for entrant in entrants]
+    policies = [
+        load_agents(problem, assign_entrant(problem, entrant, seat, others), turns=turns)
+        for entrant in entrants
+    ]
     control_variate = None if return_bounds else build_control_variate(problem)
     rule = None if decide is None else DecisionRule(decide, None)
     if rule and not asymptotic:
@@ -214,22 +217,6 @@ def compare(  # noqa: PLR0913 - each is the caller's to choose
                 names=tuple(labels[index] for index in active),
             )
         game_count = min(episodes, game_count + max(MIN_GAMES_TO_DECIDE, game_count // 4))
-
-
-def _load_entrant(
-    problem: Problem,
-    entrant: AgentLike | Sequence[AgentLike],
-    seat: int,
-    others: AgentLike,
-    turns: int | None,
-) -> list[Policy]:
-    """Return the policies of all seats for an entrant: an agent of one seat, or of each."""
-    if not is_single_agent(entrant):
-        return load_agents(problem, entrant, turns=turns)
-    seats = range(len(problem.agents))
-    agents = [others or load_roster(problem, index).default_partner for index in seats]
-    agents[seat] = cast("AgentLike", entrant)
-    return load_agents(problem, agents, turns=turns)
 
 
 def _check_entrants(entrants: object, decide: float | None) -> None:

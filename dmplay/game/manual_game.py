@@ -87,9 +87,12 @@ class ManualGame(NotebookDisplay):
 
     def position(self, agent: str = "") -> Position:
         """Return the knowledge of an agent, by default the first manual one, and its hints."""
-        seat = self._seat_index(agent)
-        question = AdviceQuestion.of_session(self.session, seat, self._players)
+        question = self.advice_question(self._seat_index(agent))
         return Position.of_session(self.session, question)
+
+    def advice_question(self, seat: int) -> AdviceQuestion:
+        """Return the question that all advice for a seat answers: its turns and other players."""
+        return AdviceQuestion.of_session(self.session, seat, self._players)
 
     def act(self, *actions: str | float) -> JsonObject:
         """Play a turn with one action for each manual seat; return the information that
@@ -143,7 +146,7 @@ class ManualGame(NotebookDisplay):
         """
         seats = self._manual_seats or range(len(self._players))
         questions = [
-            AdviceQuestion.of_session(self.session, index, self._players)
+            self.advice_question(index)
             for index in ([find_seat(self.session.problem, seat)] if seat else seats)
         ]
         return Review(review_actions(self.session, questions, can_sample=True))

@@ -1,13 +1,14 @@
 """The table of all problems, table F.1 of the book."""
 
 import shutil
+from collections.abc import Mapping, Sequence
 from itertools import zip_longest
 from textwrap import fill, wrap
 from typing import TYPE_CHECKING
 
 from dmplay.core.problem import Problem
 from dmplay.core.problem_summary import problem_summary
-from dmplay.core.text import format_json_report
+from dmplay.core.text import display_width, format_json_report
 from dmplay.errors import UnknownName
 from dmplay.registry import problems
 from dmplay.registry.builtin_names import problem_names
@@ -58,7 +59,7 @@ def list_rows_of_kind(kind: str) -> list[dict[str, str]]:
 
 def _format_problem_table(rows: list[dict[str, str]], headings: list[str], width: int) -> str:
     """Return the given columns of table F.1 as lines; only a kind may take several lines."""
-    table = [headings, *([_shorten_cell(row[heading]) for heading in headings] for row in rows)]
+    table = [headings, *([row[heading] for heading in headings] for row in rows)]
     sizes = [max(map(len, column)) for column in zip(*table, strict=True)]
     excess = sum(sizes) + COLUMN_GAP * (len(sizes) - 1) - width
     if excess > 0:
@@ -74,21 +75,33 @@ def _format_problem_table(rows: list[dict[str, str]], headings: list[str], width
     return "\n".join(lines)
 
 
-def choose_headings(rows: list[dict[str, str]], width: int) -> list[str]:
+def choose_width(width: int | None) -> int:
+    """Return the columns of a table: those of --width, the terminal's, or those of a pipe."""
+    return width or shutil.get_terminal_size((PIPE_COLUMNS, 0)).columns
+
+
+def choose_headings(
+    rows: Sequence[Mapping[str, str]], width: int, gap: int = 2, *, wrapped: str = ""
+) -> list[str]:
     """Return as many headings, from the left, as `width` columns can hold, at least one.
 
-    A kind may take two rows, so only its longest word must fit.
+    The cells of the column `wrapped` may take two rows, so only its longest word must fit.
     """
     headings: list[str] = []
-    remaining = width + COLUMN_GAP
+    remaining = width + gap
     for heading in rows[0]:
-        cells = [_shorten_cell(row[heading]) for row in rows]
-        words = " ".join(cells).split() if heading == "kind" else cells
-        remaining -= max(map(len, [heading, *words])) + COLUMN_GAP
+        cells = [row[heading] for row in rows]
+        words = " ".join(cells).split() if heading == wrapped else cells
+        remaining -= max(map(display_width, [heading, *words])) + gap
         if remaining < 0 and headings:
             break
         headings.append(heading)
     return headings
+
+
+def describe_omitted_columns(names: Sequence[str]) -> str:
+    """Return a note that names columns for which there was no room."""
+    return f"columns left out: {', '.join(names)}; --width N or --json shows them"
 
 
 def _shorten_cell(cell: str) -> str:
@@ -101,13 +114,13 @@ def report_problem_table(kind: str, terminal_options: TerminalOptions) -> "Text 
     rows = list_rows_of_kind(kind)
     if terminal_options.json:
         return format_json_report({"problems": rows})
-    width = terminal_options.width or shutil.get_terminal_size((PIPE_COLUMNS, 0)).columns
-    headings = choose_headings(rows, width)
-    table = _format_problem_table(rows, headings, width)
+    width = choose_width(terminal_options.width)
+    shortened = [{name: _shorten_cell(cell) for name, cell in row.items()} for row in rows]
+    headings = choose_headings(shortened, width, COLUMN_GAP, wrapped="kind")
+    table = _format_problem_table(shortened, headings, width)
     omitted = [*rows[0]][len(headings) :]
     if omitted:
-        note = f"columns left out: {', '.join(omitted)}; --width N or --json shows them"
-        table += f"\n{fill(note, width)}"
+        table += f"\n{fill(describe_omitted_columns(omitted), width)}"
     if not current_terminal(terminal_options).color:
         return table
     from rich.text import Text

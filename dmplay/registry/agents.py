@@ -339,6 +339,21 @@ def assign_agents(
     return [*cast("Sequence[AgentLike | None]", agents)]
 
 
+def assign_entrant(
+    problem: Problem, entrant: AgentLike | Sequence[AgentLike], seat: int, others: AgentLike = ""
+) -> Sequence[AgentLike]:
+    """Return the agent of each seat for one agent in a seat, or for a sequence of all agents.
+
+    `others` play the other seats, by default the usual partners.
+    """
+    if not is_single_agent(entrant):
+        return cast("Sequence[AgentLike]", entrant)
+    seats = range(len(problem.agents))
+    agents = [others or load_roster(problem, index).default_partner for index in seats]
+    agents[seat] = cast("AgentLike", entrant)
+    return agents
+
+
 def is_single_agent(agents: object) -> bool:
     """Return whether this is one agent, not a sequence with one for each seat."""
     has_method = hasattr(agents, "choose") or hasattr(agents, "act")

@@ -3,6 +3,7 @@
 import csv
 import json
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +13,7 @@ import dmplay
 from dmplay.core.arrays import Array, Bools, Reals
 from dmplay.core.policy import Memory
 from dmplay.errors import BadParameter
-from dmplay.evaluation.agent_evaluation import BoundedEstimate
+from dmplay.evaluation.player_evaluation import BoundedEstimate
 from tests.support.games import assert_verified
 from tests.support.programs import run_dmplay
 
@@ -45,15 +46,19 @@ def read_mean(estimate: BoundedEstimate | None) -> float:
     return estimate.low.mean
 
 
+def read_csv(folder: Path, *words: str) -> list[dict[str, str]]:
+    return [*csv.DictReader(run_dmplay(folder, *words, "--csv").stdout.splitlines())]
+
+
 @pytest.mark.parametrize(
     ("agent", "problem"),
     [(Feeder, "crying-baby"), ("random", "hexworld"), ("random", "prisoners-dilemma")],
 )
 def test_the_parts_add_up_to_the_mean_return(agent: object, problem: str) -> None:
     (row,) = dmplay.evaluate(agent, problem, GAMES, turns=6).players  # type: ignore[arg-type]
-    total = read_mean(row.estimate_part("start value")) + read_mean(row.estimate_part("luck"))
+    total = read_mean(row.estimates["start value"]) + read_mean(row.estimates["luck"])
     for name in ("seeing", "choosing"):
-        total -= read_mean(row.estimate_part(name))
+        total -= read_mean(row.estimates[name])
     assert row.returns.mean == pytest.approx(total)
     assert row.stated_count == (6 * GAMES if problem == "crying-baby" else 0)
 
@@ -61,7 +66,7 @@ def test_the_parts_add_up_to_the_mean_return(agent: object, problem: str) -> Non
 def test_the_best_agent_loses_nothing_and_its_games_are_those_of_run() -> None:
     evaluation = dmplay.evaluate("optimal:horizon=6", "crying-baby", GAMES, seed=3, turns=6)
     (row,) = evaluation.players
-    assert read_mean(row.regret_per_turn) == pytest.approx(0.0)
+    assert read_mean(row.estimates["regret per turn"]) == pytest.approx(0.0)
     result = dmplay.run("crying-baby", "optimal:horizon=6", episodes=GAMES, seed=3, turns=6)
     assert row.returns == pytest.approx(result.seat_summaries[0].returns)
 
@@ -88,20 +93,37 @@ def test_stated_beliefs_are_in_the_transcripts_too(tmp_path: Path) -> None:
     assert rows[0]["stated beliefs"] == 20
 
 
-def test_any_seat_can_be_evaluated() -> None:
-    (row,) = dmplay.evaluate("random", "predator-prey", 2, seat="prey", turns=5).players
+def test_any_seat_can_be_evaluated_from_games_and_from_transcripts(tmp_path: Path) -> None:
+    folder = tmp_path / "games"
+    evaluation = dmplay.evaluate(
+        "random", "predator-prey", 2, seat="prey", others="random", turns=5, folder=folder
+    )
+    (row,) = evaluation.players
     assert row.seat == "prey"
-    assert read_mean(row.regret_per_turn) > 0.0
+    assert read_mean(row.estimates["regret per turn"]) > 0.0
+    assert dmplay.evaluate_transcripts(folder, seat="prey").list_rows() == evaluation.list_rows()
+    words = ["evaluate", "random", "predator-prey", "--episodes", "2", "--turns", "5"]
+    seats = ["--seat", "prey", "--seat", "predator=random", "--json"]
+    (printed,) = json.loads(run_dmplay(tmp_path, *words, *seats).stdout)["players"]
+    assert printed["mean_return"] == row.returns.mean
+
+
+def test_the_workers_do_not_change_the_evaluation() -> None:
+    agent = "feed-when-crying"
+    expected = dmplay.evaluate(agent, "crying-baby", 20).list_rows(games=True)
+    with ThreadPoolExecutor(2) as executor:
+        evaluation = dmplay.evaluate(agent, "crying-baby", 20, workers=2, executor=executor)
+    assert evaluation.list_rows(games=True) == expected
 
 
 def test_a_row_says_why_it_has_no_parts_or_only_bounds(tmp_path: Path) -> None:
     problems = ["collaborative-predator-prey", "2048"]
     bounded, unknown = dmplay.evaluate("random", problems, 2, turns=3).players
-    luck = bounded.estimate_part("luck")
+    luck = bounded.estimates["luck"]
     assert luck is not None
     assert luck.low.mean < luck.high.mean
     assert bounded.remarks
-    assert unknown.estimate_part("luck") is None
+    assert unknown.estimates["luck"] is None
     assert unknown.remarks
     assert unknown.returns.mean > 0.0
 
@@ -118,13 +140,31 @@ def test_a_program_is_evaluated_by_the_beliefs_that_it_states(tmp_path: Path) ->
     assert again == [row]
 
 
-def test_the_command_prints_rows_for_problems_or_for_games(tmp_path: Path) -> None:
+def test_the_command_prints_rows_for_problems_settings_or_games(tmp_path: Path) -> None:
     words = ["evaluate", "random", "crying-baby", "hexworld", "--episodes", "3", "--turns", "4"]
-    table = run_dmplay(tmp_path, *words).stdout.splitlines()
-    assert [row.split()[0] for row in table] == ["problem", "crying-baby", "hexworld"]
-    assert "not stated" in table[1]
-    rows = [*csv.DictReader(run_dmplay(tmp_path, *words, "--csv", "--games").stdout.splitlines())]
-    assert [row["game"] for row in rows] == 2 * ["episode 0", "episode 1", "episode 2"]
+    heading, table, *rows = run_dmplay(tmp_path, *words).stdout.splitlines()
+    assert heading == "random, 3 games"
+    assert table.split()[:2] == ["problem", "return"]
+    assert [row.split()[0] for row in rows] == ["crying-baby", "hexworld"]
+    assert "not stated" in rows[0]
+    by_game = read_csv(tmp_path, *words, "--games")
+    assert [row["game"] for row in by_game] == 2 * ["episode 0", "episode 1", "episode 2"]
+    words = ["evaluate", "random", "hexworld", "--episodes", "2", "--set", "slip=0.1,0.2"]
+    settings = read_csv(tmp_path, *words, "-o", "games")
+    assert [row["problem"] for row in settings] == ["hexworld slip=0.1", "hexworld slip=0.2"]
+    again = read_csv(tmp_path, "evaluate", "games")
+    assert [row["choosing"] for row in again] == [row["choosing"] for row in settings]
+
+
+@pytest.mark.parametrize("columns", [50, 80])
+def test_the_table_fits_the_terminal_and_names_what_it_leaves_out(
+    tmp_path: Path, columns: int
+) -> None:
+    words = ["evaluate", "feed-when-crying", "crying-baby", "collaborative-predator-prey"]
+    words = [*words[:1], "random", *words[2:], "--episodes", "2", "--turns", "3"]
+    lines = run_dmplay(tmp_path, *words, "--width", str(columns)).stdout.splitlines()
+    assert max(map(len, lines)) <= columns
+    assert "columns left out: " in " ".join(lines)
 
 
 def test_games_that_were_left_are_not_counted_and_bad_files_are_named(tmp_path: Path) -> None:
@@ -143,7 +183,11 @@ def test_games_that_were_left_are_not_counted_and_bad_files_are_named(tmp_path: 
 @pytest.mark.parametrize(
     "words",
     [["random"], ["random", "nowhere"], ["nobody", "hexworld"], ["games.dmt", "--vs", "random"],
-     ["random", "hexworld", "--trust"], ["random", "hexworld", "--json", "--csv"]],
+     ["random", "hexworld", "--trust"], ["random", "hexworld", "--json", "--csv"],
+     ["random", "hexworld", "--set", "slip=0.5:0:0.1"], ["random", "hexworld", "--set", "slip=x"],
+     ["random", "hexworld", "--seat", "nobody"], ["random", "hexworld", "--vs", "random"],
+     ["random", "predator-prey", "--seat", "prey", "--seat", "prey=random"],
+     ["human", "hexworld"], ["games.dmt", "--seat", "prey=random"]],
 )  # fmt: skip
 def test_arguments_that_do_not_fit_are_one_error(tmp_path: Path, words: list[str]) -> None:
     completed = run_dmplay(tmp_path, "evaluate", *words)
