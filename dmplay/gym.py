@@ -236,7 +236,7 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Any, Any]):
                 self._turn_limit,
                 self._illegal_rule,
             )
-            return self._rows.observe(), self._reset_info(self._rows)
+            return self._rows.observe()
         if common_seed is not None:
             sequences = {row: EpisodeSequence(common_seed, row, self.num_envs) for row in selected}
         self._rows.uniform_source.seed_rows(sequences)
@@ -244,7 +244,7 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Any, Any]):
             self._rows.reset()
         else:
             self._rows.restart(rows)
-        return self._rows.observe(), self._reset_info(self._rows)
+        return self._rows.observe()
 
     def _read_reset_rows(self, options: object) -> Ints | None:
         """Return the rows that the option `reset_mask` marks; None for all rows."""
@@ -284,22 +284,17 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Any, Any]):
             # Ignored actions may be anything, as in Gymnasium.
             action_array[rows.done_rows] = 0
         rewards, terminated, truncated = rows.step(self._seat.decode_actions(action_array))
-        return rows.observe(), rewards, terminated, truncated, self._reset_info(rows)
+        observations, info = rows.observe()
+        return observations, rewards, terminated, truncated, info
 
     def action_masks(self) -> Bools:
         """Return the mask `[B, A]` of the legal actions in each row."""
-        return self._seat.action_masks(self._reset_info(check_started(self._rows, "action_masks")))
+        _, info = check_started(self._rows, "action_masks").observe()
+        return self._seat.action_masks(info)
 
     def render(self) -> None:
         """Return None, because many games have no single board."""
         check_started(self._rows, "render")
-
-    def _reset_info(self, rows: VectorGames) -> Info:
-        """Return the current info of all rows."""
-        legal = rows.legal_actions_mask
-        if legal is not None:
-            legal = legal[:, self._seat.seat]
-        return self._seat.make_info(legal, rows.turns_left)
 
 
 def sb3_vec_env(problem: ProblemLike, num_envs: int = 1, **options: Any) -> Any:

@@ -27,6 +27,8 @@ def is_within(array: Array, low: float, high: float) -> bool:
         return bool(low <= array.item() <= high)
     if low == -high:
         return bool(np.count_nonzero(abs(array) <= high) == array.size)
+    if low == 0 and array.dtype == np.int64:  # as unsigned numbers, those below 0 are huge
+        return bool(np.count_nonzero(array.view(np.uint64) <= high) == array.size)
     return bool(np.count_nonzero((array >= low) & (array <= high)) == array.size)
 
 

@@ -12,6 +12,7 @@ from dmplay.core.batch_columns import Constants, select
 
 # Half of pi in two parts, the first of 33 bits: small multiples of it are exact.
 HALF_PI, HALF_PI_LOW = 1.57079632673412561417, 6.07710050650619224932e-11
+EIGHTH_TURN = np.pi / 4  # the greatest angle that rounds to no quarter turn
 # The polynomials of fdlibm's kernels, in z = x^2, highest power first.
 SINE_COEFFICIENTS = (
     1.58969099521155010221e-10, -2.50507602534068634195e-08, 2.75573137070700676789e-06,
@@ -27,9 +28,10 @@ SINE_AND_COSINE_CONSTANTS = Constants(*map(complex, SINE_COEFFICIENTS, COSINE_CO
 
 def compute_sine_and_cosine(x: Array) -> tuple[Array, Array]:
     """Return the sine and cosine of angles `[B]` in radians, exact to the last bit or two."""
-    quarter_turns = np.rint(x * (2.0 / np.pi))
-    if not (np.count_nonzero(quarter_turns) if quarter_turns.ndim else quarter_turns):
+    is_turned = abs(x) > EIGHTH_TURN
+    if not (np.count_nonzero(is_turned) if is_turned.ndim else is_turned):
         return _sine_and_cosine_kernel(x)
+    quarter_turns = np.rint(x * (2.0 / np.pi))
     sine, cosine = _sine_and_cosine_kernel(
         (x - quarter_turns * HALF_PI) - quarter_turns * HALF_PI_LOW
     )
@@ -56,7 +58,7 @@ def _sine_and_cosine_kernel(x: Array) -> tuple[Array, Array]:
     """
     z = x * x
     first, *coefficients = SINE_AND_COSINE_CONSTANTS.for_column(z)
-    complex_z = z + 0j
+    complex_z = z.astype(complex)
     both = first * complex_z
     for coefficient in coefficients:
         both += coefficient

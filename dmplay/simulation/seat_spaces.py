@@ -4,6 +4,7 @@ Contains its spaces, its observations, and the limits of its episodes.
 """
 
 from collections.abc import Sequence
+from itertools import accumulate, pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -96,6 +97,8 @@ class SeatSpaces:
             name: make_part(name, problem, seat, limit.steps, beliefs)
             for name in sorted(read_observed_names(observe))  # as spaces.Dict orders them
         }
+        ends = accumulate((part.memory_size for part in self._parts.values()), initial=0)
+        self._memory_slices = [slice(*pair) for pair in pairwise(ends)]
         part_spaces = {name: part.space for name, part in self._parts.items()}
         self.observation_space: Space = spaces.Dict(part_spaces)
         if len(part_spaces) == 1:
@@ -123,7 +126,7 @@ class SeatSpaces:
         if not is_index_array or not is_within(values, 0, len(self._action_set) - 1):
             for value in values.tolist():
                 self._action_set.validate_action(value, "step")
-        return values.astype(np.int64)
+        return values.astype(np.int64, copy=False)
 
     def initial_memory(self, observation: Array) -> Memory:
         """Return the memories of all parts before the first turn; () if they need none."""
@@ -136,19 +139,15 @@ class SeatSpaces:
     def update_memory(self, memory: Memory, percept: Percept) -> Memory:
         """Return the memories of all parts after a turn."""
         updated: Memory = ()
-        for part in self._parts.values():
-            start = len(updated)
-            updated += part.update_memory(memory[start : start + part.memory_size], percept)
+        for part, ends in zip(self._parts.values(), self._memory_slices, strict=True):
+            updated += part.update_memory(memory[ends], percept)
         return updated
 
     def encode_memory(self, memory: Memory, state: Array, turns_left: Ints) -> Any:
         """Return the current observations `[B, ...]`, as new arrays of values of the space."""
-        values, start = dict[str, Array](), 0
-        for name, part in self._parts.items():
-            end = start + part.memory_size
-            values[name] = part.encode(memory[start:end], state, turns_left)
-            start = end
-        return values if len(values) > 1 else values.popitem()[1]
+        pairs = zip(self._parts.values(), self._memory_slices, strict=True)
+        values = [part.encode(memory[ends], state, turns_left) for part, ends in pairs]
+        return values[0] if len(values) == 1 else dict(zip(self._parts, values, strict=True))
 
     def make_info(self, legal: Bools | None, turns_left: int | Ints) -> Info:
         """Return the info of a game or, with `turns_left` `[B]`, of several.
@@ -158,10 +157,9 @@ class SeatSpaces:
         """
         info: Info = {"turns_left": turns_left}
         if self._action_count:
-            shape = (*np.shape(turns_left), self._action_count)
-            info["action_mask"] = (
-                np.ones(shape, np.int8) if legal is None else legal.astype(np.int8)
-            )
+            mask = np.empty((*np.shape(turns_left), self._action_count), np.int8)
+            mask[...] = 1 if legal is None else legal
+            info["action_mask"] = mask
         return info
 
     def action_masks(self, info: Info) -> Bools:

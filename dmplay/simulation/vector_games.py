@@ -16,7 +16,7 @@ from dmplay.core.problem import (
 )
 from dmplay.core.spaces import ACTION_DECIMALS
 from dmplay.core.uniforms import NATURE_STREAM
-from dmplay.simulation.seat_spaces import IllegalActionRule, SeatSpaces, TurnLimit
+from dmplay.simulation.seat_spaces import IllegalActionRule, Info, SeatSpaces, TurnLimit
 from dmplay.simulation.uniform_sources import UniformSource
 
 POOLED_STARTS = 256  # starts that are made at once
@@ -63,15 +63,14 @@ class VectorGames:
         self.done_rows = np.setdiff1d(self.done_rows, rows)
         self.legal_actions_mask = self.problem.legal_actions_mask(self._state)
 
-    def observe(self) -> Any:
-        """Return the learner's current observations, as new arrays."""
-        memory = self._memories[self.seat_spaces.seat]
-        return self.seat_spaces.encode_memory(memory, self._state, self.turns_left)
-
-    @property
-    def turns_left(self) -> Ints:
-        """The number of steps `[B]` until an episode reaches its limit."""
-        return self._limit.steps - self._steps
+    def observe(self) -> tuple[Any, Info]:
+        """Return the learner's current observations and info, as new arrays."""
+        seat_spaces, turns_left = self.seat_spaces, self._limit.steps - self._steps
+        memory, legal = self._memories[seat_spaces.seat], self.legal_actions_mask
+        info = seat_spaces.make_info(
+            None if legal is None else legal[:, seat_spaces.seat], turns_left
+        )
+        return seat_spaces.encode_memory(memory, self._state, turns_left), info
 
     def _start_games(self, rows: Ints) -> tuple[Array, list[Memory]]:
         """Begin new games in these rows, and return their states and memories.
@@ -204,5 +203,7 @@ def _replace_memory_rows(
     memories: list[Memory], rows: Ints, new_memories: list[Memory]
 ) -> list[Memory]:
     """Return the memories of all seats with these rows replaced."""
+    if not any(memories):  # of one agent that sees the state
+        return memories
     pairs = zip(memories, new_memories, strict=True)
     return [tuple(_replace_rows(a, rows, b) for a, b in zip(*pair, strict=True)) for pair in pairs]

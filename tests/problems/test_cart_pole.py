@@ -213,7 +213,7 @@ def test_the_sine_of_an_angle_does_not_depend_on_the_batch() -> None:
     expected = np.array(compute_sine_and_cosine(small))
     batch = np.array(compute_sine_and_cosine(np.append(small, 2.0)))
     assert expected.tobytes() == batch[:, :3].tobytes()
-    for row, angle in enumerate([*small.tolist(), 2.0]):
+    for row, angle in enumerate(np.append(small, 2.0)):
         assert np.array(compute_sine_and_cosine(angle)).tobytes() == batch[:, row].tobytes()
 
 

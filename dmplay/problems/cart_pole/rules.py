@@ -13,7 +13,7 @@ from functools import cached_property
 
 import numpy as np
 
-from dmplay.core.arrays import Array, Bools
+from dmplay.core.arrays import Array, Bools, Reals
 from dmplay.core.batch_columns import (
     Constants,
     keep_states_where,
@@ -59,12 +59,17 @@ class CartPole(RealStateProblem):
     def resolve_events(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
         """Return the outcome of one Euler step (F.1 to F.4), old values on the right-hand sides."""
         x, v, theta, omega = split_columns(s)
-        pushes = unwrap_single_row(a[:, 0])
-        acceleration, angular = self._compute_accelerations(pushes, theta, omega)
+        push = self._pushes[unwrap_single_row(a[:, 0])]
+        acceleration, angular = self._compute_accelerations(push, theta, omega)
         next_states = s + self.dt * stack_columns((v, acceleration, omega, angular))
         past_limit = self._is_past_limit(x, theta)
         next_states = keep_states_where(past_limit, s, next_states)
-        return Outcome(next_states, stack_columns([1.0 - past_limit]), next_states)
+        return Outcome(next_states, to_array(1.0 - past_limit)[:, None], next_states)
+
+    @cached_property
+    def _pushes(self) -> Reals:
+        """The force of each action, in newtons."""
+        return np.array([-self.force, self.force])
 
     @cached_property
     def _constants(self) -> Constants:
@@ -73,14 +78,15 @@ class CartPole(RealStateProblem):
         moment = self.mass_pole * half_length
         swing_factor = moment if self.pole_mass_in_tau else half_length
         others = 4.0 / 3.0, self.mass_pole, self.gravity, moment
-        return Constants(self.force, swing_factor, total_mass, half_length, *others)
+        return Constants(swing_factor, total_mass, half_length, *others)
 
-    def _compute_accelerations(self, a: Array, theta: Array, omega: Array) -> tuple[Array, Array]:
+    def _compute_accelerations(
+        self, push: Array, theta: Array, omega: Array
+    ) -> tuple[Array, Array]:
         """Return the accelerations of the cart (F.3) and of the pole (F.1)."""
         constants = self._constants.for_column(theta)
-        force, swing_factor, total_mass, half_length, *others = constants
+        swing_factor, total_mass, half_length, *others = constants
         four_thirds, mass_pole, gravity, moment = others
-        push = force * (2.0 * a - 1.0)
         sin, cos = compute_sine_and_cosine(theta)
         tau = (push + swing_factor * (omega * omega) * sin) / total_mass
         inertia = half_length * (four_thirds - mass_pole * (cos * cos) / total_mass)
