@@ -30,12 +30,12 @@ SCREEN_TERMINAL = Terminal(True, "", True, False, False)
 PIPE_TERMINAL = SCREEN_TERMINAL._replace(full_screen=False)
 LONG_TEXT = "\n".join(map(str, range(100)))
 each_topic = pytest.mark.parametrize("name", list_topics())
-SLOW_TOPICS = ("bots", "mcp", "goldens")  # topics whose examples start processes
+SLOW_TOPICS = ("bots", "goldens", "research")  # topics whose examples start processes
 EXTRAS_OF_TOPICS = {
     "libraries": ("gymnasium", "openspiel", "pettingzoo"),
-    "mcp": ("mcp",),
     "plotting": ("plot",),
     "python": ("gymnasium", "openspiel", "pandas", "pettingzoo"),
+    "research": ("mcp", "pandas", "plot"),
 }
 TOPIC_PARAMETERS = [
     pytest.param(
