@@ -534,6 +534,9 @@ def load_hint_agent(problem: Problem, question: AdviceQuestion, name: str) -> Hi
             raise
         policy = _make_roster_agent(problem, seat, f"{name}:horizon={turns}")
     policy = policy.adapt_to_game(question)
+    agent_classes = load_roster(problem, seat).agents
+    if type(policy) is not agent_classes.get(name):  # another agent may fit the game better
+        name = next((item for item in agent_classes if type(policy) is agent_classes[item]), name)
     return HintAgent(_format_agent_name(name, policy), policy, question)
 
 

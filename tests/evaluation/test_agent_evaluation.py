@@ -118,7 +118,7 @@ def test_the_workers_do_not_change_the_evaluation() -> None:
 
 def test_a_row_says_why_it_has_no_parts_or_only_bounds(tmp_path: Path) -> None:
     problems = ["collaborative-predator-prey", "2048"]
-    bounded, unknown = dmplay.evaluate("random", problems, 2, turns=3).players
+    bounded, unknown = dmplay.evaluate("random", problems, 2, turns=6).players
     luck = bounded.estimates["luck"]
     assert luck is not None
     assert luck.low.mean < luck.high.mean

@@ -209,7 +209,7 @@ def test_without_a_stated_belief_and_in_visible_problems_all_loss_is_choosing() 
 def test_bounded_values_bound_the_parts() -> None:
     problem = dmplay.load_problem("collaborative-predator-prey")
     partner = dmplay.load_agent(problem, 1, "sweep")
-    session = dmplay.Session(problem, dmplay.SeededUniforms(1), [None, partner], turn_limit=3)
+    session = dmplay.Session(problem, dmplay.SeededUniforms(1), [None, partner], turn_limit=6)
     size = len(problem.enumerate_states())
     while not session.over:
         session.advance([0.0, None], stated_beliefs={0: np.full(size, 1 / size)})

@@ -12,6 +12,7 @@ from dmplay.core.problem import Problem
 from dmplay.errors import BadPolicy, BudgetExceeded, ImpossibleObservation
 from dmplay.game.game_series import GameController
 from dmplay.problems._shared.hex_hunt import STANDARD_HEXES
+from dmplay.problems.collaborative_predator_prey.agents import PlansWithPartner
 from dmplay.problems.collaborative_predator_prey.rules import CollaborativePredatorPrey
 from dmplay.registry.agents import load_roster
 from dmplay.transcript.format import collect_turn_facts
@@ -344,3 +345,45 @@ def test_hints_sweep_if_both_predators_always_sense_the_prey() -> None:
         for agent_name in ("sweep", "qmdp")
     )
     assert sweep_result.returns[:, 0].mean() > qmdp_result.returns[:, 0].mean() + 20
+
+
+@pytest.mark.parametrize("seat", [0, 1])
+@pytest.mark.parametrize("partner", ["sweep", "reactive"])
+def test_the_values_of_plans_are_below_those_of_the_same_moves_by_bayes_rule(
+    partner: str, seat: int
+) -> None:
+    hunt = dmplay.load_problem(f"{PROBLEM_NAME}:circle")
+    policy = dmplay.load_agent(hunt, seat, f"point-based:to={partner},horizon=6")
+    assert isinstance(policy, PlansWithPartner)
+    pair = policy.paired_hunt
+    beliefs = np.random.default_rng(seat).dirichlet(np.ones(pair.size), 3)
+    values = np.random.default_rng(2).random((2, pair.size))
+    after = pair.predict(beliefs)
+    for action in range(6):
+        expected = [
+            policy.predict_nodes(row, action).ravel() for row in policy.split_nodes(beliefs)
+        ]
+        np.testing.assert_allclose(after[:, action], expected, atol=1e-12)
+        backed_up = beliefs @ pair.back_up(values, action).T
+        np.testing.assert_allclose(backed_up, after[:, action] @ values.T, atol=1e-12)
+    for turns_left in range(1, 7):
+        memory = (beliefs, np.full(3, 6 - turns_left))
+        q = policy.action_values(memory)
+        for action in range(6):
+            low, high = policy.value_bounds(memory, np.full(3, action))
+            assert (low <= q[:, action] + 1e-8).all()
+            assert (q[:, action] <= high + 1e-8).all()
+            assert turns_left > 3 or low == pytest.approx(high, abs=1e-8)
+
+
+def test_many_random_choices_beside_a_known_partner_are_judged() -> None:
+    game = dmplay.play(PROBLEM, [None, "sweep"], seed=1, turns=20)
+    directions, rng = PROBLEM.actions[0].labels, np.random.default_rng(1)
+    while not game.over:
+        game.act(directions[rng.integers(6)])
+    review = game.review()
+    judged = [choice for choice in review if choice.is_judged]
+    assert 8 <= len(judged) < 20
+    for choice in judged:
+        q = np.array([*choice.values.values()])
+        assert choice.chosen in choice.best or q.max() - choice.values[choice.chosen] > 0.2

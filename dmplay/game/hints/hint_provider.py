@@ -131,15 +131,19 @@ class Hint:
     def _choice_text(self) -> str:
         """The recommended action, and those that bounds do not tell from it."""
         close = self._list_close_actions()
-        text = f"{' or '.join(close)}: no real difference"
+        is_any = len(close) == len(self._actions_by_value)
+        text = f"{'every action' if is_any else ' or '.join(close)}: no real difference"
         return f"{self.recommended_action}; {text}" if close else self.recommended_action
 
     def _list_close_actions(self) -> list[str]:
         """Return the recommended action and those that bounds do not tell from it; [] if none."""
-        if self.values is None or self.action is None or not self.values_basis.accuracy.is_bound:
+        basis = self.values_basis
+        is_rough = basis.accuracy is Accuracy.ESTIMATED and basis.resolution > 0.0
+        has_close = basis.accuracy.is_bound or is_rough
+        if self.values is None or self.action is None or not has_close:
             return []
         actions, q = self._actions_by_value, self.values.q
-        least = max(SAME_BOUND_SHARE * np.ptp(q[actions]), self.values_basis.resolution)
+        least = max(SAME_BOUND_SHARE * np.ptp(q[actions]), basis.resolution)
         close = [a for a in actions if abs(q[a] - q[int(self.action)]) <= least]
         return [self.labels[action] for action in close] if len(close) > 1 else []
 

@@ -1,7 +1,8 @@
 """Policies for collaborative predator-prey."""
 
-from dataclasses import dataclass, field, replace
-from functools import cached_property, lru_cache
+from collections.abc import Sequence
+from dataclasses import dataclass, field, fields, replace
+from functools import cached_property, lru_cache, partial
 
 import numpy as np
 
@@ -10,7 +11,7 @@ from dmplay.agents.base import AdviceQuestion, PolicyMaker, ReactivePolicy, Seat
 from dmplay.agents.belief_policy import BeliefPolicy, GreedyBeliefPolicy
 from dmplay.agents.best_response_in_team import PartnerBeliefPolicy
 from dmplay.agents.dec_pomdp import JointPlan
-from dmplay.agents.horizon import HorizonPolicy
+from dmplay.agents.horizon import MAX_HORIZON, HorizonPolicy
 from dmplay.core import belief
 from dmplay.core.action_values import Accuracy, ValuesBasis
 from dmplay.core.arrays import Array, Bools, Reals
@@ -30,11 +31,16 @@ from dmplay.solvers.mdp.sparse_mdp import SparseMdp
 
 from . import reactive_team as reactive_predator_team
 from .model import PredatorPreyDecPomdp
+from .partner_plans import VALUE_DECIMALS, PairedHunt, can_find_plans, find_plans, find_upper_bounds
 from .rules import SENSE_LABELS, CollaborativePredatorPrey
 
 PLAN_WORK_PER_JOINT_NODE = 4e8  # for each joint node of a plan
 MAX_PLANNED_STATES = 200_000  # states times turns up to which qmdp plans a game to its end
 PLAN_SEED = 3  # gives the best plans of four seeds on the standard map
+LOOKAHEAD_TURNS = 2  # turns before the values of plans are used
+# Differences of their values that are errors: in 500 positions, no action that is the best by plans
+# found with 30 times the work was worse by as much.
+PLAN_RESOLUTION = 0.2
 
 
 @dataclass(frozen=True)
@@ -147,9 +153,16 @@ class Qmdp(HorizonPolicy, _FactoredBeliefPolicy, GreedyBeliefPolicy):
         if len(question.opponents) != 1 or self.policy_maker is None:
             return policy
         try:
-            return policy._with_partner(*question.opponents)
+            partnered = policy._with_partner(*question.opponents)
         except DmplayError:
             return policy
+        if not question.turn_limit or partnered.horizon != question.turn_limit:
+            return partnered
+        facts = {item.name: getattr(partnered, item.name) for item in fields(partnered)}
+        try:
+            return PlansWithPartner(**facts).with_policy_maker(self.policy_maker)
+        except DmplayError:
+            return partnered
 
     def _with_partner(self, name: str) -> "QmdpWithPartner":
         """Return the policy beside an agent; raise an error if its rule is not known."""
@@ -199,6 +212,11 @@ class QmdpWithPartner(Qmdp, PartnerBeliefPolicy):
 
     current_belief = PartnerBeliefPolicy.current_belief
     with_policy_maker = PartnerBeliefPolicy.with_policy_maker
+
+    @cached_property
+    def paired_hunt(self) -> PairedHunt:
+        """The hunt as a problem of one planner."""
+        return PairedHunt.from_machine(self.problem, self.seat, self.partner_machine)
 
     def values_basis(self, question: AdviceQuestion) -> ValuesBasis:
         """Return upper bounds beside the partner."""
@@ -256,11 +274,8 @@ class QmdpWithPartner(Qmdp, PartnerBeliefPolicy):
         return posterior.likelihood, posterior.belief
 
     def expected_reward(self, memory: Memory, action: int) -> float:
-        """Return the expected reward of an action beside the partner."""
-        rewards = build_fully_observed_mdp(self.problem).rewards
-        joint_rewards = np.asarray(rewards).reshape(-1, *self.problem.action_counts)
-        by_partner_action = joint_rewards.take(action, axis=1 + self.seat)
-        return float((self.weigh_partner_actions(memory)[0].T * by_partner_action).sum())
+        """Return the expected reward of a turn, which no action changes."""
+        return float(memory[0][0] @ self.paired_hunt.rewards)
 
     def action_values(self, memory: Memory) -> Reals:
         """Return the mean of Q over states and the partner's actions: an upper bound."""
@@ -269,6 +284,85 @@ class QmdpWithPartner(Qmdp, PartnerBeliefPolicy):
         q = self._joint_q_by_turns if self.seat == 0 else self._joint_q_by_turns.swapaxes(2, 3)
         pairs = zip(weights, q[turns - 1], strict=True)
         return np.array([np.einsum("ps,sap->a", *pair) for pair in pairs])
+
+
+@dataclass(frozen=True)
+class PlansWithPartner(QmdpWithPartner):
+    """Takes the first action of the best plan found beside a partner whose rule is known."""
+
+    horizon: int = parameter(50, "turns of a game; then it plans again", 1, MAX_HORIZON)
+
+    repeats_plan = True
+
+    def __post_init__(self) -> None:
+        """Raise BadPolicy for hunts of another number of predators, or that see their hexes."""
+        super().__post_init__()
+        if len(self.problem.agents) != 2 or self.problem.sighted:
+            raise BadPolicy("point-based: needs two predators that do not see their hexes")
+
+    def with_policy_maker(self, policy_maker: PolicyMaker) -> "PlansWithPartner":
+        """Return this policy with a function that makes the partner named by `to`."""
+        policy = super().with_policy_maker(policy_maker)
+        assert isinstance(policy, PlansWithPartner)
+        if not can_find_plans(policy.paired_hunt, policy.horizon):
+            raise BadPolicy("point-based: too many hexes, turns or nodes of the partner; use qmdp")
+        return policy
+
+    def adapt_to_game(self, question: AdviceQuestion) -> "PlansWithPartner":
+        """Return a policy for the turns left, and for the rule of a single partner if known."""
+        policy = super().adapt_to_game(question)
+        return policy if isinstance(policy, PlansWithPartner) else self
+
+    def choice_probabilities(self, memory: Memory) -> None:
+        """Return None, as its rule has too many nodes for the plans of a partner."""
+        return
+
+    def values_basis(self, question: AdviceQuestion) -> ValuesBasis:
+        """Return the values of plans, which judge only actions that are clearly worse."""
+        method = f"point-based plans, differences up to {PLAN_RESOLUTION:g} are not judged"
+        return (
+            super()
+            .values_basis(question)
+            ._replace(accuracy=Accuracy.ESTIMATED, method=method, resolution=PLAN_RESOLUTION)
+        )
+
+    def action_values(self, memory: Memory) -> Reals:
+        """Return the values `[B, A]` of the best plans found that begin with each action."""
+        return HorizonPolicy.action_values(self, memory)
+
+    def values_with_turns_left(self, info_state: Reals, turns_left: int | None) -> Reals:
+        """Return the values `[B, A]` of plans that are looked up after two turns."""
+        plans = find_plans(self.paired_hunt, self.horizon)
+        return self._look_ahead(info_state, turns_left, plans, LOOKAHEAD_TURNS)
+
+    def _look_ahead(
+        self, beliefs: Reals, turns_left: int | None, vectors: Sequence[Reals], depth: int
+    ) -> Reals:
+        """Return the values `[B, A]` by vectors after `depth` turns, each row computed alone."""
+        assert turns_left is not None
+        find = partial(self.paired_hunt.look_ahead, vectors=vectors, depth=depth)
+        q = np.concatenate([find(belief[None], turns_left) for belief in beliefs])
+        return np.round(q, VALUE_DECIMALS)
+
+    def value_bounds(self, memory: Memory, actions: Array) -> tuple[Reals, Reals]:
+        """Return the value of a plan, and the fast informed bound, of an action of each row."""
+        key = b"".join(part.tobytes() for part in memory)
+        if key not in self._last_bounds:
+            self._last_bounds.clear()  # The actions of a turn are asked for one after another.
+            bounds = [
+                find(self.paired_hunt, self.horizon) for find in (find_plans, find_upper_bounds)
+            ]
+            self._last_bounds[key] = [
+                self.apply_by_turns_left(partial(self._look_ahead, vectors=item, depth=1), memory)
+                for item in bounds
+            ]
+        low, high = (q[np.arange(len(actions)), actions] for q in self._last_bounds[key])
+        return low, np.maximum(low, high)
+
+    @cached_property
+    def _last_bounds(self) -> dict[bytes, list[Reals]]:
+        """The bounds `[B, A]` of the last memory."""
+        return {}
 
 
 @dataclass(frozen=True)
@@ -397,10 +491,13 @@ def list_hunt_agents(problem: CollaborativePredatorPrey, seat: int) -> Roster:
     }  # fmt: skip
     if not problem.sighted:
         agents["joint-plan"] = HuntJointPlan
+    if problem.predators == 2 and not problem.sighted and can_solve_mdp(problem):
+        agents["point-based"] = PlansWithPartner
     return Roster(
         agents,
         hint_provider=_choose_hint_provider(problem),
         default_partner="sweep",
+        batch_agent="qmdp" if can_solve_mdp(problem) else None,
         rule_of_thumb="sweep",
         simulation_agent="joint-plan" if problem.predators == 2 and not problem.sighted else None,
         # The general agent `optimal` refuses small hunts whose joint plan is not proven optimal.

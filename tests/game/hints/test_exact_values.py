@@ -315,7 +315,7 @@ def test_exact_values_of_a_dilemma_with_99_random_replies(rule: str, turns: int)
 
 
 UNPREDICTED = {"search", "human"}  # agents that no advice can predict
-BELIEF_AGENTS = {"qmdp", "chase-belief"}  # partners in a hunt with too many memories
+BELIEF_AGENTS = {"qmdp", "chase-belief", "point-based"}  # partners in a hunt with too many memories
 CHICKEN_SOURCE = """\
 import numpy as np
 from dmplay import Labels, Outcome, Problem, SeatPolicy
@@ -387,7 +387,7 @@ def test_advice_assumes_each_agent_of_a_game_that_can_be_computed_with(name: str
             if (
                 is_known
                 and len(problem.agents) == 2
-                and agent.basis.accuracy is not Accuracy.UPPER_BOUND
+                and agent.basis.accuracy not in {Accuracy.UPPER_BOUND, Accuracy.ESTIMATED}
             ):
                 turns = 1 if problem.action_counts[0] > 9 else 2
                 assert check_first_values(problem, turns, other, seat=seat) == Accuracy.EXACT
@@ -762,10 +762,7 @@ def test_advice_in_a_hunt_follows_the_belief_and_the_action_of_the_partner(
     for turns in (1, 3):
         agent = find_hint_provider(hunt, AdviceQuestion(seat, turns, players))
         assert agent is not None
-        assert (agent.basis.players, agent.basis.accuracy) == (
-            f"with {other}",
-            Accuracy.UPPER_BOUND,
-        )
+        assert (agent.basis.players, agent.basis.accuracy) == (f"with {other}", Accuracy.ESTIMATED)
         evaluation = Evaluation(hunt, agent.policy, partner)
         memory = agent.policy.initial_memory(np.array([-1]))
         key = evaluation.key_of(partner.initial_memory(np.array([-1])))
@@ -775,7 +772,10 @@ def test_advice_in_a_hunt_follows_the_belief_and_the_action_of_the_partner(
         assert values is not None
         for action, value in enumerate(values[0].tolist()):
             expected = evaluation.action_value(distribution, memory, turns, action)
-            assert value == pytest.approx(expected) if turns == 1 else value >= expected
+            assert value == pytest.approx(expected)  # Plans of a few turns are the best ones.
+            bounds = agent.policy.value_bounds(memory, np.array([action]))
+            assert bounds is not None
+            assert (bounds[0][0], bounds[1][0]) == pytest.approx((expected, expected))
             forecast = agent.policy.forecast_observations(memory, action)
             assert forecast is not None
             joint = np.zeros((len(forecast[0]), len(belief)))
