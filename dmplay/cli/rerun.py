@@ -10,7 +10,7 @@ import typer
 
 from dmplay.errors import BadParameter
 
-REPEATABLE_COMMANDS = ("run", "compare", "tournament", "solve")
+REPEATABLE_COMMANDS = ("run", "compare", "tournament", "solve", "evaluate")
 # they change no result, or write files
 OMITTED_OPTIONS = (
     "output", "record", "every", "worst", "best", "meta", "workers", "executor",
@@ -31,9 +31,9 @@ def rerun(
 ) -> object:
     """Repeat the command that made a file, and compare the results.
 
-    It repeats run, compare, tournament and solve. Their JSON contains the command and
-    all its options. CSV has them in the file of the option --meta. The exit code is 0
-    if the results are the same, and 1 if they differ.
+    It repeats run, compare, tournament, solve and evaluate. Their JSON contains the
+    command and all its options. CSV has them in the file of the option --meta. The exit
+    code is 0 if the results are the same, and 1 if they differ.
 
     \b
       dmplay rerun walks.json
@@ -52,7 +52,7 @@ def rerun(
     if not trust:
         _check_code(values)
     recorded = _read_recorded_text(file, report)
-    text = _run_again(name, values | ({"trust": trust} if "trust" in values else {}))
+    text = _run_again(name, values | {"trust": trust and bool(values.get("trust"))})
     digest = str(made_by.get("digest"))
     edits, differences = [*_iter_edits(recorded, digest)], [*_compare(recorded, text)][:1]
     if recorded is None and provenance.compute_digest(f"{text}\n".encode()) != digest:
@@ -72,17 +72,20 @@ def rerun(
 
 def _check_code(values: Mapping[str, Any]) -> None:
     """Raise BadParameter if the options of a command name user code or a program."""
-    from dmplay.game.launch_requests import format_variant_name
-    from dmplay.output.provenance import list_agent_names
+    from dmplay.game.transcript_verification import names_transcripts
+    from dmplay.output.provenance import list_agent_names, list_problem_names
     from dmplay.registry import agents, problems
     from dmplay.registry.problem_name_kinds import names_bot
 
-    full_name = format_variant_name(str(values.get("problem")), str(values.get("variant") or ""))
-    problem = problems.find_problem(full_name, {}, trusted=False).problem
-    for name in list_agent_names(values):
-        if names_bot(name) or agents.names_user_code(problem, 0, name):
-            remedy = "if you trust it, add --trust"
-            raise BadParameter(f"agent {name!r} is code outside dmplay; {remedy}")
+    names = list_agent_names(values)
+    if "problems" in values and names_transcripts(names[0]):
+        return  # Transcripts name the code, which is not run without --trust.
+    for problem_name in list_problem_names(values):
+        problem = problems.find_problem(problem_name, {}, trusted=False).problem
+        for name in filter(None, names):
+            if names_bot(name) or agents.names_user_code(problem, 0, name):
+                remedy = "if you trust it, add --trust"
+                raise BadParameter(f"agent {name!r} is code outside dmplay; {remedy}")
 
 
 def _read_recorded_text(file: Path, report: Mapping[str, Any]) -> str | None:

@@ -33,6 +33,12 @@ TRUST_HINT = "; if you trust its code, add --trust (in pytest, dmplay_trust = tr
 NOT_ASSIGNED_REASON = "is not part of the assignment, so its code is not imported"
 
 
+def names_transcripts(argument: str) -> bool:
+    """Return whether an argument is a transcript or a folder, or the standard input."""
+    is_file = argument == "-" or argument.endswith(TRANSCRIPT_SUFFIX)
+    return is_file or Path(argument).is_dir()
+
+
 def iter_transcript_files(paths: Sequence[Path]) -> Iterator[Path]:
     """Yield the transcripts at these paths, in order; folders are searched recursively.
 

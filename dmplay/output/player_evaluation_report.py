@@ -20,7 +20,7 @@ from dmplay.game.command_line_results import Printout
 from dmplay.game.game_setup import assign_players
 from dmplay.game.launch_requests import parse_settings
 from dmplay.game.seats import HUMAN
-from dmplay.game.transcript_verification import TRANSCRIPT_SUFFIX
+from dmplay.game.transcript_verification import names_transcripts
 from dmplay.output.evaluation_request import (
     EvaluationRequest,
     iter_settings,
@@ -100,12 +100,6 @@ class EvaluationCommand(NamedTuple):
             problem, players, seat, title, "" if request.settings else request.problem,
             request.turn_limit, request.seed, self.episodes, self.folder,
         )  # fmt: skip
-
-
-def names_transcripts(argument: str) -> bool:
-    """Return whether an argument is a transcript or a folder, or the standard input."""
-    is_file = argument == "-" or argument.endswith(TRANSCRIPT_SUFFIX)
-    return is_file or Path(argument).is_dir()
 
 
 def report_evaluation(

@@ -41,7 +41,7 @@ def describe_provenance(digest: str) -> dict[str, object]:
         **list_versions(),
         "command": [*get_running_command().words],
         "options": options,
-        **_describe_problem(options),
+        **_describe_problems(options),
         "seed": options.get("seed"),
         "digest": digest,
     }
@@ -61,17 +61,34 @@ def _to_json_value(value: object) -> object:
     return value if value is None or isinstance(value, bool | int | float | str) else str(value)
 
 
-def _describe_problem(options: Mapping[str, Any]) -> dict[str, object]:
-    """Return the parameters of the problem and of the agents that the options name."""
-    name = options.get("problem")
-    if not isinstance(name, str) or not name:
-        return {}
-    from dmplay.game.launch_requests import format_variant_name, parse_settings
+def _describe_problems(options: Mapping[str, Any]) -> dict[str, object]:
+    """Return the parameters of the problem and of the agents that the options name.
+
+    If they name a list of problems, they are by problem.
+    """
+    facts = {name: _describe_problem(name, options) for name in list_problem_names(options)}
+    described = {name: pair for name, pair in facts.items() if pair}
+    if "problems" not in options:
+        return next(iter(described.values()), {})
+    keys = ("parameters", "agents") if described else ()
+    return {key: {name: pair[key] for name, pair in described.items()} for key in keys}
+
+
+def list_problem_names(options: Mapping[str, Any]) -> list[str]:
+    """Return the names of the problems in the options of a command."""
+    names = options.get("problems") or [options.get("problem")]
+    variant = options.get("variant")
+    texts = [name for name in names if isinstance(name, str) and name]
+    return [f"{name}:{variant}" if variant else name for name in texts]
+
+
+def _describe_problem(name: str, options: Mapping[str, Any]) -> dict[str, object]:
+    """Return the parameters of a problem and of the agents that the options name."""
+    from dmplay.game.launch_requests import parse_settings
     from dmplay.registry import agents, problems
 
     with suppress(DmplayError):
-        full_name = format_variant_name(name, options.get("variant") or "")
-        problem = problems.find_problem(full_name, {}).problem
+        problem = problems.find_problem(name, {}).problem
         values = problems.parameter_values(problem)
         for key, text in parse_settings(options.get("set_") or (), "--set").items():
             values[problems.find_parameter_name(key, values)] = text

@@ -77,6 +77,20 @@ def test_pictures_and_games_have_provenance_and_the_digest_of_the_rest(tmp_path:
         ("compare", "hexworld", "optimal", "random", "--episodes", "20"),
         ("tournament", "prisoners-dilemma", "grim", "tit-for-tat", "--turns", "3", "-o", "cup"),
         ("solve", "crying-baby", "--turns", "3"),
+        ("evaluate", "random", "hexworld", "predator-prey", "--episodes", "3", "--turns", "3"),
+        (
+            "evaluate",
+            "chase",
+            "predator-prey",
+            "--seat",
+            "prey=random",
+            "--turns",
+            "3",
+            "--episodes",
+            "3",
+            "-o",
+            "games",
+        ),
     ],
 )
 def test_a_repeated_command_has_the_same_results(tmp_path: Path, command: tuple[str, ...]) -> None:
@@ -124,10 +138,26 @@ print("loaded")
 """
 
 
-def test_code_and_programs_are_run_only_if_they_are_trusted(tmp_path: Path) -> None:
+def test_an_evaluation_of_transcripts_is_repeated(tmp_path: Path) -> None:
+    words = ("evaluate", "random", "hexworld", "--episodes", "3", "-o", "games")
+    path = write_output(tmp_path, "a.json", *words, "--json")
+    provenance = json.loads(path.read_text())["provenance"]
+    assert provenance["parameters"]["hexworld"]["discount"] == 0.9
+    write_output(tmp_path, "b.json", "evaluate", "games", "--json")
+    assert run_dmplay(tmp_path, "rerun", "b.json").stdout == "b.json: same results\n"
+    (tmp_path / "games" / "hexworld-0.dmt").unlink()
+    assert run_dmplay(tmp_path, "rerun", "b.json").returncode == 1
+
+
+@pytest.mark.parametrize(
+    "words",
+    [("run", "hexworld", "--agent", "./mine.py:Mine"), ("evaluate", "./mine.py:Mine", "hexworld")],
+)
+def test_code_and_programs_are_run_only_if_they_are_trusted(
+    tmp_path: Path, words: tuple[str, ...]
+) -> None:
     (tmp_path / "mine.py").write_text(AGENT)
-    words = ("run", "hexworld", "--agent", "./mine.py:Mine", "--episodes", "5", "--json")
-    path = write_output(tmp_path, "a.json", *words)
+    path = write_output(tmp_path, "a.json", *words, "--episodes", "5", "--json")
     outcome = run_dmplay(tmp_path, "rerun", "a.json")
     assert outcome.returncode == 2
     assert outcome.stderr.endswith("is code outside dmplay; if you trust it, add --trust\n")
