@@ -77,6 +77,7 @@ _PUBLIC_MODULES = {
     "play": "game.manual_game",
     "read": "game.recorded_games",
     "review": "game.playback",
+    "save": "game.session_files",
     "verify": "game.transcript_verification",
     # many games, and solutions
     "check": "validation.conformance",

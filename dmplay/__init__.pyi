@@ -55,6 +55,7 @@ from dmplay.game.plot_kinds import Figure as Figure
 from dmplay.game.position import Position as Position
 from dmplay.game.recorded_games import read as read
 from dmplay.game.rules_of_thumb import RuleOfThumb as RuleOfThumb
+from dmplay.game.session_files import save as save
 from dmplay.game.transcript_verification import verify as verify
 from dmplay.plots.plot_data import GridPanel as GridPanel
 from dmplay.plots.plot_data import LinePanel as LinePanel

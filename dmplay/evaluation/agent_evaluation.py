@@ -191,6 +191,7 @@ def evaluate_lineups(
 def evaluate_transcripts(
     paths: PathLike | Sequence[PathLike],
     *,
+    problem: ProblemLike | None = None,
     seat: str = "",
     trusted: bool = False,
     progress: ProgressCallback | None = None,
@@ -198,12 +199,12 @@ def evaluate_transcripts(
     """Return the parts of the value that the players of recorded games lost.
 
     In each game, it is the player of `seat`. Without a seat, these are its people and language
-    models, else its programs, else the agent of the first seat. `paths` are those of `read`. Code
-    that a file names is imported only if it is `trusted`. A file that cannot be read is in
-    `errors`, unless it is the only one.
+    models, else its programs, else the agent of the first seat. `paths` are those of `read`. A
+    `problem` takes the place of the recorded name. Code that a file names is imported only if it is
+    `trusted`. A file that cannot be read is in `errors`, unless it is the only one.
     """
     items = cast("list[PathLike]", paths if isinstance(paths, list | tuple) else [paths])
-    recorded = read([*items], trusted=trusted, skip_bad=True)
+    recorded = read([*items], problem=problem, trusted=trusted, skip_bad=True)
     if not recorded and len(recorded.errors) == 1:
         raise BadParameter(recorded.errors[0])
     groups: dict[object, _Group] = {}

@@ -2,20 +2,18 @@
 
 import os
 from collections.abc import Sequence
-from contextlib import suppress
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 from dmplay.agents.base import AdviceQuestion
 from dmplay.core.data_frames import make_frame
 from dmplay.core.notebook_display import NotebookDisplay
 from dmplay.core.policy import is_policy_sequence
 from dmplay.core.problem import check_problem, find_seat
-from dmplay.core.safe_files import PRIVATE_FILE_MODE, default_file_mode, write_file
 from dmplay.core.session import Session
 from dmplay.core.text import format_count
 from dmplay.core.uniforms import SeededUniforms, new_seed
-from dmplay.errors import BadParameter, BadPolicy, IllegalAction
+from dmplay.errors import BadPolicy, IllegalAction
 from dmplay.external.bots.protocol import (
     JsonObject,
     describe_choices,
@@ -24,21 +22,13 @@ from dmplay.external.bots.protocol import (
 )
 from dmplay.external.bots.shutdown import close_bots
 from dmplay.game.hints.review import Review, review_actions
-from dmplay.game.launch_requests import GameRequest
 from dmplay.game.position import Position
 from dmplay.game.seat_status import format_prompt
-from dmplay.game.seats import HUMAN, make_header
+from dmplay.game.seats import HUMAN
+from dmplay.game.session_files import find_recorded_name, write_session
 from dmplay.game.turn_facts import Row, join_review, list_session_rows
-from dmplay.registry import problems
-from dmplay.registry.agents import (
-    AgentLike,
-    assign_agents,
-    find_agent_name,
-    load_players,
-    load_roster,
-)
-from dmplay.registry.problems import ProblemLike, load_problem
-from dmplay.transcript.regeneration import format_session
+from dmplay.registry.agents import AgentLike, assign_agents, load_players
+from dmplay.registry.problems import ProblemLike, load_problem, resolve_problem
 
 
 class ManualGame(NotebookDisplay):
@@ -48,16 +38,14 @@ class ManualGame(NotebookDisplay):
         self, session: Session, players: Sequence[AgentLike | None], problem_name: str = ""
     ) -> None:
         self.session, self._problem_name = session, problem_name
-        self._players = [HUMAN] * len(players)  # names, also of agents that no name loads again
-        self._recorded_players = [HUMAN] * len(players)
+        self._recorded_players = list[str]()
+        self._players = list[str]()  # names, also of agents that no name loads again
         for seat, (player, seated) in enumerate(zip(players, session.seated_policies, strict=True)):
-            if seated:
-                name = find_agent_name(session.problem, seat, seated.policy)
-                is_listed = name.partition(":")[0] in load_roster(session.problem, seat).agents
-                name = player if isinstance(player, str) and not is_listed else name
-                self._players[seat] = name
-                if is_listed or isinstance(player, str):
-                    self._recorded_players[seat] = name
+            policy = seated.policy if seated else None
+            name = find_recorded_name(session.problem, seat, policy, player)
+            self._recorded_players.append(name)
+            is_unnamed = policy is not None and name == HUMAN
+            self._players.append(type(policy).__name__ if is_unnamed else name)
         self._manual_seats = [
             seat for seat, policy in enumerate(session.seated_policies) if policy is None
         ]
@@ -169,34 +157,9 @@ class ManualGame(NotebookDisplay):
         return make_frame(self.list_rows(review=review), library)
 
     def save(self, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
-        """Write the game as a transcript; a game that is not over can be resumed from it.
-
-        A manual seat is recorded as a person's, and so is that of an agent without a name. Raise
-        BadParameter if the file exists and `overwrite` is False, if it cannot be written, or if no
-        name loads the problem again.
-        """
-        session, file = self.session, Path(path)
-        if file.exists() and not overwrite:
-            raise BadParameter(f"save: {file} exists; give another name, or overwrite=True")
-        name, uniforms = self._problem_name, cast(SeededUniforms, session.uniform_source)
-        loaded = (
-            problems.resolve_problem(name, {})
-            if name
-            else problems.identify_problem(session.problem)
-        )
-        has_own_limit = session.turn_limit != session.problem.horizon
-        request = GameRequest(
-            loaded.name,
-            seed=uniforms.seed,
-            episode=uniforms.episode,
-            turns=session.turn_limit if has_own_limit else None,
-        )
-        header = make_header(loaded, self._recorded_players, request, file)
-        is_private = session.problem.partially_observable and not self.over
-        if file.is_file():  # A file that is written again keeps its permissions.
-            with suppress(OSError):
-                file.chmod(PRIVATE_FILE_MODE if is_private else default_file_mode())
-        write_file(file, [format_session(header, session)], force=overwrite, private=is_private)
+        """Write the game as a transcript, as `dmplay.save` does; the names of agents are kept."""
+        loaded = resolve_problem(self._problem_name, {}) if self._problem_name else None
+        write_session(self.session, Path(path), self._recorded_players, loaded, overwrite=overwrite)
 
     @property
     def returns(self) -> dict[str, float]:

@@ -19,7 +19,7 @@ from dmplay.game.launch_requests import format_settings
 from dmplay.game.saves import load_transcript
 from dmplay.game.seats import list_human_seats, list_scripts
 from dmplay.game.transcript_verification import describe_problem_change, load_transcript_problem
-from dmplay.registry.problems import LoadedProblem
+from dmplay.registry.problems import LoadedProblem, ProblemLike
 from dmplay.transcript.concealment import mark_peeked_if_concealed
 from dmplay.transcript.header import collect_header_facts
 from dmplay.transcript.reader import Transcript
@@ -35,9 +35,16 @@ class Playback(NotebookDisplay, Game):
     agents_only = True  # Players are called by their names, not "you".
     rewards_visible = True
 
-    def __init__(self, path: Path, *, trusted: bool = False, peek: bool = False) -> None:
+    def __init__(
+        self,
+        path: Path,
+        *,
+        problem: ProblemLike | None = None,
+        trusted: bool = False,
+        peek: bool = False,
+    ) -> None:
         transcript = load_transcript(path)
-        loaded_problem = self._load_problem(transcript, trusted=trusted)
+        loaded_problem = self._load_problem(transcript, problem, trusted=trusted)
         self.transcript = mark_peeked_if_concealed(transcript, loaded_problem.problem, peek=peek)
         self._problem = loaded_problem.problem
         first_block, *blocks = self.transcript.blocks
@@ -59,9 +66,11 @@ class Playback(NotebookDisplay, Game):
         notes = [describe_problem_change(transcript, loaded_problem), earlier]
         self.warning = "; ".join(filter(None, notes))
 
-    def _load_problem(self, transcript: Transcript, *, trusted: bool) -> LoadedProblem:
-        """Return the problem of the transcript."""
-        return load_transcript_problem(transcript, trusted=trusted)
+    def _load_problem(
+        self, transcript: Transcript, problem: ProblemLike | None, *, trusted: bool
+    ) -> LoadedProblem:
+        """Return the problem of the transcript, or the given one."""
+        return load_transcript_problem(transcript, trusted=trusted, problem=problem)
 
     def _make_session_before(self, block_index: int) -> Session:
         """Return a session in the state before the block with this index."""
@@ -211,12 +220,19 @@ class Playback(NotebookDisplay, Game):
 
 
 def review(
-    path: Path | str, *, seat: str = "", trusted: bool = False, peek: bool = False
+    path: Path | str,
+    *,
+    problem: ProblemLike | None = None,
+    seat: str = "",
+    trusted: bool = False,
+    peek: bool = False,
 ) -> Review:
     """Return each choice of a seat in a recorded game, with its values and its regret.
 
     Without a seat, these are the choices of people and language models, or of all agents if agents
-    alone played. Code that the file names is imported only if it is `trusted`. `peek` shows hidden
+    alone played. A `problem`, by name, class, function or object, takes the place of the recorded
+    name. Code that the file names is imported only if it is `trusted`. `peek` shows hidden
     information of an unfinished game.
     """
-    return Playback(Path(path), trusted=trusted, peek=peek).review_choices(seat)
+    playback = Playback(Path(path), problem=problem, trusted=trusted, peek=peek)
+    return playback.review_choices(seat)

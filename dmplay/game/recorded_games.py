@@ -15,7 +15,7 @@ from dmplay.game.seat_status import format_prompt
 from dmplay.game.seats import list_human_seats
 from dmplay.game.transcript_verification import iter_transcript_files, load_transcript_problem
 from dmplay.game.turn_facts import Row, flatten_turn_facts, join_review
-from dmplay.registry.problems import LoadedProblem
+from dmplay.registry.problems import LoadedProblem, ProblemLike
 from dmplay.transcript.reader import Transcript
 
 PathLike = str | os.PathLike[str]
@@ -28,24 +28,28 @@ class RecordedGame(Playback):
         self,
         path: Path,
         *,
+        problem: ProblemLike | None = None,
         trusted: bool = False,
         peek: bool = False,
         loaded_problems: dict[object, LoadedProblem] | None = None,
     ) -> None:
         # by name and parameters, so that games of one problem share what is computed for it
         self._loaded_problems = {} if loaded_problems is None else loaded_problems
-        super().__init__(path, trusted=trusted, peek=peek)
+        super().__init__(path, problem=problem, trusted=trusted, peek=peek)
         self.turns: list[Row] = [*map(flatten_turn_facts, self.iter_turn_facts())]
         agents, session = self.problem.agents, self.session
         self.returns = dict(zip(agents, session.returns().tolist(), strict=True))
         self.total_rewards = dict(zip(agents, session.total_rewards().tolist(), strict=True))
         self.end_reason = session.end_reason or ""
 
-    def _load_problem(self, transcript: Transcript, *, trusted: bool) -> LoadedProblem:
+    def _load_problem(
+        self, transcript: Transcript, problem: ProblemLike | None, *, trusted: bool
+    ) -> LoadedProblem:
         header = transcript.header
         key = Path(transcript.path).parent, header.problem, repr(header.parameters)
         if key not in self._loaded_problems:
-            self._loaded_problems[key] = load_transcript_problem(transcript, trusted=trusted)
+            loaded = load_transcript_problem(transcript, trusted=trusted, problem=problem)
+            self._loaded_problems[key] = loaded
         return self._loaded_problems[key]
 
     def review(self, seat: str = "") -> Review:
@@ -105,13 +109,19 @@ def list_rows_with_file(game: RecordedGame, *, review: bool = False) -> list[Row
 
 
 def iter_games(
-    files: Iterable[Path], *, trusted: bool = False, peek: bool = False
+    files: Iterable[Path],
+    *,
+    problem: ProblemLike | None = None,
+    trusted: bool = False,
+    peek: bool = False,
 ) -> Iterator[RecordedGame | DmplayError]:
     """Yield the game in each file, or the error that names the file."""
     loaded_problems: dict[object, LoadedProblem] = {}
     for file in files:
         try:
-            yield RecordedGame(file, trusted=trusted, peek=peek, loaded_problems=loaded_problems)
+            yield RecordedGame(
+                file, problem=problem, trusted=trusted, peek=peek, loaded_problems=loaded_problems
+            )
         except BadTranscript as error:
             yield error
         except DmplayError as error:
@@ -120,14 +130,27 @@ def iter_games(
 
 
 @overload
-def read(path: PathLike, *, trusted: bool = ..., peek: bool = ..., skip_bad: bool = ...) -> Any: ...
+def read(
+    path: PathLike,
+    *,
+    problem: ProblemLike | None = ...,
+    trusted: bool = ...,
+    peek: bool = ...,
+    skip_bad: bool = ...,
+) -> Any: ...
 @overload
 def read(
-    path: Sequence[PathLike], *, trusted: bool = ..., peek: bool = ..., skip_bad: bool = ...
+    path: Sequence[PathLike],
+    *,
+    problem: ProblemLike | None = ...,
+    trusted: bool = ...,
+    peek: bool = ...,
+    skip_bad: bool = ...,
 ) -> RecordedGames: ...
 def read(
     path: PathLike | Sequence[PathLike],
     *,
+    problem: ProblemLike | None = None,
     trusted: bool = False,
     peek: bool = False,
     skip_bad: bool = False,
@@ -135,7 +158,8 @@ def read(
     """Return the game in a transcript; for a folder, a pattern or a list of paths, all games.
 
     A pattern such as `games/*.dmt` is that of `glob`, and a folder is searched with its subfolders.
-    The games are a list, `RecordedGames`. Code that a file names is imported only if it is
+    The games are a list, `RecordedGames`. A `problem`, by name, class, function or object, takes
+    the place of the recorded name. Code that a file names is imported only if it is
     `trusted`. `peek` shows hidden information of a game that can be continued, and marks its file.
     Raise BadTranscript or BadParameter for a file that cannot be read; with `skip_bad`, its message
     is in `errors` of the list instead.
@@ -144,7 +168,8 @@ def read(
     paths = [path] if isinstance(path, str | os.PathLike) else [*path]
     files = [Path(file) for item in paths for file in _expand_pattern(os.fspath(item))]
     games = RecordedGames()
-    for game in iter_games(iter_transcript_files(files), trusted=trusted, peek=peek):
+    options: dict[str, Any] = {"problem": problem, "trusted": trusted, "peek": peek}
+    for game in iter_games(iter_transcript_files(files), **options):
         if isinstance(game, RecordedGame):
             games.append(game)
         elif skip_bad:

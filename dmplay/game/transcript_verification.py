@@ -12,8 +12,9 @@ from dmplay.core.text import escape_newlines, format_json_report
 from dmplay.errors import BadParameter, BadTranscript, DmplayError
 from dmplay.game.narration import render_transcript_frame
 from dmplay.game.saves import STDIN_PATH, resolve_dash_to_stream
-from dmplay.game.seats import load_verifiable_policies
+from dmplay.game.seats import HUMAN, load_verifiable_policies
 from dmplay.registry import problems
+from dmplay.registry.agents import AgentLike, load_players
 from dmplay.registry.problem_name_kinds import resolve_recorded_name, transcript_folder
 from dmplay.transcript.concealment import is_concealed, mark_peeked_if_concealed
 from dmplay.transcript.reader import Transcript, read_transcript
@@ -70,9 +71,15 @@ def _search_folder(folder: Path) -> list[Path]:
 
 
 def load_transcript_problem(
-    transcript: Transcript, *, trusted: bool, assigned_names: Mapping[str, str] | None = None
+    transcript: Transcript,
+    *,
+    trusted: bool,
+    assigned_names: Mapping[str, str] | None = None,
+    problem: problems.ProblemLike | None = None,
 ) -> problems.LoadedProblem:
     """Return the problem of a transcript, with its recorded parameters.
+
+    A `problem` that is given takes the place of the recorded name.
 
     User-defined code that the file names is imported only if `trusted` is true; with
     `assigned_names`, only if it is also one of these (see `resolve_recorded_name`). The problem is
@@ -80,6 +87,15 @@ def load_transcript_problem(
     causes it.
     """
     header, entries = transcript.header, transcript.header_block.entries
+    if problem is not None:
+        replacement = problems.load_problem(problem)
+        try:
+            replacement = problems.with_parameters(replacement, header.parameters)
+        except DmplayError as error:
+            raise transcript.error_at(entries["set"].line, str(error)) from None
+        return problems.LoadedProblem(
+            header.problem, replacement, {**header.parameters}, header.origin
+        )
     name, may_import = resolve_recorded_name(
         header.problem,
         transcript_folder(Path(transcript.path)),
@@ -124,27 +140,42 @@ def _load_verifiable_policies(
     *,
     trusted: bool,
     assigned_names: Mapping[str, str] | None = None,
+    agents: AgentLike | Sequence[AgentLike | None] | None = None,
 ) -> list[Policy | None]:
-    """Return, for each seat of a transcript, the policy that can be run again, or None."""
-    return load_verifiable_policies(
+    """Return, for each seat of a transcript, the policy that can be run again, or None.
+
+    It is that of `agents`, unless there is none or None for the seat.
+    """
+    seats, turns = transcript.header.seats, transcript.header.turns
+    policies: list[Policy | None] = [None] * len(seats)
+    if agents is not None:
+        policies = load_players(problem, agents, turns=turns)
+    pairs = zip(seats.items(), policies, strict=True)
+    recorded = load_verifiable_policies(
         problem,
-        transcript.header.seats,
-        turns=transcript.header.turns,
+        {seat: HUMAN if policy else name for (seat, name), policy in pairs},
+        turns=turns,
         trusted=trusted,
         folder=transcript_folder(Path(transcript.path)),
         assigned_names=assigned_names,
     )
+    return [policy or other for policy, other in zip(policies, recorded, strict=True)]
 
 
-def verify(
+def verify(  # noqa: PLR0913 - options of one file
     path: Path | str,
     *,
+    problem: problems.ProblemLike | None = None,
+    agents: AgentLike | Sequence[AgentLike | None] | None = None,
     trusted: bool = False,
     compares_frames: bool = True,
     assigned_names: Mapping[str, str] | None = None,
 ) -> VerificationReport:
     """Verify one transcript file and return a report.
 
+    A `problem` takes the place of the recorded name. `agents` choose the actions again: an agent,
+    or None for the recorded player, for each seat, or one agent for all. Both are given by name,
+    class, function or object.
     User-defined code is imported only if it is trusted: see `load_transcript_problem`.
     A file that is malformed or cannot be read, or whose problem or agents cannot be loaded, also
     gives a report with one finding. Drawings of turns are compared if `compares_frames`.
@@ -154,11 +185,14 @@ def verify(
     try:
         transcript = read_transcript(path)
         loaded_problem = load_transcript_problem(
-            transcript, trusted=trusted, assigned_names=assigned_names
+            transcript, trusted=trusted, assigned_names=assigned_names, problem=problem
         )
-        problem = loaded_problem.problem
         policies = _load_verifiable_policies(
-            transcript, problem, trusted=trusted, assigned_names=assigned_names
+            transcript,
+            loaded_problem.problem,
+            trusted=trusted,
+            assigned_names=assigned_names,
+            agents=agents,
         )
     except BadTranscript as error:
         return VerificationReport(str(path), [make_finding(error, MALFORMED)])
@@ -171,10 +205,10 @@ def verify(
             str(path), [Finding("facts", str(path), line, "seats", str(error))]
         )
     frame_renderer = render_transcript_frame if compares_frames else None
-    report = verify_transcript(transcript, problem, policies, frame_renderer)
+    report = verify_transcript(transcript, loaded_problem.problem, policies, frame_renderer)
     report.problem_change = describe_problem_change(transcript, loaded_problem)
     report.findings = merge_waiting_players_findings(report.findings)
-    if is_concealed(transcript, problem):
+    if is_concealed(transcript, loaded_problem.problem):
         report.findings = [finding.without_values for finding in report.findings]
     return report
 

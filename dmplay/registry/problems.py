@@ -21,6 +21,7 @@ from types import ModuleType
 from typing import NamedTuple
 
 from dmplay.core.parameter_parsing import parse_parameter
+from dmplay.core.parameters import NUMBER_TYPES
 from dmplay.core.playability_checks import check_playable
 from dmplay.core.problem import Problem
 from dmplay.core.user_code_locations import describe_error_location
@@ -138,7 +139,8 @@ def find_problem(
 def identify_problem(problem: Problem) -> LoadedProblem:
     """Return a problem with the name and the parameters that load it again.
 
-    Raise BadParameter if there are none, for example for a problem that a script defines itself.
+    If there are none, for example of a problem that a script defines itself, return the name of its
+    module and class, with the parameters that a transcript can hold.
     """
     kind = type(problem)
     module = sys.modules[kind.__module__]
@@ -155,9 +157,12 @@ def identify_problem(problem: Problem) -> LoadedProblem:
             loaded = find_problem(name, changed)
             if parameter_values(loaded.problem) == values:
                 return loaded._replace(problem=problem)
-    raise BadParameter(
-        f"got a {kind.__name__} that no name loads again, expected the name of a problem"
-    )
+    parameters = {
+        field.name: getattr(problem, field.name)
+        for field in fields(problem)
+        if field.repr and isinstance(field.default, (*NUMBER_TYPES, str))
+    }
+    return LoadedProblem(f"{module.__name__}:{kind.__name__}", problem, parameters)
 
 
 def _find_problem_source(name: str) -> ProblemSource:

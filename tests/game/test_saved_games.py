@@ -1,5 +1,6 @@
 """A game of `dmplay.play` is saved as a transcript that verifies."""
 
+import importlib
 import json
 import re
 import stat
@@ -10,7 +11,7 @@ import numpy as np
 import pytest
 
 import dmplay
-from dmplay.errors import BadParameter
+from dmplay.errors import BadParameter, BadTranscript
 from dmplay.game.command_line_results import McpServerConfig
 from dmplay.game.manual_game import ManualGame
 from dmplay.registry.builtin_names import problem_names
@@ -125,12 +126,50 @@ def test_a_problem_of_a_file_is_saved_with_its_path(
     assert identify_problem(local).parameters == {"discount": 0.5}
 
 
-def test_a_problem_without_a_name_is_refused(tmp_path: Path) -> None:
+def test_a_problem_and_an_agent_without_a_name_are_given_as_objects(tmp_path: Path) -> None:
     class Pond(type(dmplay.load_problem("hexworld"))):  # type: ignore[misc]
         pass
 
-    with pytest.raises(BadParameter, match="got a Pond that no name loads again, expected the"):
-        dmplay.play(Pond(), seed=7).save(tmp_path / "game.dmt")
+    def go_east(view: dmplay.View[dmplay.Problem]) -> str:
+        return "e"
+
+    path = tmp_path / "game.dmt"
+    game = dmplay.play(Pond(slip=0.2), go_east, seed=7, turns=3)
+    while not game.over:
+        game.act()
+    game.save(path)
+    assert read_transcript(path).header.parameters["slip"] == 0.2
+    with pytest.raises(BadTranscript, match="is code outside dmplay"):
+        dmplay.read(path)
+    regrets = [choice.regret for choice in game.review()]
+    for problem in Pond, Pond(slip=0.2), Pond:
+        assert dmplay.read(path, problem=problem).returns == game.returns
+        assert [choice.regret for choice in dmplay.review(path, problem=problem)] == regrets
+        assert len(dmplay.evaluate_transcripts(path, problem=problem).players[0].games) == 1
+        for agents, unchecked in ((None, ["human"]), (go_east, []), ([go_east], [])):
+            report = dmplay.verify(path, problem=problem, agents=agents)
+            assert (report.findings, report.unchecked_players) == ([], unchecked)
+    finding, *_ = dmplay.verify(path, problem=Pond, agents=lambda view: "w").findings
+    assert "action" in str(finding)
+    assert dmplay.verify(path, problem="hexworld").is_ok
+    assert not dmplay.verify(path, problem="crying-baby").is_ok
+
+
+@pytest.mark.extra("gymnasium")
+def test_a_session_and_the_game_of_an_environment_are_saved(tmp_path: Path) -> None:
+    env = importlib.import_module("dmplay.gym").Env("prisoners-dilemma", others="grim", turns=3)
+    env.reset(seed=7)
+    for _ in range(3):
+        env.step(1)
+    problem = dmplay.load_problem("hexworld", slip=0.1)
+    policies = [dmplay.load_agent(problem, 0, "optimal")]
+    walk = dmplay.Session(problem, dmplay.SeededUniforms(7, 2), policies)
+    walk.advance()
+    for session, names in ((env.unwrapped.session, ["human", "grim"]), (walk, ["optimal"])):
+        dmplay.save(session, tmp_path / "game.dmt", overwrite=True)
+        assert [*read_transcript(tmp_path / "game.dmt").header.seats.values()] == names
+        report = dmplay.verify(tmp_path / "game.dmt")
+        assert (report.findings, report.turns) == ([], len(session.turns))
 
 
 def test_a_path_that_cannot_be_written_is_named(tmp_path: Path) -> None:
