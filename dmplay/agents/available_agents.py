@@ -23,6 +23,8 @@ class Roster:
     simulation_agent: str | None = None
     # a simple way to play, which a silver medal is measured by
     rule_of_thumb: str | None = None
+    # a careless way to play, which a bronze medal is measured by; not random play if that is absurd
+    baseline: str = "random"
     adds_general_agents: bool = True  # the agents of general methods can play this seat too
 
     def hint_provider_for(self, turns: int | None) -> str | None:

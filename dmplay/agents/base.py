@@ -1,5 +1,6 @@
 """Base classes of policies: one seat, simple memories, and greedy choice by value."""
 
+import re
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -24,6 +25,12 @@ MAX_TABULAR_STATES = 1000  # maximum number of states for which a table of all s
 def summarize_agent(agent_class: object) -> str:
     """Return the first line of an agent's description."""
     return (agent_class.__doc__ or "").partition("\n")[0]
+
+
+def describe_rule(agent_class: object) -> str:
+    """Return the first line of an agent's description as a clause, without the book's section."""
+    text = re.sub(r" \(section [A-Z0-9.]+\)", "", summarize_agent(agent_class)).rstrip(".")
+    return f"{text[:1].lower()}{text[1:]}"
 
 
 def address_opponent(description: str) -> str:

@@ -1,18 +1,20 @@
 """Medals: what a finished game lost, compared with agents that play from the same start.
 
 Gold is for at most 1 % of the loss of random play, silver for at most the loss of a rule of thumb,
-and bronze for less than that of random play. The loss is the regret if it is known exactly, else
-the score that a strong agent reaches more on average. Where random play is about as good as the
-best, luck decides, and there is no medal.
+and bronze for less than that of random play. Where random play is absurd, a problem names another
+careless agent in its place. The loss is the regret if it is known exactly, else the score that a
+strong agent reaches more on average. Where random play is about as good as the best, luck decides,
+and there is no medal.
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 from dmplay.game.hints.hint_provider import choose_decimals, format_fixed
 
 MEDALS = ("gold", "silver", "bronze")
+MAX_DECIMALS = 6  # of numbers that differ little
 GOLD_SHARE = 0.01  # of the loss of random play
 LOSS_TOLERANCE = 1e-9  # of the scale of rewards
 NO_REASONS: Mapping[str, str] = {}
@@ -27,6 +29,19 @@ class AgentValue(NamedTuple):
     score: float
     is_exact: bool
     error: float = 0.0  # the standard error of the mean score
+    rule: str = ""  # a clause on how it plays
+
+    def __str__(self) -> str:
+        """Return the agent as a player in a sentence: its name, and how it plays."""
+        if self.agent == "random":
+            return "random play"
+        return f"the rule {self.agent}{self.explanation}"
+
+    @property
+    def explanation(self) -> str:
+        """The clause on its way to play, in brackets; '' if there is none."""
+        rule = self.rule.partition(";")[0].partition(" (")[0]
+        return f" ({rule})" if rule else ""
 
 
 class Medal(NamedTuple):
@@ -43,48 +58,56 @@ class Medal(NamedTuple):
     scale: float  # of the problem's rewards
     random: AgentValue
     missing: Mapping[str, str] = NO_REASONS  # by medal that cannot be won here: the reason
+    rule: AgentValue | None = None  # the rule of thumb
 
     def __str__(self) -> str:
-        """Return the medal and the limits as one line."""
+        """Return the medal with its limit, and the limit of the next better one, as one line."""
         if not self.limits:
             return "no medals here: no play is clearly better than random"
         is_regret = self.best.is_exact
-        numbers = {
-            name: limit if is_regret else self.best.score - limit
-            for name, (limit, _) in self.limits.items()
-        }
-        result = self.loss if is_regret else self.best.score - self.loss
-        decimals = choose_decimals([result, *numbers.values()], self.scale)
-        parts = [
-            f"{name} {format_fixed(number, decimals)}" + f" ({agent}'s)" * bool(agent)
-            for name, number in numbers.items()
-            for agent in [self.limits[name][1]]
+        wanted = [*MEDALS[::-1]][2 - MEDALS.index(self.name) :] if self.name else [*MEDALS[::-1]]
+        names = [name for name in wanted if name in self.limits][: 2 if self.name else 1]
+        numbers = [
+            limit if is_regret else self.best.score - limit
+            for limit, _ in map(self.limits.__getitem__, names)
         ]
-        measure = "regret" if is_regret else "score"
-        line = f"{self.name or 'no'} medal: {measure} {format_fixed(result, decimals)}; "
-        parts[0] = parts[0].replace(" ", f" for at {'most' if is_regret else 'least'} ", 1)
-        parts[-1] = parts[-1].replace(" ", f" {'below' if is_regret else 'above'} ", 1)
-        line += ", ".join(parts)
-        line += "".join(f"; no {name}: {reason}" for name, reason in self.missing.items())
-        if not self.game_count:
+        result = self.loss if is_regret else self.best.score - self.loss
+        decimals = _choose_distinct_decimals([result, *numbers], self.scale)
+        lost = f"{format_fixed(result, decimals)} (the regret)" if self.loss else "nothing"
+        score = format_fixed(result, decimals)
+        line = f"{self.name or 'no'} medal: "
+        line += f"your choices lost {lost}" if is_regret else f"you scored {score}"
+        if is_regret and not self.loss and self.name == MEDALS[0]:
             return line
-        return f"{line}; means of {self.game_count} games"
+        for name, number in zip(names, numbers, strict=True):
+            degree = f"at {'most' if is_regret else 'least'}"
+            if name == "bronze":
+                degree = f"{'less' if is_regret else 'more'} than"
+            player = {"silver": self.rule, "bronze": self.random}.get(name)
+            source = f", the {'loss' if is_regret else 'average'} of {player}" if player else ""
+            line += f"; {name} is for {degree} {format_fixed(number, decimals)}{source}"
+        if len(names) == 1 and self.name and self.missing:  # it is the best that can be won
+            line += "".join(f"; no {name}: {reason}" for name, reason in self.missing.items())
+        return f"{line}; averages of {self.game_count} games" if self.game_count else line
 
     def describe_score(self) -> str:
         """Return the rank of the score among the mean scores of agents."""
         best = self.best.agent
         if not self.limits:
             return self._describe_luck()
-        _, rule = self.limits.get("silver", (0.0, best))
+        has_rule = "silver" in self.limits and self.rule is not None
+        rule = str(self.rule) if has_rule else best
+        if self.rule and self.rule.agent == best:
+            best = rule
         degree = "as good as" if self.loss <= 0 else "close to"
         ranks = {
             "gold": f"score {degree} the average of {best}",
             "silver": f"score above the average of {rule}, below that of {best}",
-            "bronze": f"score above the average of random play, below that of {rule}",
+            "bronze": f"score above the average of {self.random}, below that of {rule}",
         }
         if rule == best:
             ranks["silver"] = ranks["gold"]
-        return ranks.get(self.name, "score not above the average of random play")
+        return ranks.get(self.name, f"score not above the average of {self.random}")
 
     def _describe_luck(self) -> str:
         """Return the small difference of the scores of the best agent and of random play."""
@@ -92,9 +115,10 @@ class Medal(NamedTuple):
         if self.best.is_exact or best - random <= LOSS_TOLERANCE * self.scale:
             return "every way to play is about as good here"
         decimals = choose_decimals([best, random], self.scale)
-        means = f"random {format_fixed(random, decimals)}, {self.best.agent}"
-        games = f"{self.game_count} games each from this start"
-        return f"luck decides: mean scores of {games}: {means} {format_fixed(best, decimals)}"
+        means = f"{self.random} scored {format_fixed(random, decimals)}"
+        rule = self.rule if self.rule and self.rule.agent == self.best.agent else self.best.agent
+        means += f", {rule} {format_fixed(best, decimals)}"
+        return f"luck decides: on average of {self.game_count} games, {means}"
 
     @property
     def data(self) -> dict[str, object]:
@@ -104,6 +128,16 @@ class Medal(NamedTuple):
         }
         facts = {"medal": self.name or None, "loss": self.loss, "limits": limits}
         return {**facts, "exact": not self.game_count, "games": self.game_count}
+
+
+def _choose_distinct_decimals(numbers: Sequence[float], scale: float) -> int:
+    """Return the number of decimals that print different numbers as different texts."""
+    decimals, different = choose_decimals(numbers, scale), len({*numbers})
+    while decimals < MAX_DECIMALS and different > len(
+        {format_fixed(number, decimals) for number in numbers}
+    ):
+        decimals += 1
+    return decimals
 
 
 def award_medal(  # noqa: PLR0913, PLR0917 - the values of the players
@@ -123,17 +157,17 @@ def award_medal(  # noqa: PLR0913, PLR0917 - the values of the players
     stake = best.score - random.score
     error = CLEAR_STANDARD_ERRORS * math.hypot(best.error, random.error)
     if stake <= max(error, tolerance if best.is_exact else 0.0, NEGLIGIBLE_SHARE * scale):
-        return Medal("", loss, best, {}, game_count, scale, random)
+        return Medal("", loss, best, {}, game_count, scale, random, rule=rule)
     limits, missing = {"gold": (GOLD_SHARE * stake, "")}, {}
     if rule and rule.agent == best.agent:
         limits = {"silver": (0.0, rule.agent)}
-        missing["gold"] = "a better agent takes too long"
+        missing["gold"] = "no better agent is quick enough to compare"
     elif rule is None:
         missing["silver"] = "no rule of thumb is known"
     elif best.score - rule.score <= limits["gold"][0]:
-        missing["silver"] = f"{rule.agent} wins gold"
+        missing["silver"] = f"{rule} wins gold"
     elif best.score - rule.score >= stake - tolerance:
-        missing["silver"] = f"{rule.agent} is no better than random"
+        missing["silver"] = f"{rule} is no better than {random}"
     else:
         limits["silver"] = (best.score - rule.score, rule.agent)
     limits["bronze"] = (stake, random.agent)
@@ -151,4 +185,5 @@ def award_medal(  # noqa: PLR0913, PLR0917 - the values of the players
         scale,
         random,
         missing,
+        rule,
     )

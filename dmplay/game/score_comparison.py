@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, NamedTuple, cast
 
 import numpy as np
 
-from dmplay.agents.base import SCRIPTED_PLAYERS, AdviceQuestion
+from dmplay.agents.available_agents import Roster
+from dmplay.agents.base import SCRIPTED_PLAYERS, AdviceQuestion, describe_rule
 from dmplay.agents.expected_return import compute_expected_return
 from dmplay.core.action_values import Accuracy
 from dmplay.core.arrays import Array, Reals
@@ -90,8 +91,8 @@ class ScoreComparer:
         return session.end_reason in NATURAL_END_REASONS and has_common_reward and is_repeatable
 
     def compare_score(self) -> tuple[ScoreComparison, ...]:
-        """Return the counts of games of random play, and of a strong agent, that scored less."""
-        names = [RANDOM_AGENT, *[self._strong_agent] * (not self._plans_longer_game)]
+        """Return the counts of games of careless play, and of a strong agent, that scored less."""
+        names = [self._baseline, *[self._strong_agent] * (not self._plans_longer_game)]
         comparisons = (self._compare_agent(name) for name in dict.fromkeys(names) if name)
         return tuple(comparison for comparison in comparisons if comparison)
 
@@ -104,21 +105,31 @@ class ScoreComparer:
         if len(self.questions) != 1:
             return None
         seat, scale = self.questions[0].seat, self.session.problem.reward_scale
-        rule_name = agents.load_roster(self.session.problem, seat).rule_of_thumb
+        rule_name = self._roster.rule_of_thumb
         is_exact = regret is not None
-        random = self._value_agent(RANDOM_AGENT, is_exact=is_exact)
-        if random is None:
+        baseline = self._value_agent(self._baseline, is_exact=is_exact)
+        if baseline is None:
             return None
         rule = self._value_agent(rule_name, is_exact=is_exact) if rule_name else None
         if regret is not None:
             best = AgentValue("", start_value, is_exact=True)
-            return award_medal(regret, best, rule, random, COMPARED_GAMES, scale)
+            return award_medal(regret, best, rule, baseline, COMPARED_GAMES, scale)
         name = self._strong_agent
         strong = (self._value_agent(name, is_exact=False) if name else None) or rule
         if strong is None:
             return None
         loss = strong.score - self.session.seat_return(seat)
-        return award_medal(loss, strong, rule, random, COMPARED_GAMES, scale)
+        return award_medal(loss, strong, rule, baseline, COMPARED_GAMES, scale)
+
+    @property
+    def _roster(self) -> Roster:
+        """The agents of the first person's seat."""
+        return agents.load_roster(self.session.problem, self.questions[0].seat)
+
+    @property
+    def _baseline(self) -> str:
+        """The careless agent by which bronze and the words on choices are measured."""
+        return self._roster.baseline
 
     @cached_property
     def _strong_agent(self) -> str:
@@ -177,6 +188,7 @@ class ScoreComparer:
         None if it takes too long, or if games go on that may still score more.
         """
         session, seat = self.session, self.questions[0].seat
+        rule = describe_rule(self._roster.agents.get(name.partition(":")[0]))
         if is_exact:
             with suppress(DmplayError, ComputationStopped), stop_after_seconds(MAX_SECONDS):
                 score = compute_expected_return(
@@ -187,7 +199,7 @@ class ScoreComparer:
                     self._list_starts(seat),
                 )
                 if score is not None:
-                    return AgentValue(name, score, is_exact=True)
+                    return AgentValue(name, score, is_exact=True, rule=rule)
         has_other_starts = is_exact and session.problem.partially_observable
         games = self._play_games(name, has_same_start=not has_other_starts)
         if games is None or not (
@@ -196,7 +208,7 @@ class ScoreComparer:
             return None
         scores = games.returns[:, seat]
         error = float(scores.std(ddof=1)) / math.sqrt(len(scores))
-        return AgentValue(name, float(scores.mean()), is_exact=False, error=error)
+        return AgentValue(name, float(scores.mean()), is_exact=False, error=error, rule=rule)
 
     def _list_starts(self, seat: int) -> tuple[Array, Reals]:
         """Return the start as the seat knows it: states `[K, ...]` and probabilities `[K]`."""

@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from dmplay.agents.base import SCRIPTED_PLAYERS, SeatPolicy, address_opponent, summarize_agent
+from dmplay.agents.base import SCRIPTED_PLAYERS, SeatPolicy, address_opponent, describe_rule
 from dmplay.agents.script import Script
 from dmplay.core.policy import Policy
 from dmplay.core.problem import Problem
@@ -71,10 +71,10 @@ def list_other_players(session: Session, player_names: Sequence[str]) -> list[tu
         return []
     seats = zip(session.problem.agents, player_names, session.seated_policies, strict=True)
     return [
-        (agent, shorten_player_name(name), f"{rule[:1].lower()}{rule[1:]}".rstrip("."))
+        (agent, shorten_player_name(name), rule)
         for agent, name, seated in seats
         if seated and isinstance(seated.policy, SeatPolicy)
-        for rule in [address_opponent(summarize_agent(type(seated.policy)))]
+        for rule in [address_opponent(describe_rule(type(seated.policy)))]
     ]
 
 

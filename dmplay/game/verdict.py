@@ -17,12 +17,13 @@ from dmplay.core.text import format_count, join_words
 from dmplay.core.work_budget import ComputationStopped, limit_total_work, stop_after_seconds
 from dmplay.errors import DmplayError
 from dmplay.game.background_tasks import TaskInfo, run_cancellable
-from dmplay.game.hints.ghost_agent import Ghost, describe_ghost_result
-from dmplay.game.hints.hint_provider import choose_decimals, format_fixed
+from dmplay.game.hints.ghost_agent import Ghost, play_ghost
+from dmplay.game.hints.hint_provider import TOO_CLOSE, choose_decimals, format_fixed
 from dmplay.game.hints.review import (
     NOT_JUDGED,
     ReviewedAction,
     append_game,
+    list_costly_choices,
     run_review,
     total_regret,
 )
@@ -36,13 +37,13 @@ MAX_SECONDS = 1.0  # seconds of processor time of each part of a verdict that no
 COMPARISON_TASK = TaskInfo(
     "comparing your score with other games", is_after_game=True, delays_quit=True
 )
-AVERAGE_LUCK = 0.1  # of the regret of random play: less luck is average
-CHOICE_WORDS = (  # by the share of the regret of random play that is not exceeded
+AVERAGE_LUCK = 0.1  # of the regret of careless play: less luck is average
+CHOICE_WORDS = (  # by the share of the regret of careless play that is not exceeded
     (GOLD_SHARE, "excellent choices"),
     (0.2, "good choices"),
     (0.5, "mixed choices"),
     (1.0, "weak choices"),
-    (math.inf, "choices no better than random"),
+    (math.inf, "choices no better than"),  # the careless agent
 )
 COSTLY_MARKS = (("??", 0.5), ("?!", 0.2))  # marks, and the share of the stake lost from which on
 
@@ -84,9 +85,11 @@ class SeatChoices:
             if self.basis.accuracy.is_bound:
                 line = f"not judged, because only {text} of their values are known"
                 return [f"{prefix}choices: {line}"]
-            unjudged = f"{self.unjudged_count if self.count else 'all'} {NOT_JUDGED}"
-            parts = [f"{share} by the {text}"] * bool(self.count)
-            parts += [unjudged] * bool(self.unjudged_count)
+            if not self.count:
+                return [f"{prefix}choices: none is judged, their values are {TOO_CLOSE}"]
+            parts = [f"{share} by the {text}"]
+            parts += [f"{self.unjudged_count} {NOT_JUDGED}"] * bool(self.unjudged_count)
+            parts += [f"worst: {_describe_worst(self.worst)}"] if self.worst else []
             return [f"{prefix}choices: {'; '.join(parts)}"]
         numbers = [self.regret, self.luck or 0.0, self.start_value or 0.0]
         decimals = choose_decimals(numbers, self.scale)
@@ -104,13 +107,15 @@ class SeatChoices:
     def describe_quality(self, medal: Medal | None) -> str:
         """Return the quality of choices with a known regret, and the luck; '' if unknown.
 
-        The measure is the regret of random play, the limit of a bronze medal.
+        The measure is the regret of careless play, the limit of a bronze medal.
         """
         stake, _ = medal.limits.get("bronze", (0.0, "")) if medal else (0.0, "")
         if self.regret is None:
             return ""
         share = self.regret / stake if stake else math.nan
         words = next((text for limit, text in CHOICE_WORDS if share <= limit), "")
+        if medal and words == CHOICE_WORDS[-1][1]:
+            words += f" {medal.random}"
         if self.best_count == self.count:
             words = "perfect choices"
         luck = self._describe_luck(stake) if stake else ""
@@ -186,6 +191,8 @@ class Verdict:
     choices: tuple[SeatChoices, ...] = ()
     comparisons: tuple[ScoreComparison, ...] = ()
     ghost_line: str = ""  # an agent's score with the same random numbers
+    matched_ghost: str = ""  # the agent, if the person scored as much as it did
+    limit_turns: int = 0  # turns of a game that its turn limit ended
     error: str = ""  # why the choices could not be reviewed
     medal: Medal | None = None
     standing: Standing = NO_STANDING
@@ -200,11 +207,13 @@ class Verdict:
             would_be = f"would be {self.medal.name}; " if self.medal and self.medal.name else ""
             rows.append(f"{would_be}no medal and no record, because of {aids}")
         elif not aids:
-            rows += [str(self.medal)] if self.medal else []
+            rows += [self._describe_medal(self.medal)] if self.medal else []
             rows += [self.standing.record] if self.standing.record else []
+        has_effect = not (self._is_score_fixed or (self.medal and not self.medal.limits))
         rows += [
             row
             for choices in self.choices
+            if choices.count or has_effect
             for row in choices.format_choice_lines(
                 f"{choices.seat} " if has_several_seats else "", self._stake
             )
@@ -221,8 +230,32 @@ class Verdict:
     def summary(self) -> str:
         """The quality of the choices and the luck, or else the rank of the score; '' if unknown."""
         if len(self.choices) == 1 and self.choices[0].regret is not None:
-            return self.choices[0].describe_quality(self.medal)
-        return self.medal.describe_score() if self.medal else ""
+            words = self.choices[0].describe_quality(self.medal)
+            if words:
+                return words
+        if self._is_score_fixed:
+            period = f"in {format_count(self.limit_turns, 'turn')}" if self.limit_turns else "here"
+            return f"{period} no choice changes the score"
+        if self.medal and self.medal.loss > 0 and self.matched_ghost == self.medal.best.agent != "":
+            return f"score as good as that of {self.matched_ghost} with the same start and luck"
+        text = self.medal.describe_score() if self.medal else ""
+        if self.limit_turns and self.medal and not self.medal.limits:
+            text = f"in {format_count(self.limit_turns, 'turn')}, {text.removesuffix(' here')}"
+        return text
+
+    @property
+    def _is_score_fixed(self) -> bool:
+        """True if random play and the best agent always score what the person did."""
+        counts = {comparison.game_count - comparison.equal_count for comparison in self.comparisons}
+        return counts == {0} and self.medal is not None and not self.medal.limits
+
+    def _describe_medal(self, medal: Medal) -> str:
+        """Return the medal as a line that explains no rule that the summary explains."""
+        text = str(medal)
+        for agent in (medal.rule, medal.random):
+            if agent and agent.explanation and f"{agent}" in self.summary:
+                text = text.replace(agent.explanation, "")
+        return text
 
     @property
     def _stake(self) -> float:
@@ -235,6 +268,11 @@ class Verdict:
         return None if self.standing.aids else self.medal
 
     @cached_property
+    def costly_choices(self) -> list[ReviewedAction]:
+        """The choices that lost so much that they are worth another look."""
+        return list_costly_choices(self.moves)
+
+    @cached_property
     def marks(self) -> dict[int, str]:
         """The marks of the turns in which a choice lost much: ?? for very much, ?! for much.
 
@@ -242,7 +280,7 @@ class Verdict:
         """
         stake = max((move.discounted_spread for move in self.moves), default=0.0)
         marks = dict[int, str]()
-        for move in sorted(self.moves, key=lambda move: move.discounted_regret):
+        for move in sorted(self.costly_choices, key=lambda move: move.discounted_regret):
             for mark, share in reversed(COSTLY_MARKS):
                 if _is_costly(move, share * stake):
                     marks[move.turn] = mark
@@ -319,18 +357,24 @@ def iter_verdicts(
             verdict = Verdict(tuple(moves), choices)
         except DmplayError as error:
             verdict = Verdict(error="" if max_seconds else str(error))
-    verdict = replace(verdict, standing=standing)
+    limit_turns = len(session.turns) if session.end_reason == "turn limit" else 0
+    verdict = replace(verdict, standing=standing, limit_turns=limit_turns)
     yield verdict
     comparer = ScoreComparer(session, questions)
     if comparer.is_possible:
         verdict = run_cancellable(COMPARISON_TASK, lambda: _compare_score(verdict, comparer))
         yield verdict
-    ghost_line = ""
+    opponent, line = None, ""
     with _stop_quietly_after(
         max_seconds
     ):  # Last, because it may take long, and players may skip it.
-        ghost_line = describe_ghost_result(session, questions, ghost)
-    yield replace(verdict, ghost_line=ghost_line)
+        opponent = play_ghost(session, questions, ghost)
+        line = opponent.describe_comparison() if opponent else ""
+    if opponent and line:
+        tolerance = RETURN_TOLERANCE * max(abs(opponent.score), session.problem.reward_scale)
+        matched = opponent.name * (opponent.player_lead >= -tolerance)
+        verdict = replace(verdict, ghost_line=line, matched_ghost=matched)
+    yield verdict
 
 
 def _compare_score(verdict: Verdict, comparer: ScoreComparer) -> Verdict:
@@ -392,14 +436,17 @@ def _assess_seat(
         ),
     )
     regrets = [move.regret for move in moves if move.regret is not None]
+    worst = max(list_costly_choices(moves), key=lambda move: move.loss, default=None)
     is_exact = len(regrets) == len(moves) and all(
         move.basis.accuracy is Accuracy.EXACT for move in moves
     )
     if not (is_exact and _are_about_game(session, question, moves[0].basis)):
-        return choices
+        is_judged = moves[0].basis.accuracy in {Accuracy.ESTIMATED, Accuracy.RATING}
+        is_alone = len(session.problem.agents) == 1
+        is_about_game = is_judged and (is_alone or not moves[0].basis.assumed_players)
+        return replace(choices, worst=worst if is_about_game else None)
     regret = total_regret(moves)
-    worst = max(moves, key=lambda move: move.discounted_regret)
-    choices = replace(choices, regret=regret, worst=worst if worst.regret else None)
+    choices = replace(choices, regret=regret, worst=worst)
     if moves[0].turn > 1:
         return choices
     start_value = max(moves[0].values.values())
@@ -447,5 +494,8 @@ def _is_luck_known(session: Session, moves: Sequence[ReviewedAction]) -> bool:
 
 def _describe_worst(move: ReviewedAction) -> str:
     """Return the worst choice as a sentence without its end."""
-    lost = format_fixed(move.discounted_regret, move.decimal_count)
-    return f"turn {move.turn}, chose {move.chosen}, not {' or '.join(move.best)}: {lost} lost"
+    text = f"turn {move.turn}, chose {move.chosen}, not {' or '.join(move.best)}"
+    if move.basis.accuracy is Accuracy.RATING:
+        return f"{text}, which is rated higher"
+    about = "about " * move.basis.accuracy.is_estimate
+    return f"{text}: {about}{format_fixed(move.discounted_regret, move.decimal_count)} lost"

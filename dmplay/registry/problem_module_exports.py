@@ -42,7 +42,7 @@ Item = TypeVar("Item")
 RESERVED_AGENT_NAMES = ("human", "mcp", "script", "replay", "bot")
 ROLES = (  # fields of a Roster
     "hint_provider", "finite_horizon_hint_provider", "default_partner", "batch_agent",
-    "simulation_agent", "rule_of_thumb",
+    "simulation_agent", "rule_of_thumb", "baseline",
 )  # fmt: skip
 PART_BY_NAME = {  # the file of a folder that defines each name
     "AGENTS": "agents", "VIEW": "view", "KEYS": "view", "SOLUTION": "solution",

@@ -121,8 +121,9 @@ def test_luck_and_regret_in_the_crying_baby_are_those_of_a_search_of_all_beliefs
 def test_the_lines_of_a_game_of_hexworld() -> None:
     assert judge(play("hexworld", ["e", "e", "w"])).lines == [
         "verdict: weak choices, bad luck",
-        "bronze medal: regret 4.07; gold for at most 0.05, silver 0.12 "
-        "(nearest-exit's), bronze below 4.59 (random's)",
+        "bronze medal: your choices lost 4.07 (the regret); bronze is for less than 4.59, the loss "
+        "of random play; silver is for at most 0.12, the loss of the rule nearest-exit (walks by a "
+        "shortest path to the nearest good exit, as if no step slipped)",
         "choices: best action 1 of 3 times; worst: turn 1, chose e, not se: 3.20 lost",
         "score -0.90 = best play's average 3.75 - your choices 4.07 - bad luck 0.58",
         "100 random games (same start): 54 scored less than you, 19 the same, 27 more",
@@ -316,14 +317,14 @@ def test_equal_scores_are_not_better() -> None:
     (comparison, _) = judge(game).comparisons
     returns = dmplay.rollout(
         game.problem,
-        [dmplay.load_agent(game.problem, 0, "random")],
+        [dmplay.load_agent(game.problem, 0, "no-push")],
         episodes=COMPARED_GAMES,
         turn_limit=1,
         seed=1_000_005,
         start_uniforms=game.session.initial_uniforms,
     ).returns[:, 0]
     score = game.session.seat_return(0)
-    assert comparison.agent == "random"
+    assert comparison.agent == "no-push"
     assert comparison.lower_count == (returns < score).sum()
     assert comparison.equal_count == (returns == score).sum()
     assert (

@@ -208,21 +208,21 @@ def _uses_seed_uniforms(session: Session) -> bool:
     )
 
 
-def describe_ghost_result(
+def play_ghost(
     session: Session, questions: Sequence[AdviceQuestion], ghost: Ghost | None
-) -> str:
-    """Return a comparison with the ghost, or the best agent, on the uniforms of a finished game.
+) -> Ghost | None:
+    """Return the ghost, or the best agent, after its game on the uniforms of a finished game.
 
-    '' if there is no such agent or it fails, or if the best agent plays a longer game.
+    None if there is no such agent or it fails, or if the best agent plays a longer game.
     """
     try:
         opponent = ghost or create_best_ghost(session, questions)
         if opponent is None or (ghost is None and opponent.plays_longer_game):
-            return ""
+            return None
         task_info = TaskInfo(
             f"{opponent.name} is playing the same game", is_after_game=True, can_be_skipped=True
         )
         run_cancellable(task_info, opponent.play_to_end)
-        return opponent.describe_comparison()
     except DmplayError:
-        return ""
+        return None
+    return opponent

@@ -38,6 +38,7 @@ MAX_BAR_COLUMNS = 20  # maximum columns of a regret bar
 REVIEW_TASK = TaskInfo("reviewing your actions", is_after_game=True)
 
 
+NEGLIGIBLE_SHARE = 0.005  # of the value at the start: a loss that is not worth another look
 RIGHT_LOSS_PERCENT = 1  # of the best value minus the worst one: the loss of a right action
 
 
@@ -169,6 +170,22 @@ class ReviewedAction(NamedTuple):
 def format_range(bounds: tuple[float, float], decimal_count: int) -> str:
     """Return a number, or the range between two different bounds."""
     return " to ".join(format_fixed(bound, decimal_count) for bound in dict.fromkeys(bounds))
+
+
+def list_costly_choices(moves: Sequence[ReviewedAction]) -> list[ReviewedAction]:
+    """Return the choices that lost so much that they are worth another look."""
+    starts = dict[str, float]()  # by seat: the value of best play before the first choice
+    for move in moves:
+        starts.setdefault(move.seat, abs(max(move.values.values(), default=0.0)))
+    return [
+        move
+        for move in moves
+        if move.lost_something
+        and (
+            move.basis.accuracy is Accuracy.RATING
+            or move.loss >= NEGLIGIBLE_SHARE * starts[move.seat]
+        )
+    ]
 
 
 class Review(list[ReviewedAction]):

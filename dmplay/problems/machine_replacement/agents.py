@@ -29,10 +29,10 @@ class AlwaysManufacture(ConstantPolicy):
 
 @dataclass(frozen=True)
 class Threshold(BeliefPolicy):
-    """Repairs, in the cheaper way, once it expects at least `repair` failed components.
+    """Repairs, in the cheaper way, once it expects enough failed components.
 
-    From `examine` expected components on it examines its products. That does not pay in a game of
-    the usual length, so by default it does not examine.
+    Enough are `repair` components. From `examine` expected components on it examines its products.
+    That does not pay in a game of the usual length, so by default it does not examine.
     """
 
     problem: MachineReplacement

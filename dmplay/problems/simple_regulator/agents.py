@@ -64,6 +64,28 @@ class Optimal(HorizonPolicy, ReactivePolicy):
 
 
 @dataclass(frozen=True)
+class HalfBack(ReactivePolicy):
+    """Pushes back half of the number."""
+
+    problem: SimpleRegulator
+
+    def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
+        """Return minus half of the numbers, clipped to the interval."""
+        return self.problem.actions[0].clip_actions(-0.5 * memory[0][:, 0])
+
+
+@dataclass(frozen=True)
+class NoPush(ReactivePolicy):
+    """Never pushes."""
+
+    problem: SimpleRegulator
+
+    def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
+        """Return 0 for all rows."""
+        return np.zeros(len(memory[0]))
+
+
+@dataclass(frozen=True)
 class Gaussian(ReactivePolicy):
     """Draws its action from N(theta1 s, theta2^2), as in the policy gradient chapters."""
 
@@ -81,4 +103,9 @@ class Gaussian(ReactivePolicy):
         return self.problem.actions[0].clip_actions(sampled)
 
 
-AGENTS = Roster({"optimal": Optimal, "gaussian": Gaussian}, hint_provider="optimal")
+AGENTS = Roster(
+    {"optimal": Optimal, "half-back": HalfBack, "no-push": NoPush, "gaussian": Gaussian},
+    hint_provider="optimal",
+    rule_of_thumb="half-back",
+    baseline="no-push",
+)

@@ -261,7 +261,7 @@ def _navigation_keys(game: Game, frame_state: FrameState, *, is_game_over: bool)
     if game.human_seats and not (game.session.over and game.session.turns):
         return frame_state.clock_keys
     if game.human_seats:
-        worst = ["X worst"] * any(move.lost_something for move in game.verdict.moves)
+        worst = ["X worst"] * bool(game.verdict.costly_choices)
         return "Enter look back", "PgUp log", *worst, *[LEARN_KEY] * game.has_known_mistakes
     if isinstance(game, Playback):
         return "← → turns", "P play", *filter(None, [frame_state.worst_key]), "Enter play from here"

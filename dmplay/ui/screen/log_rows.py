@@ -12,6 +12,7 @@ from dmplay.ui.screen.frame_state import Viewport
 from dmplay.ui.screen.text_wrapping import wrap_line, wrap_lines
 
 MIN_LOG_ROWS = 2  # rows
+MAX_LISTED_TURNS = 4  # turns of a mark that are named
 MARK_LEGEND = {"??": "lost very much", "?!": "lost much"}
 
 
@@ -20,13 +21,23 @@ def list_verdict_lines(game: Game) -> list[str]:
     predictions = game.predictor.summary if game.predictor else ""
     lines = [f"over: {game.narrator.describe_result()}", *game.verdict.lines]
     lines += [predictions] if predictions else []
-    marks = {*game.verdict.marks.values()}
-    legend = [f"{mark} {text}" for mark, text in MARK_LEGEND.items() if mark in marks]
+    marks = game.verdict.marks
+    legend = [
+        f"{mark} {text} ({_list_turns([turn for turn in sorted(marks) if marks[turn] == mark])})"
+        for mark, text in MARK_LEGEND.items()
+        if mark in marks.values()
+    ]
     lines += [f"marks in the log: {', '.join(legend)}"] if legend else []
     is_judged = any(move.is_judged for move in game.verdict.moves)
     if game.problem.partially_observable and game.human_seats and not is_judged:
         lines.append("Enter shows each turn again, with all that was hidden")
     return [*map(escape_unprintable, lines)]
+
+
+def _list_turns(turns: Sequence[int]) -> str:
+    """Return the first turns of a list as text, and how many more there are."""
+    text = f"turn{'s' * (len(turns) > 1)} {', '.join(map(str, turns[:MAX_LISTED_TURNS]))}"
+    return text + f" and {len(turns) - MAX_LISTED_TURNS} more" * (len(turns) > MAX_LISTED_TURNS)
 
 
 def list_record_lines(game: Game, log: Sequence[str]) -> list[str]:

@@ -160,10 +160,9 @@ class GameTimeline(Game):
     @property
     def worst_turns(self) -> list[int]:
         """The numbers of the turns with the largest regrets, the largest first."""
-        regrets, moves = self._turn_regrets, self._moves_by_turn
+        regrets, turns = self._turn_regrets, {move.turn for move in self.verdict.costly_choices}
         ranked = sorted(range(self.turn_count), key=lambda turn: (-regrets[turn], turn))
-        costly = [turn for turn in ranked if any(move.lost_something for move in moves[turn])]
-        return [turn + 1 for turn in costly[:MAX_WORST_TURNS]]
+        return [turn + 1 for turn in ranked if turn + 1 in turns][:MAX_WORST_TURNS]
 
     @property
     def no_worst_turn_reason(self) -> str:
@@ -173,8 +172,8 @@ class GameTimeline(Game):
             return "no choice is judged, because only bounds are known; ← and → show each turn"
         ratings = [move for move in moves if move.basis.accuracy is Accuracy.RATING]
         if moves and all(move.regret is not None or move in ratings for move in moves):
-            are_clear = not any(move.is_too_close for move in moves)
-            clear = "every choice was right" if are_clear else "no choice clearly lost anything"
+            are_clear = not any(move.is_too_close or move.lost_something for move in moves)
+            clear = "every choice was right" if are_clear else "no choice clearly lost much"
             return f"nothing to improve: {clear}"
         return "no choice has a known regret; ← and → show each turn"
 

@@ -7,13 +7,15 @@ import dmplay
 from dmplay.agents.base import AdviceQuestion
 from dmplay.core.session import Session
 from dmplay.errors import BadParameter
-from dmplay.game.hints.ghost_agent import (
-    Ghost,
-    create_best_ghost,
-    create_ghost,
-    describe_ghost_result,
-)
+from dmplay.game.hints.ghost_agent import Ghost, create_best_ghost, create_ghost, play_ghost
 from tests.support.games import ScriptedUniforms
+
+
+def describe_ghost_result(
+    session: Session, questions: list[AdviceQuestion], ghost: Ghost | None
+) -> str:
+    opponent = play_ghost(session, questions, ghost)
+    return opponent.describe_comparison() if opponent else ""
 
 
 def play_actions(name: str, *action_names: str, seed: int = 7, limit: int | None = None) -> Session:

@@ -70,13 +70,13 @@ EXPECTED_FRAMES: dict[tuple[str, Sequence[str], tuple[int, int], bool], str] = {
 
  over: you took no exit in 4 turns. your score -1.539 (undiscounted -2).
  verdict: weak choices, bad luck
- bronze medal: regret 5.97; gold for at most 0.07, bronze below 6.73
-   (random's); no silver: nearest-exit wins gold
+ bronze medal: your choices lost 5.97 (the regret); bronze is for less than
+   6.73, the loss of random play; gold is for at most 0.07
  choices: best action 1 of 4 times; worst: turn 1, chose w, not se: 5.05 lost
  score -1.54 = best play's average 5.78 - your choices 5.97 - bad luck 1.35
  100 random games (same start): 52 scored less than you, 5 the same, 43 more
  same start and luck: optimal scored 8.1, you -1.539
- marks in the log: ?? lost very much
+ marks in the log: ?? lost very much (turn 1)
 
  Enter look back  PgUp log  X worst  Tab hint  ? help  q quit  : command""",
     ("hexworld", ("enter", "left"), LARGE_SIZE, False): """\
@@ -125,13 +125,13 @@ moves into a wall: ne -0.624, nw -0.624, sw -0.624, se -0.624    w      -0.48
    fed it 2 times. your score -19.42
    (undiscounted -21).
  verdict: mixed choices, bad luck
- silver medal: regret 3.29; gold for at most
-   0.08, silver 3.36 (feed-when-crying's), bronze
-   below 7.78 (random's)
+ silver medal: your choices lost 3.29 (the
+   regret); silver is for at most 3.36, the loss
+   of the rule feed-when-crying (feeds the baby
+   if it cries, else ignores it); gold is for at
+   most 0.08
  choices: best action 2 of 5 times; worst: turn
    4, chose feed, not ignore: 2.83 lost
- score -19.42 = best play's average -13.47 - your
-   choices 3.29 - bad luck 2.66
 
  Enter look back  PgUp log  ? help  q quit""",
     ("crying-baby", ("left", "left"), SMALL_SIZE, False): """\
@@ -187,16 +187,16 @@ true state: sated
  over: the baby went hungry for 1 of 5 turns; you fed it 2 times. your score
    -19.42 (undiscounted -21).
  verdict: mixed choices, bad luck
- silver medal: regret 3.29; gold for at most 0.08, silver 3.36
-   (feed-when-crying's), bronze below 7.78 (random's)
+ silver medal: your choices lost 3.29 (the regret); silver is for at most 3.36,
+   the loss of the rule feed-when-crying (feeds the baby if it cries, else
+   ignores it); gold is for at most 0.08
  choices: best action 2 of 5 times; worst: turn 4, chose feed, not ignore: 2.83
    lost
  score -19.42 = best play's average -13.47 - your choices 3.29 - bad luck 2.66
  100 random games (same start): 92 scored less than you, 8 more
  same start and luck: optimal scored -15, you -19.42
- marks in the log: ?? lost very much
- turn 5. chose sing, heard quiet. belief: sated 0.989, hungry 0.011. reward
-   -0.5. score -19.42.
+ marks in the log: ?? lost very much (turn 4)
+ turn 5. chose sing, heard quiet. belief: sated 0.989, hungry 0.011.
 
  Enter look back  PgUp log  X worst  Tab hint  ? help  q quit  : command""",
 }  # fmt: skip
