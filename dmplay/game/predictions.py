@@ -325,7 +325,9 @@ class BeliefPrompt(Predictor):
         action = self._session.validate_action(self._seat, action)
         first, *_, last = self._names
         example = f"{first}=0.3 {last}=0.7"
-        text = f"state the probability of each state, such as {example}; Enter skips"
+        chosen = self._session.format_action(self._seat, action)
+        text = f"you chose {chosen}: state the probability of each state, such as {example}; "
+        text += "Enter skips"
         self.question = Question(turn, action, text, "", None)
         return self.question
 

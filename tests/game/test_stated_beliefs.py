@@ -133,6 +133,17 @@ def test_a_wrong_belief_is_refused_and_the_question_stays_open(tmp_path: Path) -
     assert not game.session.turns
 
 
+def test_a_belief_that_is_refused_in_a_pipe_is_asked_for_again(tmp_path: Path) -> None:
+    words = ("crying-baby", "--seed", "7", "--turns", "2", "--state-belief", "-o", "game.dmt")
+    completed = run_dmplay(tmp_path, *words, stdin="feed\n2 0\n0.5 0.5\nignore\n0.5\n")
+    refusals = completed.stderr.splitlines()
+    assert [line.partition(":")[0] for line in refusals[:2]] == ["error", "error"]
+    assert "you chose feed: state the probability" in completed.stdout
+    assert completed.returncode == 0
+    game = dmplay.read(tmp_path / "game.dmt")
+    assert (len(game.session.turns), game.end_reason) == (1, "quit")
+
+
 def test_the_board_does_not_show_the_belief_that_is_asked_for(tmp_path: Path) -> None:
     assert start_stating(tmp_path / "game.dmt").view().beliefs is None
     other = start_new_game(GameRequest("crying-baby", record_path=tmp_path / "other.dmt"))

@@ -14,6 +14,7 @@ from dmplay.game.background_tasks import TaskCancelled
 from dmplay.game.command_reply import DataReply, Page
 from dmplay.game.game import Game
 from dmplay.game.game_series import GameController
+from dmplay.game.predictions import STATED
 from dmplay.terminal.capabilities import Terminal, clear_screen
 from dmplay.terminal.capabilities import read_line as typed_line
 from dmplay.ui.shell.commands import (
@@ -238,7 +239,8 @@ def play_by_lines(
 
     An invalid line is reported, and the next one read, at an interactive terminal, in JSON and in a
     game that is to be handed in. In other piped input it ends the game: raise BadParameter with the
-    number of the line, which counts `earlier_line_count` lines that were read before.
+    number of the line, which counts `earlier_line_count` lines that were read before. A refused
+    belief is asked for again.
 
     Return whether a line of a script was invalid. In JSON none is, because a program reads the
     errors as events and can correct itself.
@@ -262,8 +264,8 @@ def play_by_lines(
             except PlayerQuit:
                 break
             except DmplayError as error:
-                has_invalid_line = is_script
-                if is_script and not controller.game.pauses_when_left:
+                has_invalid_line = is_script and not _is_asked_again(controller.game)
+                if has_invalid_line and not controller.game.pauses_when_left:
                     controller.end_game("illegal")
                     raise BadParameter(f"line {number}: {error}") from None
                 reporter.report_error(number, error)
@@ -278,6 +280,11 @@ def play_by_lines(
     controller.end_game()
     reporter.report_end(controller.game)
     return has_invalid_line
+
+
+def _is_asked_again(game: Game) -> bool:
+    """Return whether a refused line was a belief, which leaves its question open."""
+    return bool(game.open_question and game.predictor and game.predictor.kind == STATED)
 
 
 def _report_intermediate_turn(reporter: Reporter, controller: GameController) -> None:
