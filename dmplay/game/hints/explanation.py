@@ -30,6 +30,7 @@ MAJOR_SHARE = 0.5  # share of a difference that one reason must explain
 CLOSE_RATING_SHARE = 1e-3  # ratings that differ by a smaller share are called nearly equal
 MIN_LEAD = 1e-9  # smaller leads of a probability over the next one are rounding errors
 MIN_BELIEF_CHANGE = 0.005  # smaller changes of a probability are not mentioned
+SAME_BELIEF = 1e-9  # smaller changes of a probability are rounding errors
 MAX_SENTENCE_WORDS = 25
 STATE_PREFIX = " in the state "
 RUNNER_UP = RuleChoice(-1, "the next best")
@@ -168,7 +169,10 @@ class _ValueExplainer:
         )
         subject = f"The {'suggested ' * (self._action == self._suggested)}action {name}"
         if self._action == self._best:
-            subject = f"The best action {name}"
+            is_bound = self._hint.values_basis.accuracy.is_bound
+            subject = (
+                f"The action of the best bound, {name}," if is_bound else f"The best action {name}"
+            )
             if best_count > 1:
                 subject = f"The suggested action {name}, one of {best_count} best,"
         value, errors = self._values[self._action], self._errors
@@ -384,7 +388,11 @@ class _ValueExplainer:
             subject = f"The best action {self._format_action(best)}"
             if self._action == self._suggested:
                 subject = f"By these values, {self._format_action(best)}"
-            is_rating = self._hint.values_basis.accuracy is Accuracy.RATING
+            accuracy = self._hint.values_basis.accuracy
+            if accuracy.is_bound:
+                text = f"The bound of {self._format_action(best)} is {self._format(gap)} higher."
+                return RuleChoice(best, ""), text, ""
+            is_rating = accuracy is Accuracy.RATING
             verb, comparative = ("rated", "higher") if is_rating else ("worth", "more")
             text = f"{subject} is {verb} {self._format(gap)} {comparative}"
             text += self._describe_closeness(value, self._values[self._action])
@@ -401,10 +409,12 @@ class _ValueExplainer:
             return None, text, ""
         other_value = self._values[rule.action]
         name = self._format_action(rule.action)
+        is_bound = self._hint.values_basis.accuracy.is_bound  # whose differences are no values
         text = (
             f"The action {name}, {rule.text}, is {self._value_verb} "
-            f"{self._format(other_value)}, {self._format(value - other_value)} less than "
-            f"{self._format_action(best)}"
+            f"{self._format(other_value)}, {'a bound ' * is_bound}"
+            f"{self._format(value - other_value)} {'lower' if is_bound else 'less'} than "
+            f"{'that of ' * is_bound}{self._format_action(best)}"
         )
         printed = self._round_as_printed(value) - self._round_as_printed(other_value)
         if self._format(printed) != self._format(value - other_value):
@@ -460,7 +470,7 @@ class _ValueExplainer:
         has_causes = later or _has_different_rewards(best) or _has_different_rewards(other)
         if has_causes:
             reply = self._describe_changed_reply(best, other)
-            belief = self._describe_changed_belief(best, other)
+            belief = self._describe_changed_belief(best, other, later)
             for cause in filter(None, (reply, *self._iter_decisive_states(best, other), belief)):
                 yield f"it brings {difference}{cause}"
         yield f"it brings {difference}"
@@ -523,12 +533,20 @@ class _ValueExplainer:
                 start = "mainly because of" if main_count else "because of"
                 yield f", {start} {join_words(entries)}"
 
-    def _describe_changed_belief(self, best: ActionBreakdown, other: ActionBreakdown) -> str:
-        """Return a clause on the hidden state in which the actions differ most, '; '' if little."""
+    def _describe_changed_belief(
+        self, best: ActionBreakdown, other: ActionBreakdown, later: float
+    ) -> str:
+        """Return a clause on the hidden state in which the actions differ most; '' if little.
+
+        If the beliefs are equal on average, only their spread explains that later turns are worth
+        more or less: what the observations tell.
+        """
         if best.mean_belief is None or other.mean_belief is None:
             return ""
         change = other.mean_belief - best.mean_belief
         state = int(np.abs(change).argmax())
+        if abs(change[state]) < SAME_BELIEF and len(self._session.problem.agents) == 1 and later:
+            return f", as what you then observe tells {'more' if later > 0 else 'less'}"
         name = self._name_state_probability(state)
         if abs(change[state]) < MIN_BELIEF_CHANGE or not name:
             return ""

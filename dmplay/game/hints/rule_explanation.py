@@ -7,6 +7,7 @@ from dmplay.core.text import format_count
 from dmplay.game.hints.action_simulation import MAX_TURNS
 from dmplay.game.hints.hint_provider import HintProvider, choose_decimals, format_fixed
 
+CHANCE_ERRORS = 3.0  # standard errors that chance alone hardly ever exceeds
 ACTION_TOLERANCE = 1e-9  # actions that differ by less are the same
 
 
@@ -61,9 +62,12 @@ def explain_by_simulation(
     }
     other_mean = format_fixed(other.mean, decimals)
     difference = float(other_mean) - float(mean)
+    error = float((other.returns - simulation.returns).std(ddof=1) / game_count**0.5)
+    is_close = abs(other.mean - simulation.mean) <= CHANCE_ERRORS * error
     comparison = (
         f"With the same random numbers, {alternative.text} {name} returns {other_mean}, which is "
-        f"{format_fixed(abs(difference), decimals)} {'more' if difference > 0 else 'less'}."
+        f"{format_fixed(abs(difference), decimals)} {'more' if difference > 0 else 'less'}"
+        f"{', no more than chance explains' * is_close}."
     )
     return (*sentences, comparison), data
 

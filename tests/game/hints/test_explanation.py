@@ -54,6 +54,7 @@ USER_PROBLEMS: dict[str, Callable[[], Problem]] = {
     "soccer": Soccer,
     "nim": Nim,
 }
+FEED = 0  # of the crying baby
 pytestmark = pytest.mark.usefixtures("coarse")
 
 
@@ -391,6 +392,25 @@ def test_a_state_that_the_belief_excludes_is_not_assumed_to_be_certain() -> None
     assert game.view().belief[0] < 0.01  # a drop alone would suggest a skill of 20 m
     comparison = explain_action(game.hint_provider).sentences[2]
     assert comparison.startswith('The action 100, by the rule of thumb "throw the farthest, ')
+
+
+def test_later_turns_are_worth_less_if_the_observation_tells_less_of_the_same_state() -> None:
+    game = make_game("crying-baby", "human", turns=10)
+    game.choose(FEED)
+    provider = game.hint_provider
+    sing = provider.position.labels.index("sing")
+    assert explain_action(provider, sing).sentences[-1] == (
+        "It brings 0.50 more now but 0.35 less later, as what you then observe tells less."
+    )
+
+
+def test_a_difference_of_simulated_games_may_be_no_more_than_chance() -> None:
+    provider = make_game("simple-regulator", "human", turns=10).hint_provider
+    best, _ = provider.position.choose()
+    assert best is not None
+    near, far = (explain_action(provider, best + change).sentences[-1] for change in (0.005, 0.5))
+    assert near.endswith(", no more than chance explains.")
+    assert far.endswith(" more.")
 
 
 def test_another_action_is_explained_against_the_best_one() -> None:

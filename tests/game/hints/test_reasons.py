@@ -19,6 +19,8 @@ def test_each_claim_of_each_reason_is_true_in_the_dynamics(name: str) -> None:
             reasons = explanation.data["reasons"]
             assert isinstance(reasons, list)
             assert explanation.sentences[: len(reasons)] == tuple(reasons)
+            if str(explanation.data.get("accuracy")).endswith("bounds"):
+                assert not any("best action" in text for text in explanation.sentences)
             explained = provider.position.labels.index(str(explanation.data["action"]))
             for sentence in reasons:
                 assert len(sentence.split()) <= MAX_SENTENCE_WORDS
