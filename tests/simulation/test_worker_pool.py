@@ -376,16 +376,15 @@ def test_workers_end_when_their_parent_is_killed(tmp_path: Path) -> None:
 
 
 SLEEPING_PROGRAM = """
-import time
-from functools import partial
+import signal, time
 from pathlib import Path
 from dmplay.simulation.worker_pool import run_blocks
-from dmplay.core.arrays import Array, Bools, Reals
-from dmplay.core.policy import Memory
 def sleep(games):
     Path(f"asleep-{games.start}").touch()
     time.sleep(600 * (games.start > 0))
 if __name__ == "__main__":
+    # A suite in the background may hand down that interrupts are ignored.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     for block, _ in run_blocks(sleep, range(100_000), size=1, workers=2):
         print("woke", flush=True)
 """
