@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
 
-from dmplay.errors import clip_message
+from dmplay.errors import BadParameter, clip_message
 
 PACKAGE_FOLDER = str(Path(__file__).parents[1])
 STDLIB_FOLDER = sysconfig.get_path("stdlib")
@@ -54,7 +54,14 @@ def _format_module_path(match: re.Match[str]) -> str:
     return format_location(path, None) + f":{names}" * bool(names)
 
 
-def locate_unguarded_statement() -> str:
+def check_main_guard() -> None:
+    """Raise BadParameter if the main script, run again by a new process, would start it again."""
+    if location := _locate_unguarded_statement():
+        remedy = 'put this line below `if __name__ == "__main__":`'
+        raise BadParameter(f"{location}: worker processes import this script; {remedy}")
+
+
+def _locate_unguarded_statement() -> str:
     """Return the running line of the main script that each new process would run again; "" if none.
 
     A process that starts without this process's state imports the script. A statement that mentions

@@ -21,7 +21,7 @@ from queue import SimpleQueue
 from threading import Thread
 from typing import Any, Generic, Literal, NamedTuple, TypeVar
 
-from dmplay.core.user_code_locations import locate_unguarded_statement
+from dmplay.core.user_code_locations import check_main_guard
 from dmplay.core.work_budget import scale_progress
 from dmplay.errors import BadParameter, LostGames
 from dmplay.terminal.signals import defer_signals
@@ -279,7 +279,10 @@ class _SharedPools:
         self.single_process_seconds = 0.0  # of the runs that started no processes
 
 
-IN_WORKER = "a worker process imports a line that starts worker processes"
+IN_WORKER = (
+    "a worker process imports a line that starts worker processes; "
+    'put this line below `if __name__ == "__main__":`'
+)
 _is_worker = ContextVar("is_worker", default=False)  # True in a process of a pool
 _shared_pools: ContextVar[_SharedPools | None] = ContextVar("shared_pools", default=None)
 
@@ -315,10 +318,9 @@ class _ProcessPool(ProcessPoolExecutor):
     """
 
     def __init__(self, workers: int) -> None:
-        location = locate_unguarded_statement()
-        if location or _is_worker.get():
-            script = f"{location}: worker processes import this script" if location else IN_WORKER
-            raise BadParameter(f'{script}; put this line below `if __name__ == "__main__":`')
+        check_main_guard()
+        if _is_worker.get():
+            raise BadParameter(IN_WORKER)
         method = "forkserver" if "forkserver" in get_all_start_methods() else "spawn"
         context = get_context(method)
         worker_end, self._lifeline = context.Pipe(duplex=False)

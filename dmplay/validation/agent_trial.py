@@ -14,10 +14,12 @@ import numpy as np
 from dmplay.agents.random_agent import Random
 from dmplay.core.policy import Policy, forbid_exit
 from dmplay.core.problem import find_seat
+from dmplay.core.user_code_locations import check_main_guard
 from dmplay.core.violation import Violation
 from dmplay.errors import BadParameter, BadPolicy
 from dmplay.game.seats import make_seat_policy
-from dmplay.registry import problems
+from dmplay.registry.agents import AgentLike, load_agent
+from dmplay.registry.problems import ProblemLike, load_problem
 from dmplay.validation.policy_checks import (
     CheckedPolicy,
     Choices,
@@ -37,25 +39,29 @@ REMEDY = (
 
 
 class AgentTrial(NamedTuple):
-    """The names of a problem, of an agent and of its seat, from which a process loads them."""
+    """A problem, an agent and its seat; other processes load them if they are names."""
 
-    problem_name: str
+    problem: ProblemLike
     parameters: Mapping[str, object]
-    agent_name: str
-    seat_name: str  # "" for the first seat
+    agent: AgentLike
+    seat: int | str  # "" for the first seat
 
 
 def try_agent(trial: AgentTrial) -> Violation | None:
     """Return the first violation of an agent, if there is one.
 
-    Its choices in a batch of games are checked, compared with those in other processes, and then
-    with those in each game alone. Raise UnknownName or BadParameter for unknown names.
+    Its choices in a batch of games are checked, compared with those in other processes if problem
+    and agent are names, and then with those in each game alone. Raise UnknownName or BadParameter
+    for unknown names.
     """
     checked = _play_batch(trial)
     if isinstance(checked, Violation):
         return checked
+    are_names = isinstance(trial.problem, str) and isinstance(trial.agent, str)
+    if are_names:
+        check_main_guard()
     try:
-        for choices in _iter_choices_of_processes(trial):
+        for choices in _iter_choices_of_processes(trial) if are_names else ():
             if isinstance(choices, Violation):
                 return choices._replace(what=f"{choices.what}, in another process only")
             checked.compare_choices(choices, REMEDY)
@@ -67,11 +73,14 @@ def try_agent(trial: AgentTrial) -> Violation | None:
 
 def _play_batch(trial: AgentTrial) -> CheckedPolicy | Violation:
     """Return the agent after a batch of games with random agents, or its first violation."""
-    problem = problems.resolve_problem(trial.problem_name, trial.parameters).problem
-    seat = find_seat(problem, trial.seat_name or problem.agents[0])
+    problem, agent = load_problem(trial.problem, **trial.parameters), trial.agent
+    seat = find_seat(problem, problem.agents[0] if trial.seat == "" else trial.seat)
     checked = None
     try:
-        policy = make_seat_policy(problem, seat, trial.agent_name, TURNS)
+        if isinstance(agent, str):  # which may be a script
+            policy = make_seat_policy(problem, seat, agent, TURNS)
+        else:
+            policy = load_agent(problem, seat, agent, turns=TURNS)
         if policy is None:
             raise BadParameter("--agent: a person cannot be checked; name an agent")
         checked = CheckedPolicy(problem, seat, policy)

@@ -24,7 +24,7 @@ from dmplay.core.violation import CheckResult, Findings, Violation
 from dmplay.errors import BadPolicy, BudgetExceeded, DmplayError
 from dmplay.game.key_bindings import resolve_key_maps
 from dmplay.game.key_preferences import DEFAULT_KEY_PREFERENCES
-from dmplay.registry import agents
+from dmplay.registry.agents import AgentLike, load_agent
 from dmplay.registry.problem_module_exports import PART_BY_NAME, find_export, load_specific_roster
 from dmplay.registry.problems import ProblemLike, make_problem
 from dmplay.simulation import random_play
@@ -37,6 +37,7 @@ from dmplay.simulation.random_play import (
 )
 from dmplay.solvers.pomdp.legal_action_leak import check_legal_action_leak
 from dmplay.validation import invariants
+from dmplay.validation.agent_trial import AgentTrial, try_agent
 from dmplay.validation.module_export_trials import iter_trials
 from dmplay.validation.policy_checks import find_agent_violation
 from dmplay.views.protocol import (
@@ -60,14 +61,21 @@ VIEW_WIDTHS = (40, 80, 120)
 Stage = list[Callable[[], Findings]]
 
 
-def check(problem: ProblemLike) -> list[Violation]:
+def check(
+    problem: ProblemLike, agent: AgentLike | None = None, *, seat: int | str = 0
+) -> list[Violation]:
     """Return the violations of a problem's invariants, each with its source line.
+
+    With an agent, return the first fault of its choices in a seat of the problem instead.
 
     The stages are checked in order, and the first with violations ends the check, because each
     relies on those before it: the files of the problem's folder, the attributes and arrays of the
     first turn, the dynamics, the agents, and the view and trials of all else that its code defines.
     Raise BadParameter for anything but a problem.
     """
+    if agent is not None:
+        violation = try_agent(AgentTrial(problem, {}, agent, seat))
+        return [violation] if violation else []
     problem = make_problem(problem)
     for stage in _iter_check_stages(problem):
         violations = [
@@ -142,7 +150,7 @@ def _check_agents(problem: Problem, seat: int) -> Findings:
     roster = load_specific_roster(problem, seat)
     for name in roster.agents if roster else ():
         try:
-            policy = agents.load_agent(problem, seat, name)
+            policy = load_agent(problem, seat, name)
         except BadPolicy:  # this agent does not play this seat
             continue
         policies: list[Policy] = [Random(problem, i) for i in range(len(problem.agents))]

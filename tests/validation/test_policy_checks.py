@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
+import dmplay
 from dmplay.agents.random_agent import Random
 from dmplay.core.arrays import Array
 from dmplay.core.policy import Memory
@@ -41,6 +42,26 @@ class NullObservationPolicy(Random):
     def initial_memory(self, observation: Array) -> Memory:
         assert (observation == -1).all()
         return super().initial_memory(observation)
+
+
+def test_check_takes_problems_and_agents_in_all_forms() -> None:
+    def cooperate(view: dmplay.View[dmplay.Problem]) -> str:
+        return "cooperate"
+
+    class PassedTurns:
+        turns = 0
+
+        def act(self, view: dmplay.View[dmplay.Problem]) -> int:
+            PassedTurns.turns += 1
+            return PassedTurns.turns % 2
+
+    problem = load_problem("prisoners-dilemma")
+    for form in "prisoners-dilemma", problem, type(problem), lambda: problem:
+        assert dmplay.check(form) == []
+        for agent in cooperate, agents.load_agent(problem, 1, "grim"):
+            assert dmplay.check(form, agent, seat="agent2") == []
+    (fault,) = dmplay.check(problem, PassedTurns)
+    assert "expected the same choice" in fault.what
 
 
 def test_an_agent_gets_its_own_initial_observation() -> None:
