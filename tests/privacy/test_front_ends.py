@@ -286,7 +286,7 @@ def iter_caregiver_twins(seat: int, partner: str) -> Iterator[tuple[int, int]]:
 
 
 @pytest.mark.parametrize(
-    "pair_count", [pytest.param(4, id="few"), pytest.param(16, id="many", marks=pytest.mark.slow)]
+    "pair_count", [pytest.param(4, id="few"), pytest.param(8, id="many", marks=pytest.mark.slow)]
 )
 @pytest.mark.parametrize(
     ("seat", "partner"),  # the plans of others feed in each turn in seat 0, which hides nothing
@@ -330,7 +330,7 @@ def iter_choice_twins(name: str, opponent: str) -> Iterator[tuple[int, int]]:
      ("predator-prey:triangle", "equilibrium"), ("predator-prey:triangle", "random")],
 )  # fmt: skip
 @pytest.mark.parametrize(
-    "pair_count", [pytest.param(4, id="few"), pytest.param(16, id="many", marks=pytest.mark.slow)]
+    "pair_count", [pytest.param(4, id="few"), pytest.param(8, id="many", marks=pytest.mark.slow)]
 )
 def test_advice_against_a_known_opponent_does_not_know_its_next_choice(
     name: str, opponent: str, pair_count: int

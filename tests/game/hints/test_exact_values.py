@@ -586,9 +586,12 @@ def check_best_reply(problem: Problem, seat: int, partner: str | Script, turns: 
         history.append((action, observation))
 
 
-@pytest.mark.parametrize("turns", [1, 2, 3, 4])
+@pytest.mark.parametrize(
+    ("name", "turns"),
+    # Four turns of the meeting would take 30 times as long as three.
+    [(name, turns) for name in TEAMS for turns in (1, 2, 3, 4) if (name, turns) != ("meeting", 4)],
+)
 @pytest.mark.parametrize("partner", ["random", "optimal", "joint-plan:horizon=2"])
-@pytest.mark.parametrize("name", TEAMS)
 def test_exact_values_in_a_team_are_those_of_the_best_reply_to_the_partner(
     name: str, partner: str, turns: int
 ) -> None:
