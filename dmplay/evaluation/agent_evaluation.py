@@ -10,15 +10,15 @@ from typing import NamedTuple, cast
 from dmplay.agents.base import AdviceQuestion
 from dmplay.core.policy import Policy
 from dmplay.core.problem import Problem, check_problem, find_seat
+from dmplay.core.return_bounds import count_weighty_turns
 from dmplay.core.session import Session
 from dmplay.core.uniforms import SeededUniforms
 from dmplay.core.work_budget import ProgressCallback, report_progress_to, scale_progress_to_part
 from dmplay.errors import BadParameter, DmplayError, Forfeit
 from dmplay.evaluation.interruptible_rollouts import check_episode_count
-from dmplay.evaluation.lost_value import ValueMeter, explain_missing_parts
 from dmplay.evaluation.player_evaluation import EvaluatedGame, Evaluation, PlayerEvaluation
-from dmplay.evaluation.return_bounds import count_weighty_turns
 from dmplay.external.bots.shutdown import close_bots
+from dmplay.game.hints.lost_value import ValueMeter, explain_missing_parts
 from dmplay.game.manual_game import ManualGame
 from dmplay.game.recorded_games import PathLike, read
 from dmplay.game.seats import list_judged_seats

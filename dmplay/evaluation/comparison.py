@@ -12,6 +12,7 @@ from dmplay.core.best_actions import compute_reward_scale
 from dmplay.core.data_frames import make_frame
 from dmplay.core.policy import is_policy_sequence
 from dmplay.core.problem import Problem, check_problem, find_seat
+from dmplay.core.return_bounds import ROUNDING_TOLERANCE, compute_return_bounds
 from dmplay.core.text import VALUE_DECIMALS, format_count
 from dmplay.core.user_code_locations import describe_error_location
 from dmplay.core.work_budget import ProgressCallback
@@ -21,7 +22,6 @@ from dmplay.evaluation.interruptible_rollouts import (
     check_episode_count,
     run_rollouts_until_interrupted,
 )
-from dmplay.evaluation.return_bounds import ROUNDING_TOLERANCE, compute_return_bounds
 from dmplay.evaluation.statistics import (
     Estimate,
     compute_asymptotic_confidence_sequence,

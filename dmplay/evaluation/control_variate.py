@@ -10,10 +10,10 @@ import numpy as np
 
 from dmplay.core.arrays import Array, Reals
 from dmplay.core.problem import Outcome, Problem
+from dmplay.core.return_bounds import sum_discounts, turn_limit_or_default
 from dmplay.core.spaces import Labels
 from dmplay.core.tabular import tabulate
 from dmplay.errors import DmplayError
-from dmplay.evaluation.return_bounds import sum_discounts, turn_limit_or_default
 from dmplay.solvers.mdp import mdp_values
 
 MAX_VALUED_STATES = 1000  # for which a table of values is computed quickly

@@ -10,6 +10,7 @@ import numpy as np
 from dmplay.core.arrays import Ints, Reals
 from dmplay.core.data_frames import make_frame
 from dmplay.core.problem import Problem, choose_turn_limit
+from dmplay.core.return_bounds import compute_return_bounds
 from dmplay.core.text import format_count
 from dmplay.core.work_budget import ProgressCallback
 from dmplay.errors import BadParameter, Forfeit
@@ -20,7 +21,6 @@ from dmplay.evaluation.interruptible_rollouts import (
 )
 from dmplay.evaluation.played_games import PlayedGames
 from dmplay.evaluation.regret import RegretSummary, find_regret_meters, summarize_regret
-from dmplay.evaluation.return_bounds import compute_return_bounds
 from dmplay.evaluation.statistics import (
     Estimate,
     estimate_mean,

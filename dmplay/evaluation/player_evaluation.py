@@ -9,8 +9,8 @@ import numpy as np
 from dmplay.core.data_frames import make_frame
 from dmplay.core.problem import Problem
 from dmplay.core.text import format_count
-from dmplay.evaluation.lost_value import Bounds, GameParts
 from dmplay.evaluation.statistics import Estimate, estimate_mean, estimate_ratio, make_estimate_row
+from dmplay.game.hints.lost_value import Bounds, GameParts
 from dmplay.game.turn_facts import Row
 
 PART_NAMES = ("seeing", "choosing", "luck")

@@ -10,8 +10,8 @@ from dmplay.agents.script import Script
 from dmplay.core.arrays import Ints, Reals
 from dmplay.core.policy import Policy
 from dmplay.core.problem import Problem
+from dmplay.core.return_bounds import MIN_PLAYED_WEIGHT, turn_limit_or_default
 from dmplay.core.text import format_number
-from dmplay.evaluation.return_bounds import MIN_PLAYED_WEIGHT, turn_limit_or_default
 from dmplay.evaluation.statistics import Estimate, estimate_mean, estimate_ratio
 from dmplay.game.turn_facts import Row
 from dmplay.registry.agents import HintAgent, find_agent_name, find_hint_provider

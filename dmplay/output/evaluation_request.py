@@ -6,10 +6,10 @@ from typing import NamedTuple, TypeVar
 
 from dmplay.core.policy import Policy
 from dmplay.core.problem import Problem
+from dmplay.core.return_bounds import count_weighty_turns
 from dmplay.core.user_code_locations import describe_error_location
 from dmplay.errors import BadParameter
 from dmplay.evaluation.many_games import RunResult
-from dmplay.evaluation.return_bounds import count_weighty_turns
 from dmplay.evaluation.sweep import expand_agent_ranges, split_values
 from dmplay.game.command_line_results import Printout
 from dmplay.game.game_setup import assign_players, check_turn_limit

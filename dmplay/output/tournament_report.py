@@ -9,10 +9,10 @@ import numpy as np
 from dmplay.agents.base import AdviceQuestion
 from dmplay.core.policy import Policy
 from dmplay.core.problem import Problem
+from dmplay.core.return_bounds import compute_return_bounds
 from dmplay.core.text import format_count, format_json_report, format_score, format_upper_bound
 from dmplay.errors import BadParameter
 from dmplay.evaluation.executors import open_execution_backend
-from dmplay.evaluation.return_bounds import compute_return_bounds
 from dmplay.evaluation.solutions.solution import Row
 from dmplay.evaluation.sweep import expand_entrants
 from dmplay.evaluation.tournament import (

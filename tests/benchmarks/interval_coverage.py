@@ -22,11 +22,11 @@ from dmplay.core.arrays import Reals
 from dmplay.core.belief import initial_belief
 from dmplay.core.policy import Policy
 from dmplay.core.problem import Problem
+from dmplay.core.return_bounds import compute_return_bounds
 from dmplay.core.tabular import tabulate
 from dmplay.evaluation.comparison import MIN_GAMES_TO_DECIDE, compare
 from dmplay.evaluation.control_variate import build_control_variate
 from dmplay.evaluation.many_games import rollout, run
-from dmplay.evaluation.return_bounds import compute_return_bounds
 from dmplay.evaluation.statistics import (
     compute_asymptotic_confidence_sequence,
     compute_bounded_confidence_sequence,

@@ -15,10 +15,10 @@ import pytest
 import dmplay
 from dmplay.agents.script import Script
 from dmplay.cli.parsed_command_runner import interpret_command
+from dmplay.core.return_bounds import compute_return_bounds
 from dmplay.errors import BadParameter
 from dmplay.evaluation.comparison import compare
 from dmplay.evaluation.many_games import rollout, run
-from dmplay.evaluation.return_bounds import compute_return_bounds
 from dmplay.evaluation.statistics import estimate_mean, explain_doubtful_interval
 from dmplay.game.command_line_results import Printout
 from dmplay.game.transcript_verification import verify

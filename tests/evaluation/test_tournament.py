@@ -22,8 +22,8 @@ from dmplay.cli.parsed_command_runner import interpret_command
 from dmplay.core import safe_files
 from dmplay.core.arrays import Array, Bools, Reals
 from dmplay.core.policy import Memory, Policy
+from dmplay.core.return_bounds import compute_return_bounds
 from dmplay.errors import BadParameter, BadPolicy, IllegalAction, UnknownName
-from dmplay.evaluation.return_bounds import compute_return_bounds
 from dmplay.evaluation.statistics import Estimate
 from dmplay.evaluation.tournament import ReturnsBySeating, TournamentResult, run_tournament
 from dmplay.output.tournament_checkpoint import TournamentCheckpoint

@@ -144,6 +144,28 @@ def test_a_belief_that_is_refused_in_a_pipe_is_asked_for_again(tmp_path: Path) -
     assert (len(game.session.turns), game.end_reason) == (1, "quit")
 
 
+def test_a_review_shows_the_stated_belief_the_exact_one_and_the_loss_by_each(
+    tmp_path: Path,
+) -> None:
+    game = start_stating(tmp_path / "game.dmt", turns=2)
+    game.choose(0, stated_belief=np.array([0.5, 0.5]))
+    game.choose(0, stated_belief=np.array([0.0, 1.0]))
+    game.finish()
+    first, second = (move.stated_belief for move in dmplay.review(tmp_path / "game.dmt"))
+    assert first is not None
+    assert second is not None
+    assert first.stated == first.exact == {"sated": 0.5, "hungry": 0.5}
+    assert first.seeing == (0.0, 0.0)
+    assert second.exact == {"sated": 1.0, "hungry": 0.0}
+    (row,) = dmplay.evaluate_transcripts(tmp_path / "game.dmt").list_rows(games=True)
+    assert second.seeing is not None
+    assert row["seeing"] == pytest.approx(0.9 * second.seeing[0])
+    printed = run_dmplay(tmp_path, "review", "game.dmt")
+    assert "turn 2: stated hungry 1; exact sated 1; lost by seeing " in printed.stdout
+    data = json.loads(run_dmplay(tmp_path, "review", "game.dmt", "--json").stdout)
+    assert data["actions"][1]["stated_belief"]["seeing"] == [*second.seeing]
+
+
 def test_the_board_does_not_show_the_belief_that_is_asked_for(tmp_path: Path) -> None:
     assert start_stating(tmp_path / "game.dmt").view().beliefs is None
     other = start_new_game(GameRequest("crying-baby", record_path=tmp_path / "other.dmt"))

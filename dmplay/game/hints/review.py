@@ -1,6 +1,7 @@
 """The review of a player's choices: each action's value, the best action and the regret."""
 
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from math import ceil
 from typing import Any, NamedTuple
 
@@ -12,10 +13,12 @@ from dmplay.core.arrays import Bools
 from dmplay.core.best_actions import VALUE_TOLERANCE
 from dmplay.core.data_frames import make_frame
 from dmplay.core.policy import Memory
-from dmplay.core.session import SeatedPolicy, Session
+from dmplay.core.session import SeatedPolicy, Session, Turn
 from dmplay.core.spaces import Interval, Labels
-from dmplay.core.text import align_columns, format_count
+from dmplay.core.text import align_columns, format_count, format_number
+from dmplay.core.typed_text import list_state_names
 from dmplay.core.work_budget import Budget, scale_progress_to_part
+from dmplay.errors import DmplayError
 from dmplay.game.background_tasks import TaskInfo, run_cancellable
 from dmplay.game.hints.action_simulation import Start, can_compare, compare_returns
 from dmplay.game.hints.hint_provider import (
@@ -26,6 +29,7 @@ from dmplay.game.hints.hint_provider import (
     format_fixed,
     format_real_action,
 )
+from dmplay.game.hints.lost_value import ValueMeter
 from dmplay.game.position import Position
 from dmplay.registry import agents
 
@@ -35,11 +39,39 @@ REVIEW_NOTE_PREFIX = "# review "
 REGRET_EXPLANATION = "regret = value of the best action minus value of the chosen one"
 DISCOUNT_EXPLANATION = "discounted = the regret as it counts in the score"
 MAX_BAR_COLUMNS = 20  # maximum columns of a regret bar
+MAX_SHOWN_STATES = 4  # the likeliest ones of a stated belief
 REVIEW_TASK = TaskInfo("reviewing your actions", is_after_game=True)
 
 
 NEGLIGIBLE_SHARE = 0.005  # of the value at the start: a loss that is not worth another look
 RIGHT_LOSS_PERCENT = 1  # of the best value minus the worst one: the loss of a right action
+
+
+class StatedBelief(NamedTuple):
+    """The belief that a player stated with an action, the exact one, and what a wrong one cost."""
+
+    stated: dict[str, float]  # by state
+    exact: dict[str, float]
+    # loss of the best action for the stated belief, and of the chosen action beside that one
+    seeing: tuple[float, float] | None = None  # bounds, equal if it is exact; None if unknown
+    choosing: tuple[float, float] | None = None
+
+    def format_line(self, decimal_count: int) -> str:
+        """Return both beliefs and both losses on one line."""
+        texts = [f"stated {_format_belief(self.stated)}", f"exact {_format_belief(self.exact)}"]
+        if self.seeing and self.choosing:
+            seeing, choosing = (
+                format_range(x, decimal_count) for x in (self.seeing, self.choosing)
+            )
+            texts.append(f"lost by seeing {seeing}, by choosing {choosing}")
+        return "; ".join(texts)
+
+
+def _format_belief(probabilities: dict[str, float]) -> str:
+    """Return the probabilities of the likeliest states above 0, in the order of the states."""
+    likeliest = sorted(probabilities, key=probabilities.__getitem__)[-MAX_SHOWN_STATES:]
+    pairs = [(name, probabilities[name]) for name in probabilities if name in likeliest]
+    return ", ".join(f"{name} {format_number(p, 3)}" for name, p in pairs if p)
 
 
 class ReviewedAction(NamedTuple):
@@ -61,6 +93,7 @@ class ReviewedAction(NamedTuple):
     discount_factor: float = 1.0  # gamma ** (turn - 1), by which the score counts the regret
     errors: dict[str, float] | None = None  # the standard errors of values that are sampled
     regret_bounds: tuple[float, float] | None = None  # if the regret is not known exactly
+    stated_belief: StatedBelief | None = None
 
     @property
     def is_too_close(self) -> bool:
@@ -135,6 +168,8 @@ class ReviewedAction(NamedTuple):
         del facts["basis"]
         errors = facts.pop("errors")
         last |= {} if errors is None else {"standard_errors": errors}
+        belief = facts.pop("stated_belief")
+        last |= {} if belief is None else {"stated_belief": belief._asdict()}
         bounds = facts.pop("regret_bounds")
         last |= {} if bounds is None else {"regret_bounds": [*bounds]}
         words = {"scope": self.basis.scope, "about": last.pop("about")}
@@ -238,6 +273,9 @@ def review_actions(
             )
             labels = replayed.action_labels(seat)
             memory = hint_policy.current_memory()
+            if seat in turn.stated_beliefs:
+                stated_belief = _judge_belief(replayed, hint_agent, memory, turn)
+                reviewed = reviewed._replace(stated_belief=stated_belief)
             if not labels:
                 yield from _review_real_action(reviewed, hint_agent, memory, turn.actions[seat])
                 continue
@@ -256,6 +294,25 @@ def review_actions(
         for (_, reviewed, labels), values in zip(starts, comparisons, strict=True):
             # The games are about other turns than the values that they replace.
             yield _judge_action(reviewed._replace(about=values.basis.scope), labels, values)
+
+
+def _judge_belief(
+    session: Session, agent: agents.HintAgent, memory: Memory, turn: Turn
+) -> StatedBelief | None:
+    """Return the stated belief of a turn beside the exact one; None if that is not known."""
+    exact = agent.policy.state_belief(memory)
+    if exact is None:
+        return None
+    names = list_state_names(session.problem)
+    stated = turn.stated_beliefs[agent.question.seat]
+    stated_belief, exact_belief = (
+        dict(zip(names, p.tolist(), strict=True)) for p in (stated, exact[0])
+    )
+    with suppress(DmplayError):  # without values of a belief that are about this game
+        meter = ValueMeter(session.problem, agent.question, agent)
+        seeing, choosing = meter.weigh_choice(session, memory, turn).split_regret()
+        return StatedBelief(stated_belief, exact_belief, seeing, choosing)
+    return StatedBelief(stated_belief, exact_belief)
 
 
 def _make_start(session: Session, hint_policy: SeatedPolicy) -> Start:
@@ -461,6 +518,11 @@ def format_table(reviewed_actions: list[ReviewedAction]) -> list[str]:
         rows.append([str(move.turn), *seat, move.chosen, best, *regret_cells])
     return [
         *(align_columns(rows) if reviewed_actions else []),
+        *(
+            f"turn {move.turn}: {move.stated_belief.format_line(decimal_count)}"
+            for move in reviewed_actions
+            if move.stated_belief
+        ),
         *_format_summaries(reviewed_actions),
         *([REGRET_EXPLANATION] if regrets else []),
         *([DISCOUNT_EXPLANATION] if regrets and is_discounted else []),

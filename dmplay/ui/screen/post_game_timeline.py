@@ -127,7 +127,12 @@ class GameTimeline(Game):
     def review_rows(self, width: int) -> list[str]:
         """Return the rows below the board: previous turn, regret bars and next choice."""
         choices = self.describe_next_choices(shows_discounted=width >= MIN_CAPTION_COLUMNS)
-        return [*self._last_turn_rows(), *self.regret_rows(width), choices]
+        beliefs = [
+            move.stated_belief.format_line(move.decimal_count)
+            for move in self._moves_by_turn[self.turns_played]
+            if move.stated_belief
+        ]
+        return [*self._last_turn_rows(), *self.regret_rows(width), choices, *beliefs]
 
     def _last_turn_rows(self) -> list[str]:
         """Return one row that describes the previous turn, or none before the first turn."""

@@ -12,7 +12,7 @@ from dmplay.core.arrays import Reals
 from dmplay.core.policy import Policy
 from dmplay.core.problem import Problem
 from dmplay.errors import BadParameter
-from dmplay.evaluation.lost_value import GameParts, ValueMeter, compute_divergence
+from dmplay.game.hints.lost_value import GameParts, ValueMeter, compute_divergence
 
 TURNS = 4
 CARER = "multicaregiver-crying-baby"

@@ -24,9 +24,9 @@ from dmplay.core.arrays import Bools, Reals
 from dmplay.core.best_actions import VALUE_TOLERANCE
 from dmplay.core.policy import Memory
 from dmplay.core.problem import Problem
-from dmplay.core.session import SeatedPolicy, Session
+from dmplay.core.return_bounds import compute_return_bounds
+from dmplay.core.session import SeatedPolicy, Session, Turn
 from dmplay.errors import BadParameter
-from dmplay.evaluation.return_bounds import compute_return_bounds
 from dmplay.registry.agents import HintAgent, find_hint_provider
 from dmplay.transcript.format import NATURAL_END_REASONS
 
@@ -71,8 +71,10 @@ class ValueMeter:
     Raise BadParameter if these values are neither exact nor bounded in this game.
     """
 
-    def __init__(self, problem: Problem, question: AdviceQuestion) -> None:
-        agent = find_hint_provider(problem, question)
+    def __init__(
+        self, problem: Problem, question: AdviceQuestion, agent: HintAgent | None = None
+    ) -> None:
+        agent = agent or find_hint_provider(problem, question)
         if agent is None:
             raise BadParameter("no agent computes values of this problem")
         if not agent.is_about_game:
@@ -105,36 +107,41 @@ class ValueMeter:
         )
         return GameParts(positions[0].best_value, turns, self._problem.discount)
 
-    def _iter_positions(self, session: Session) -> Iterator["_ValuedChoice"]:
+    def _iter_positions(self, session: Session) -> Iterator["ValuedChoice"]:
         """Yield the seat's values and action in each turn of a game."""
-        agent, replayed = self._agent, session.copy_at_start()
-        seat, policy = agent.question.seat, agent.policy
-        adviser = SeatedPolicy(replayed, seat, policy)
+        replayed, seat = session.copy_at_start(), self._agent.question.seat
+        adviser = SeatedPolicy(replayed, seat, self._agent.policy)
         for turn in session.turns:
-            memory, action = adviser.current_memory(), float(turn.actions[seat])
-            legal = replayed.legal_actions_mask(seat)
-            turns_left = None
-            if session.turn_limit is not None:
-                turns_left = session.turn_limit - len(replayed.turns)
-            values = self._bound_values(memory, action, turns_left)
-            index = int(action) if self._problem.actions[seat].labels else 0
-            if legal is not None:
-                values = np.where(legal, values, -np.inf)
-            stated = turn.stated_beliefs.get(seat)
-            exact = policy.state_belief(memory)
-            stated_values, nats = None, None
-            if stated is not None and exact is not None:
-                stated_memory = policy.replace_state_belief(memory, stated)
-                if stated_memory is None:
-                    raise BadParameter("the values of this problem are not those of a belief")
-                stated_values = self._bound_values(stated_memory, action, turns_left)
-                if legal is not None:
-                    stated_values = np.where(legal, stated_values, -np.inf)
-                nats = compute_divergence(exact[0], stated)
-            yield _ValuedChoice(
-                values, index, stated_values, nats, not replayed.is_inactive(seat), self._tolerance
-            )
+            yield self.weigh_choice(replayed, adviser.current_memory(), turn)
             replayed.append_turns([turn])
+
+    def weigh_choice(self, session: Session, memory: Memory, turn: Turn) -> "ValuedChoice":
+        """Return the values of the seat's actions and its choice, before it plays a turn.
+
+        `memory` is that of the policy of the values. Raise BadParameter without values or bounds.
+        """
+        policy, seat = self._agent.policy, self._agent.question.seat
+        action, legal = float(turn.actions[seat]), session.legal_actions_mask(seat)
+        turns_left = None
+        if session.turn_limit is not None:
+            turns_left = session.turn_limit - len(session.turns)
+
+        def bound_legal(some_memory: Memory) -> Reals:
+            """Return the bounds of the values of legal actions, -inf for the others."""
+            values = self._bound_values(some_memory, action, turns_left)
+            return values if legal is None else np.where(legal, values, -np.inf)
+
+        values, stated_values, nats = bound_legal(memory), None, None
+        stated, exact = turn.stated_beliefs.get(seat), policy.state_belief(memory)
+        if stated is not None and exact is not None:
+            stated_memory = policy.replace_state_belief(memory, stated)
+            if stated_memory is None:
+                raise BadParameter("the values of this problem are not those of a belief")
+            stated_values = bound_legal(stated_memory)
+            nats = compute_divergence(exact[0], stated)
+        index = int(action) if self._problem.actions[seat].labels else 0
+        is_active = not session.is_inactive(seat)
+        return ValuedChoice(values, index, stated_values, nats, is_active, self._tolerance)
 
     def _bound_values(self, memory: Memory, action: float, turns_left: int | None) -> Reals:
         """Return the bounds `[2, A]` of the values of all actions, equal if they are exact.
@@ -179,7 +186,7 @@ def explain_missing_parts(session: Session) -> str:
     return "" if session.turns else "no turns"
 
 
-class _ValuedChoice(NamedTuple):
+class ValuedChoice(NamedTuple):
     """The values of a seat's actions at one turn, its action, and the belief that it stated."""
 
     values: Reals  # [2, A], a lower and an upper bound; -inf for illegal actions
@@ -199,20 +206,25 @@ class _ValuedChoice(NamedTuple):
         """Return the parts of turn `number`, with its reward and the value after it."""
         low, high = self.values[:, self.action].tolist()
         luck = reward + discount * value_after[0] - high, reward + discount * value_after[1] - low
+        regret, stated_regret = self._bound_regret(self.values), None
+        if self.stated_values is not None:
+            stated_regret = self._bound_regret(self.stated_values)
+        return TurnParts(
+            number, *self.split_regret(), luck, regret, self.has_choice, self.nats, stated_regret
+        )
+
+    def split_regret(self) -> tuple[Bounds, Bounds]:
+        """Return the loss by seeing and by choosing; without a stated belief, all by choosing."""
         regret = self._bound_regret(self.values)
         if self.stated_values is None:
-            return TurnParts(number, ZERO, regret, luck, regret, self.has_choice, None, None)
+            return ZERO, regret
         is_best = self._find_best(self.stated_values)
-        stated_regret = self._bound_regret(self.stated_values)
-        others = self.values[:, is_best]
-        if np.array_equal(*self.values) and np.array_equal(*self.stated_values):
-            mean = float(others[0].mean())  # all best actions are equally probable
-            seeing = self._round_to_zero(self.best_value[0] - mean)
-            choosing = self._round_to_zero(regret[0] - seeing)
-            parts = (seeing, seeing), (choosing, choosing)
-        else:
-            parts = self._bound_seeing(is_best), self._bound_choosing(is_best)
-        return TurnParts(number, *parts, luck, regret, self.has_choice, self.nats, stated_regret)
+        if not (np.array_equal(*self.values) and np.array_equal(*self.stated_values)):
+            return self._bound_seeing(is_best), self._bound_choosing(is_best)
+        mean = float(self.values[0, is_best].mean())  # all best actions are equally probable
+        seeing = self._round_to_zero(self.best_value[0] - mean)
+        choosing = self._round_to_zero(regret[0] - seeing)
+        return (seeing, seeing), (choosing, choosing)
 
     def _find_best(self, values: Reals) -> Bools:
         """Return the mask `[A]` of the actions that may be the best ones."""
