@@ -59,11 +59,9 @@ def _complete_lessons(incomplete: str) -> list[str]:
         paths = sorted(glob(f"{escape(incomplete)}*"))
         folders = [f"{path}{os.sep}" for path in paths if os.path.isdir(path)]
         return [*folders, *(path for path in paths if path.endswith(".toml"))]
-    from dmplay.tutor.lesson_list import list_builtin_paths
+    from dmplay.tutor.lesson_list import list_builtin_words
 
-    stems = [path.stem.partition("-") for path in list_builtin_paths()]
-    words = ["first", *(word for number, _, name in stems for word in (number.lstrip("0"), name))]
-    return [word for word in words if word.startswith(incomplete)]
+    return [word for word in list_builtin_words() if word.startswith(incomplete)]
 
 
 def _complete_problems_with_puzzles(incomplete: str) -> list[str]:

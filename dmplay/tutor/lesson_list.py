@@ -45,6 +45,13 @@ def list_builtin_paths() -> list[Path]:
     return sorted(BUILTIN_FOLDER.glob(f"[0-9]*{LESSON_SUFFIX}"))
 
 
+def list_builtin_words() -> list[str]:
+    """Return the words that open a built-in lesson: the first game, then numbers and names."""
+    stems = [path.stem.partition("-") for path in list_builtin_paths()]
+    pairs = [(number.lstrip("0"), name) for number, _, name in stems]
+    return [FIRST_GAME_PATH.stem, *(word for pair in pairs for word in pair)]
+
+
 def list_builtin_outlines() -> list[LessonOutline]:
     """Return the outlines of the built-in lessons, by number, without their quantities."""
     return [*map(_read_outline, list_builtin_paths())]

@@ -14,6 +14,7 @@ from dmplay.game.completion.agents_seats_and_parameters import (
 from dmplay.game.export_formats import EXPORT_FORMATS
 from dmplay.game.game_series import GameController
 from dmplay.guide.topics import list_topics
+from dmplay.tutor.lesson_list import list_builtin_words
 from dmplay.ui.shell.commands import COMMANDS, COMMANDS_BY_TOPIC
 
 COMMAND_BREAKS = frozenset(";#")  # `;` begins another command, `#` a comment
@@ -83,6 +84,7 @@ def complete_line(controller: GameController, text_before_cursor: str) -> list[s
             name_lists.list_plots() if not arguments else name_lists.complete_problems()
         ),
         "guide": lambda: [*list_topics()],
+        "learn": lambda: [] if arguments else list_builtin_words(),
         "watch": lambda: [] if arguments else name_lists.list_algorithms(),
         "list": lambda: [*name_lists.LIST_FILTERS],
         "help": lambda: [*COMMANDS_BY_TOPIC, *(entry.name for entry in COMMANDS)],
