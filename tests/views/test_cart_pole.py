@@ -16,22 +16,23 @@ def make_leaning_game() -> Session:
 
 
 @pytest.mark.parametrize(
-    ("view", "outcome", "push", "numbers"),
+    ("view", "outcome", "danger", "push", "numbers"),
     [
-        (make_leaning_game().view(0), "the pole still stands", "right",
+        (make_leaning_game().view(0), "the pole still stands",
+         ", but falls right fast: past the limit in about 3 turns", "right",
          "position +1.01 m, speed +0.59 m/s, angle +11.0 deg, swing +21 deg/s"),
         (make_session_from_state("cart-pole", [1.0, 0.4, -0.2, -0.6], [1]).view(0),
-         "the pole fell to the left", "right",
+         "the pole fell to the left", "", "right",
          "position +1.01 m, speed +0.60 m/s, angle -12.1 deg, swing -54 deg/s"),
         (make_session_from_state("cart-pole:gym", [2.39, 1.0, 0.05, 0.6], [1]).view(0),
-         "the cart left the track on the right", "right",
+         "the cart left the track on the right", "", "right",
          "position +2.41 m, speed +1.19 m/s, angle +3.6 deg, swing +19 deg/s"),
     ],
 )  # fmt: skip
 def test_the_push_is_described_before_the_pole_and_the_limits_are_last(
-    view: View[CartPole], outcome: str, push: str, numbers: str
+    view: View[CartPole], outcome: str, danger: str, push: str, numbers: str
 ) -> None:
-    assert cart_pole.describe_turn(view) == f"pushed {push}: {outcome}. {numbers}."
+    assert cart_pole.describe_turn(view) == f"pushed {push}: {outcome}{danger}. {numbers}."
     assert (
         cart_pole.describe_situation(view)
         == f"{outcome}. {numbers}. the game ends beyond 2.4 m or 12 deg."

@@ -16,6 +16,7 @@ from rich.text import Text
 
 from dmplay.core.arrays import Array
 from dmplay.core.session import View
+from dmplay.core.text import format_count
 from dmplay.views.protocol import BEST_LABEL, Clock, DrawOptions, FinishedGame, Lesson
 from dmplay.views.toolkit.action_hints_and_outcomes import (
     MAX_NUMBER_COLUMNS,
@@ -40,6 +41,8 @@ LONG_STATE, SHORT_STATE = "x {} m  v {} m/s  th {} deg  om {} deg/s", "x {} v {}
 NAMED_STATE = "position {} m  speed {} m/s\nangle {} deg  swing {} deg/s"
 UPRIGHT = "the pole still stands"  # outcome if the cart is on the track, too
 COLUMNS_PER_ROW = 2  # columns as long as a row is high
+SIDES = ("left", "right")
+MAX_DANGER_TURNS = 12  # in which a pole passes its limit at its present swing
 MAX_UPRIGHT_SLOPE = 0.75  # columns per row; a pole of one glyph that leans less is drawn upright
 MAX_DRAWN_LEAN_DEGREES = 85.0  # degrees; a pole that leans more is drawn at this angle
 
@@ -293,9 +296,22 @@ def _describe_outcome(cart: CartState) -> str:
 
 
 def describe_turn(view: View[CartPole]) -> str:
-    """Describe the last turn: the push, the outcome and the state."""
+    """Describe the last turn: the push, the outcome, the danger and the state."""
     cart = _make_cart_state(view, view.observation)
-    return f"pushed {view.last_action_label}: {_describe_outcome(cart)}. {_describe_state(cart)}."
+    outcome = _describe_outcome(cart)
+    if outcome == UPRIGHT:
+        outcome += _describe_danger(cart, view.problem.dt)
+    return f"pushed {view.last_action_label}: {outcome}. {_describe_state(cart)}."
+
+
+def _describe_danger(cart: CartState, dt: float) -> str:
+    """Return a clause on a pole that soon passes its limit at its present swing; '' if none."""
+    side = cart.omega > 0
+    distance, step = cart.theta_limit - cart.theta * (1 if side else -1), abs(cart.omega) * dt
+    if distance >= step * MAX_DANGER_TURNS:
+        return ""
+    turns = format_count(math.ceil(distance / step), "turn")
+    return f", but falls {SIDES[side]} fast: past the limit in about {turns}"
 
 
 def describe_situation(view: View[CartPole]) -> str:

@@ -13,7 +13,7 @@ from .agents import COAST, LEFT, RIGHT, Optimal
 from .rules import TOP_SPEED, MountainCar
 
 MAX_DRIVE_TURNS = 300  # in one direction, until the car rolls back or reaches the goal
-GRID_NOTE = "The values are interpolated between points of a grid, so they can differ from this."
+GRID_NOTE = "The values below are approximate, so they can differ from this."
 MAX_GRID_ERROR = 1.0  # turns; games that differ by less from the values only round them
 MIN_SPEED_CHANGE = 1e-12  # smaller changes are rounding errors
 

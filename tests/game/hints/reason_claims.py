@@ -627,7 +627,7 @@ CLAIMS: dict[str, dict[str, Claim]] = {
         r"If optimal plays on, the car (?:reaches the goal in (?:(\d+|too many) turns with left, "
         r"(\d+|too many) with coast and (\d+|too many) with right|(\d+) turns?, whichever action "
         r"comes first)|does not reach the goal within (\d+) turns?)\.": check_arrivals,
-        r"The values are interpolated between points of a grid, so they can differ from this\.":
+        r"The values below are approximate, so they can differ from this\.":
         check_grid,
         r"The values, interpolated on a grid, err here: ([a-z]+) is quicker than ([a-z]+)\.":
         check_grid_error,
