@@ -34,8 +34,12 @@ def describe_rule(agent_class: object) -> str:
 
 
 def address_opponent(description: str) -> str:
-    """Return the description of an agent as its opponent reads it: with "you" for the opponent."""
-    return description.replace("the opponent's", "your").replace("the opponent", "you")
+    """Return the description of an agent as its opponent reads it.
+
+    It has "you" for the opponent, and no section of the book, whose name is not beside it.
+    """
+    text = description.replace("the opponent's", "your").replace("the opponent", "you")
+    return re.sub(r" \(section [\w.]+\)", "", text)
 
 
 SCRIPTED_PLAYERS = ("script", "replay")  # players that repeat listed actions

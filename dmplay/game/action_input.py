@@ -92,10 +92,25 @@ class Keyboard:
         return not labels or (needs_typing and labels[0].isdigit())
 
     def describe_numbers(self, seat: int) -> str:
-        """Return the numbers that a player may type, as a range if they have one."""
+        """Return the numbers that a player may type, as a range if they have one.
+
+        One of the digits that stand for a number is named with that number.
+        """
         action_set = self.problem.actions[seat]
         text = describe_number_range(action_set.labels) or action_set.describe_actions()
-        return text.removeprefix("a whole number from ").removeprefix("a number from ")
+        text = text.removeprefix("a whole number from ").removeprefix("a number from ")
+        text = text.replace(" in steps of ", " by ")
+        labels = action_set.labels
+        digits = zip(_assign_digit_keys(labels), labels, strict=False)
+        short = [f"; {digit} = {label}" for digit, label in digits if digit != label]
+        return text + "".join(short[len(short) // 2 :][:1])
+
+    def describe_number_steps(self) -> str:
+        """Return the keys that change a typed number, with their steps, such as `↑ ↓ by 1`."""
+        keys_by_step: dict[float, list[str]] = {}
+        for key, step in self.number_steps.items():
+            keys_by_step.setdefault(abs(step), []).append(key_bindings.KEY_SYMBOLS.get(key, key))
+        return "  ".join(f"{' '.join(keys)} by {step:g}" for step, keys in keys_by_step.items())
 
     def list_actions_with_keys(self, view: View[Problem]) -> list[tuple[str, str, bool]]:
         """Return (key, label, is_legal) for each action; [] for real-valued actions.

@@ -43,13 +43,13 @@ CLEAR_DESCRIPTION = "clear course: at this rate 301 m above the intruder."
             make_session_from_state(
                 "collision-avoidance", [300.0, 0.0, 0.0, 20.0], [2, 0], [0.5], [0.5]
             ),
-            "changed the advisory to descend. height +301 m, rate +0.0 m/s, 18 s left. "
-            f"{CLEAR_DESCRIPTION}",
+            "changed the advisory to descend (costs 0.01). height +301 m, rate +0.0 m/s, "
+            f"18 s left. {CLEAR_DESCRIPTION}",
             f"{CLEAR_DESCRIPTION} height +301 m, rate +0.0 m/s, 18 s left. advisory descend.",
         ),
         (
             make_session_from_state("collision-avoidance", [300.0, 0.0, 0.0, 20.0], [0], [0.9]),
-            "changed the advisory to descend; a gust raised the rate by 2 m/s. "
+            "changed the advisory to descend (costs 0.01); a gust raised the rate by 2 m/s. "
             "height +300 m, rate +1.0 m/s, 19 s left. "
             "clear course: at this rate 319 m above the intruder.",
             "clear course: at this rate 319 m above the intruder. "

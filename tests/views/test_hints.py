@@ -96,18 +96,18 @@ bars: your belief, computed as if caregiver1 acted at random""",
             regret=MACHINE_REGRET, forecast=MACHINE_FORECAST, revealed_state=np.array(1)
         ),
         r"""
-saw  nondefective (not examined)             0 failed
+saw  nothing (not examined)                  0 failed
                                                  .
 0 failed  #############....... 0.656            / \
 1 failed  ######.............. 0.308           . m \
 2 failed  #................... 0.036          o m m \
 chance of failed parts, last turns :         /*m m m \
                                             / m m m e \
-expected reward      value below best      / m m m e e \
-m manufacture +0.747 best                 / m m m i i e \
-e examine     +0.497 #....... -0.25      / i i i i i i i \
-i interrupt   -0.880 ####.... -1.5      / i i i i i i i r \
-r replace     -2.000 ######## -2.75    / i i i i i i r r r \
+mean pay now        value below best       / m m m e e \
+m manufacture +0.75 best                  / m m m i i e \
+e examine     +0.50 #....... -0.25       / i i i i i i i \
+i interrupt   -0.88 ####.... -1.5       / i i i i i i i r \
+r replace     -2.00 ######## -2.75     / i i i i i i r r r \
 true state: 1 failed                  -----o-----------------
 if you examine:    belief then:       1 failed       2 failed
 chance                0     1     2
@@ -182,14 +182,14 @@ paper: you get 1 against rock, 0 against paper, -1 against scissors""",
         ASCII_OPTIONS._replace(regret=CLAIM_REGRET, forecast=make_reply_forecast(95)),
         """
 agent1 v   agent2 (you) >   cells: pay to agent1, agent2
-     |   94   |   95   |   96   |   97   |   98   |   99
+     |   95   |   96   |   97   |   98   |   99   |  100
 -----+--------+--------+--------+--------+--------+--------
-  57 | 59, 55 | 59, 55 | 59, 55 | 59, 55 | 59, 55 | 59, 55
-  58 | 60, 56 | 60, 56 | 60, 56 | 60, 56 | 60, 56 | 60, 56
   59 | 61, 57 | 61, 57 | 61, 57 | 61, 57 | 61, 57 | 61, 57
-> 60 | 62, 58 | 62, 58 | 62, 58 | 62, 58 | 62, 58 |[62,58]
+> 60 | 62, 58 | 62, 58 | 62, 58 | 62, 58 |[62,58] | 62, 58
   61 | 63, 59 | 63, 59 | 63, 59 | 63, 59 | 63, 59 | 63, 59
   62 | 64, 60 | 64, 60 | 64, 60 | 64, 60 | 64, 60 | 64, 60
+  63 | 65, 61 | 65, 61 | 65, 61 | 65, 61 | 65, 61 | 65, 61
+  64 | 66, 62 | 66, 62 | 66, 62 | 66, 62 | 66, 62 | 66, 62
 
                                       you claimed 99, got 58
 2 +------------------------------o--------------------*+ 100

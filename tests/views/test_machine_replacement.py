@@ -25,11 +25,11 @@ saw  nothing yet                                0 ●
 2 failed  ···················· 0.000    1 ╱───────────────╲ 2
 chance of failed parts, turn by turn ▁
 
-expected reward
-m manufacture +0.902
-e examine     +0.652
-i interrupt   -0.500
-r replace     -2.000"""
+mean pay now
+m manufacture +0.90
+e examine     +0.65
+i interrupt   -0.50
+r replace     -2.00"""
     )
 
 
@@ -49,11 +49,11 @@ saw  defective                                    0
 2 failed  #########........... 0.450    1 /------*--------\ 2
 chance of failed parts, turn by turn _.:-=++#
 
-expected reward
-m manufacture +0.374
-e examine     +0.124
-i interrupt   -1.950
-r replace     -2.000"""[1:]
+mean pay now
+m manufacture +0.37
+e examine     +0.12
+i interrupt   -1.95
+r replace     -2.00"""[1:]
     )
 
 
@@ -66,7 +66,7 @@ def test_a_small_board_with_the_true_state() -> None:
     assert (
         board
         == """\
-saw  nondefective (not examined)
+saw  nothing (not examined)
 0 failed  █████████████▏······ 0.656
 1 failed  ██████▏············· 0.308
 2 failed  ▊··················· 0.036
@@ -85,12 +85,12 @@ def test_the_corners_of_the_triangle_are_certain_beliefs() -> None:
 def test_descriptions_include_the_belief_and_the_expected_rewards() -> None:
     view = make_view_after("manufacture")
     assert machine_replacement.describe_turn(view) == (
-        "chose manufacture, saw nondefective (not examined). "
+        "chose manufacture, not examined, so nothing learnt. "
         "belief: 0 failed 0.810, 1 failed 0.180, 2 failed 0.010."
     )
     assert machine_replacement.describe_situation(make_view_after()) == (
         "saw nothing yet. belief: 0 failed 1.000, 1 failed 0.000, 2 failed 0.000. expected reward "
-        "now: manufacture 0.902, examine 0.652, interrupt -0.500, replace -2.000."
+        "now: manufacture 0.90, examine 0.65, interrupt -0.50, replace -2.00."
     )
 
 
@@ -99,4 +99,4 @@ def test_the_board_has_the_probability_of_a_failure_and_of_a_defective_product()
         machine_replacement, make_view_after(), DrawOptions(80, 24, allow_large=True)
     ).plain
     assert "a working part fails: 10% (m, e)" in board
-    assert "defective: 50%, 75% with 1, 2 failed" in board
+    assert "e: defective 50%, 75% with 1, 2 failed" in board

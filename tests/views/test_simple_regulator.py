@@ -24,8 +24,8 @@ def make_pushed_game() -> Session:
 def test_the_panel_shows_the_cost_of_the_number() -> None:
     view = make_pushed_game().view(0)
     assert simple_regulator.panel_rows(view) == [
-        ("number", "-0.102"), ("costs", "0.0104"), ("pushed", "+0.250"), ("aimed at", "-0.276"),
-        ("reward", "-0.2762"), ("noise", "0.1"), ("push by", "-10 to 10"),
+        ("number", "-0.102"), ("costs now", "0.0104"), ("pushed", "+0.250"), ("aimed at", "-0.276"),
+        ("last turn", "-0.2762"), ("noise", "0.1"), ("push by", "-10 to 10"),
         ("discount", "0.9 (gamma)"),
     ]  # fmt: skip
 

@@ -11,6 +11,16 @@ travelers_dilemma = load_view_module(dmplay.load_problem("travelers-dilemma"))
 make_view_after = partial(games.make_view_after, "travelers-dilemma")
 
 
+def test_the_table_stays_in_place_while_claims_stay_in_it() -> None:
+    options = DrawOptions(80, 24)
+    headings = [
+        fit_board(travelers_dilemma, make_view_after(*rounds), options).plain.split("\n")[0]
+        for rounds in ((), ("97 98",), ("97 98", "99 99"), ("97 98", "99 99", "97 95"))
+    ]
+    assert len(set(headings[:3])) == 1
+    assert "94" in headings[3]
+
+
 def test_the_rule_is_described_in_words_instead_of_9801_cells() -> None:
     assert travelers_dilemma.describe_situation(make_view_after("60 45")) == (
         "you are agent1. last round: agent1 chose 60. agent2 chose 45. claim 2 to 100 whole "
@@ -21,14 +31,14 @@ def test_the_rule_is_described_in_words_instead_of_9801_cells() -> None:
 
 FRAMES = {
     "a window round both claims": (make_view_after("100 97", "60 45"), DrawOptions(80, 24), """
-     │ … │   43   │   44   │   45   │   46   │   47   │ …
+     │ … │   44   │   45   │   46   │   47   │   48   │ …
 ─────┼───┼────────┼────────┼────────┼────────┼────────┼───
    … │   │        │        │        │        │        │
-  58 │   │ 41, 45 │ 42, 46 │ 43, 47 │ 44, 48 │ 45, 49 │
-  59 │   │ 41, 45 │ 42, 46 │ 43, 47 │ 44, 48 │ 45, 49 │
-> 60 │   │ 41, 45 │ 42, 46 │[43,47] │ 44, 48 │ 45, 49 │
-  61 │   │ 41, 45 │ 42, 46 │ 43, 47 │ 44, 48 │ 45, 49 │
-  62 │   │ 41, 45 │ 42, 46 │ 43, 47 │ 44, 48 │ 45, 49 │
+  59 │   │ 42, 46 │ 43, 47 │ 44, 48 │ 45, 49 │ 46, 50 │
+> 60 │   │ 42, 46 │[43,47] │ 44, 48 │ 45, 49 │ 46, 50 │
+  61 │   │ 42, 46 │ 43, 47 │ 44, 48 │ 45, 49 │ 46, 50 │
+  62 │   │ 42, 46 │ 43, 47 │ 44, 48 │ 45, 49 │ 46, 50 │
+  63 │   │ 42, 46 │ 43, 47 │ 44, 48 │ 45, 49 │ 46, 50 │
    … │   │        │        │        │        │        │
 
 agent1 (you) 100  60

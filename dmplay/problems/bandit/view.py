@@ -63,7 +63,7 @@ def _draw_board(view: View[Bandit], options: DrawOptions, detail: int) -> Text:
         canvas.write_text(18, row + 1, f"{bar} {chance:.3f}", "cyan")
     y = len(labels) + 1
     if detail >= 2:
-        canvas.write_text(0, y + 1, "belief: the arms' chances of a win", "dim")
+        canvas.write_text(0, y + 1, f"belief: the true chances of {'/'.join(labels)}", "dim")
         y += 2
     if detail >= 1:
         y = draw_belief_bars(canvas, y, view.problem.state_names, view.belief, options)

@@ -328,7 +328,8 @@ def goal_lines(view: View[CollisionAvoidance]) -> list[str]:
     """Return the goal: the distance to keep from the intruder, an action's effect, the costs."""
     return [
         f"pass the intruder A at least {COLLISION_DISTANCE:g} m above or below",
-        "no-advisory keeps the rate",
+        "advise every second",
+        "climb and descend change the rate, which then stays",
         f"a collision costs {COLLISION_COST:g}",
         f"each change of the advisory costs {ADVISORY_CHANGE_COST:g}",
     ]
@@ -375,7 +376,9 @@ def describe_turn(view: View[CollisionAvoidance]) -> str:
     effect = f"a gust {'raised' if gust > 0 else 'lowered'} the rate by {abs(gust):.0f} m/s"
     has_changed = view.observation[2] != view.observations[-2][2]
     verb = "changed the advisory to" if has_changed else "kept the advisory:"
-    advisory = f"{verb} {_get_current_advisory(view)}{f'; {effect}' * (abs(gust) > 1)}"
+    advisory = f"{verb} {_get_current_advisory(view)}"
+    cost = f" (costs {ADVISORY_CHANGE_COST:g})" if has_changed else ""
+    advisory += f"{cost}{f'; {effect}' * (abs(gust) > 1)}"
     return f"{advisory}. {_describe_state(view)}. {_describe_pass_outcome(view)}."
 
 

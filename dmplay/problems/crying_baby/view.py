@@ -39,6 +39,7 @@ WIDE_BAR_COLUMNS, REGRET_BAR_COLUMNS = 40, 10
 # rows of a board from which it has a chart of the belief; maximum rows and columns of the chart
 MIN_CHART_HEIGHT, MAX_CHART_ROWS, MAX_CHART_COLUMNS = 34, 24, 64
 KEYS = {"f": "feed", "s": "sing", "i": "ignore"}
+HIDDEN_FACT = "whether the baby is hungry"
 
 
 def iter_boards(view: View[CaregiverProblem], options: DrawOptions) -> Iterator[Text]:
@@ -206,15 +207,12 @@ def goal_lines(view: View[CaregiverProblem]) -> list[str]:
     """Return the goal and the costs of hunger, feeding and singing, as clauses."""
     problem = view.problem
     feeding, singing, _ = problem.action_rewards[view.seat]
-    you = "you " * (len(problem.agents) > 1)
     goal = "keep the baby sated (not hungry)"
-    if you:
+    if len(problem.agents) > 1:
         goal = f"with {problem.agents[1 - view.seat]}, keep the baby sated"
     return [
         goal,
-        f"hunger costs {-problem.hungry_reward:g}",
-        f"feeding costs {you}{-feeding:g}",
-        f"singing costs {you}{-singing:g}",
+        f"costs: hunger {-problem.hungry_reward:g}, feeding {-feeding:g}, singing {-singing:g}",
         "crying is the only clue",
     ]
 

@@ -253,6 +253,13 @@ def _draw_tile(canvas: Canvas, position: tuple[int, int], text: str, tile: Drawn
         canvas.write_text(x + len(text) - len(text.lstrip()), y, text.strip(), f"{style} underline")
 
 
+def describe_keys(view: View[Game2048]) -> dict[str, str]:
+    """Return the effect of the keys that slide nothing."""
+    labels, mask = view.problem.actions[view.seat].labels, view.legal_actions_mask
+    pairs = [] if mask is None else zip(labels, mask, strict=True)
+    return {label: "moves nothing" for label, is_legal in pairs if not is_legal}
+
+
 def goal_lines(view: View[Game2048]) -> list[str]:
     """Return the scoring rule, the end of the game and the probability of a new 2, as clauses."""
     return [

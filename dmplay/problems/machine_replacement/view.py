@@ -1,7 +1,7 @@
 """The view of machine replacement: the last product, and the belief in bars and a triangle."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 import numpy as np
 from rich.text import Text
@@ -36,16 +36,18 @@ from .rules import MachineReplacement
 panel_rows = crying_baby.panel_rows
 MAX_HISTORY_TURNS = 40  # turns in the belief history
 NEEDS_BELIEF = True  # no board hides the belief
+HIDDEN_FACT = "how many parts failed"
 KEYS = {"m": "manufacture", "e": "examine", "i": "interrupt", "r": "replace"}
+PAY_HEADING = "mean pay now"
+ROUNDING = 1e-9  # makes a half, such as 0.475, round up
 STATE_NAMES = ("0 failed", "1 failed", "2 failed")
 # columns of the belief bars and of the small triangle
 BELIEF_COLUMNS, SMALL_TRIANGLE_COLUMNS = 36, 21
 TALL_TRIANGLE_ROWS, REGRET_BAR_COLUMNS = 11, 8  # rows of the tall triangle; columns of a regret bar
 # rows of the largest triangle; rows of a triangle from which a chart of the belief is beside it
 MAX_TRIANGLE_ROWS, MIN_CHART_TRIANGLE_ROWS, MAX_CHART_ROWS = 40, 30, 12
-REGRET_COLUMN = 21  # first column of the regrets
+REGRET_COLUMN, PAY_COLUMNS = 20, 6  # first column of regrets or pays; columns of a pay
 TRIANGLE_LEGEND = "● belief now; corner: you are sure"
-ACTION_EFFECTS = ("", "shows a product", "repairs parts", "new parts")  # by action
 REGION_LEGEND = ("● belief now; letters: best action", "at each belief, for the turns left")
 REGION_STYLES = ("dim", "cyan", "magenta", "yellow")  # style of each action's key
 MAX_PLANNED_TURNS = 40  # maximum turns planned for the regions
@@ -83,15 +85,16 @@ def _iter_small_boards(view: View[MachineReplacement], options: DrawOptions) -> 
         if with_triangle:
             _draw_small_triangle(canvas, BELIEF_COLUMNS + 4, view.belief)
         _draw_belief_history(view, canvas, y, options)
-        canvas.write_text(0, y + 2, "expected reward", "dim")
+        canvas.write_text(0, y + 2, PAY_HEADING, "dim")
         rewards = _compute_expected_rewards(view, options)
-        canvas.write_rows(y + 3, [f"{key} {name:<11} {pay:+.3f}" for key, name, pay in rewards])
+        rows = [f"{key} {name:<11} {_format_pay(pay, '+')}" for key, name, pay in rewards]
+        canvas.write_rows(y + 3, rows)
         draw_true_state(canvas, y + 8, STATE_NAMES, options)
         yield canvas.to_text()
     canvas = Canvas()
     y = _draw_observation_and_belief(view, options, canvas, 1)
     rewards = _compute_expected_rewards(view, options)
-    line = "  ".join(f"{key} {reward:+.2f}" for key, _, reward in rewards)
+    line = "  ".join(f"{key} {_format_pay(reward, '+')}" for key, _, reward in rewards)
     canvas.write_text(0, y, "" if view.end_reason else line)
     draw_true_state(canvas, y + 1, STATE_NAMES, options)
     yield canvas.to_text()
@@ -123,16 +126,18 @@ def _draw_large_board(
     y = _draw_observation_and_belief(view, options, canvas, 2)
     narrow = options._replace(width=min(options.width, BELIEF_COLUMNS))
     _draw_belief_history(view, canvas, y, narrow)
-    canvas.write_text(0, y + 2, "expected reward", "dim")
-    regret_heading = "value below best" if options.regret is not None else ""
-    canvas.write_text(REGRET_COLUMN, y + 2, regret_heading, "dim")
+    canvas.write_text(0, y + 2, PAY_HEADING, "dim")
+    has_hint = options.regret is not None
+    heading = "value below best" if has_hint else _join_pay_cells("012")
+    canvas.write_text(REGRET_COLUMN, y + 2, heading, "dim")
+    canvas.write_text(REGRET_COLUMN - 3, y + 2, "" if has_hint else "failed:", "dim")
     rewards_by_action = _compute_expected_rewards(view, options)
     for row, action in enumerate(rank_actions(options, len(rewards_by_action)), y + 3):
         key, name, reward = rewards_by_action[action]
-        canvas.write_text(0, row, f"{key} {name:<11} {reward:+.3f}")
+        canvas.write_text(0, row, f"{key} {name:<11} {_format_pay(reward, '+')}")
         regret = format_regret_with_bar(options, action, REGRET_BAR_COLUMNS)
-        effect = ACTION_EFFECTS[action] if options.regret is None else ""
-        canvas.write_text(REGRET_COLUMN, row, effect, "dim")
+        pays = map(_format_pay, view.problem.tables.rewards[:, action, 0])
+        canvas.write_text(REGRET_COLUMN, row, "" if has_hint else _join_pay_cells(pays), "dim")
         canvas.write_text(REGRET_COLUMN, row, regret, "yellow")
     draw_true_state(canvas, y + 7, STATE_NAMES, options)
     default_legend = (TRIANGLE_LEGEND, *_describe_effects(view.problem, options))
@@ -149,11 +154,25 @@ def _draw_large_board(
 
 
 def _describe_effects(problem: MachineReplacement, options: DrawOptions) -> tuple[str, ...]:
-    """Return rows with the probabilities of a failure and of a defective product."""
+    """Return rows with the effects of the actions and the probabilities of bad events."""
     _, one_failed, both_failed = problem.tables.observation_model[1, :, 1]
     clues = f"{format_percent(one_failed)}, {format_percent(both_failed)}"
-    keys = ", ".join(list_action_keys(KEYS, options)[:2])
-    return f"{_describe_wear(problem)} ({keys})", f"defective: {clues} with 1, 2 failed"
+    make, examine, repair, renew = list_action_keys(KEYS, options)
+    return (
+        f"{_describe_wear(problem)} ({make}, {examine})",
+        f"{examine}: defective {clues} with 1, 2 failed",
+        f"{repair} repairs, {renew} puts in new parts",
+    )
+
+
+def _format_pay(pay: float, sign: str = "") -> str:
+    """Return a pay with two decimals, of which the last is rounded half up, as on paper."""
+    return f"{pay + ROUNDING:{sign}.2f}"
+
+
+def _join_pay_cells(cells: Iterable[str]) -> str:
+    """Return a row of cells, one for each number of failed parts."""
+    return "".join(f"{cell:>{PAY_COLUMNS}}" for cell in cells)
 
 
 def _draw_belief_chart(
@@ -255,18 +274,13 @@ def _draw_small_triangle(canvas: Canvas, x: int, belief: Reals) -> None:
 
 
 def goal_lines(view: View[MachineReplacement]) -> list[str]:
-    """Return the goal, the rewards by failed parts, and the failures, as clauses."""
-    labels, rewards = view.problem.actions[0].labels, view.problem.tables.rewards[:, :, 0]
-    intact, one_failed, two_failed = (f"{pay:g}" for pay in rewards[:, 0])
-    pairs = zip(labels, rewards.T, strict=True)
-    clauses = [f"{label} {_format_rewards_by_failures(pays)}" for label, pays in pairs]
+    """Return the goal, the clue, and the effects of failures and of actions, as clauses."""
     return [
-        f"earn much: manufacture pays {intact}",
-        f"{one_failed} with 1 failed part, {two_failed} with 2",
-        _describe_wear(view.problem),
-        "failures are hidden, and only examine gives a clue",
+        "earn much with a machine whose parts may fail",
+        "only examine gives a clue",
+        "failed parts lower what manufacture and examine pay",
         "interrupt repairs failed parts, replace puts in new parts",
-        f"pay with 0, 1, 2 failed: {', '.join(clauses[1:])}",
+        _describe_wear(view.problem),
     ]
 
 
@@ -324,7 +338,7 @@ def describe_turn(view: View[MachineReplacement]) -> str:
 def describe_situation(view: View[MachineReplacement]) -> str:
     """Return a description of the last product, the belief and the expected rewards."""
     rewards = _compute_expected_rewards(view, DrawOptions())
-    expected = ", ".join(f"{name} {reward:.3f}" for _, name, reward in rewards)
+    expected = ", ".join(f"{name} {_format_pay(reward)}" for _, name, reward in rewards)
     return f"{_describe_product_and_belief(view)} expected reward now: {expected}."
 
 
@@ -334,7 +348,7 @@ def _format_last_product(view: View[MachineReplacement]) -> str:
     After the other actions, the observation is the same in every state.
     """
     if view.turns_played and not _is_examined(view, view.actions[-1]):
-        return f"{format_last_observation(view)} (not examined)"
+        return "nothing (not examined)"
     return format_last_observation(view)
 
 
@@ -346,7 +360,10 @@ def _is_examined(view: View[MachineReplacement], action: float) -> bool:
 def _describe_product_and_belief(view: View[MachineReplacement]) -> str:
     """Return the last product and the belief about failed parts, the likeliest number first."""
     belief = format_belief(STATE_NAMES, view.belief)
-    return f"saw {_format_last_product(view)}. belief: {belief}."
+    product = f"saw {_format_last_product(view)}"
+    if view.turns_played and not _is_examined(view, view.actions[-1]):
+        product = "not examined, so nothing learnt"
+    return f"{product}. belief: {belief}."
 
 
 def describe_end(game: FinishedGame[MachineReplacement]) -> str:

@@ -10,9 +10,9 @@ from dmplay.views.protocol import DrawOptions
 
 from .rules import MulticaregiverCryingBaby
 
-KEY_FAMILY, KEYS = "crying-baby", crying_baby.KEYS
+KEY_FAMILY, KEYS, HIDDEN_FACT = "crying-baby", crying_baby.KEYS, crying_baby.HIDDEN_FACT
 goal_lines, lesson, panel_rows = crying_baby.goal_lines, crying_baby.lesson, crying_baby.panel_rows
-describe_turn, describe_end = crying_baby.describe_turn, crying_baby.describe_end
+describe_end = crying_baby.describe_end
 
 
 def iter_boards(view: View[MulticaregiverCryingBaby], options: DrawOptions) -> Iterator[Text]:
@@ -41,6 +41,13 @@ def iter_boards(view: View[MulticaregiverCryingBaby], options: DrawOptions) -> I
     for board in crying_baby.iter_boards(view, options):
         yield board.copy().append(f"\n{note}", "dim")
         yield board
+
+
+def describe_turn(view: View[MulticaregiverCryingBaby]) -> str:
+    """Return a description of the last turn; the first one says that the partner's is hidden."""
+    text = crying_baby.describe_turn(view)
+    partner = view.problem.agents[1 - view.seat]
+    return f"{text} you do not see what {partner} did." if view.turns_played == 1 else text
 
 
 def describe_situation(view: View[MulticaregiverCryingBaby]) -> str:

@@ -206,8 +206,8 @@ def goal_lines(view: View[PredatorPrey]) -> list[str]:
         sharing_clause = ", shared by the predators there" if problem.predators > 1 else ""
         return [
             f"step onto {'the' if problem.prey == 1 else 'a'} prey",
-            f"starting a turn on its hex pays 1{unit}{sharing_clause}",
-            "other turns cost 1",
+            f"one turn later, the catch pays 1{unit}{sharing_clause}",
+            "every other turn costs 1",
             *slips,
             "a bump into a wall costs nothing more",
             f"a caught prey loses {-DEVOURED_REWARD:g} and reappears at random",

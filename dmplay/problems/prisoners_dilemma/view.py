@@ -17,8 +17,8 @@ def goal_lines(view: View[PrisonersDilemma]) -> list[str]:
     other = view.problem.agents[1 - view.seat]
     (cc, cd), (dc, dd) = view.problem.payoffs[:, :, 0]
     return [
-        "spend as few years in prison as possible",
-        "each year costs 1",
+        "spend few years in prison over all rounds",
+        "a year costs 1",
         f"if {other} cooperates: cooperate pays {cc:g}, defect {dc:g}",
         f"if {other} defects: cooperate pays {cd:g}, defect {dd:g}",
         "both choose at the same time",

@@ -235,10 +235,10 @@ def _format_state(view: View[SimpleRegulator], is_brief: bool, options: DrawOpti
 def goal_lines(view: View[SimpleRegulator]) -> list[str]:
     """Return the goal, the costs, the push and the noise, as clauses."""
     return [
-        "keep the number near 0",
-        "each turn costs its square",
-        f"{'your' if view.player_label == 'you' else 'the'} push is added to it",
-        *([f"chance moves it by about {view.problem.noise:g}"] if view.problem.noise else []),
+        "add pushes to keep the number near 0",
+        "each turn costs the number squared",
+        "a push itself is free",
+        *([f"chance adds about {view.problem.noise:g} to it"] if view.problem.noise else []),
     ]
 
 
@@ -264,10 +264,10 @@ def panel_rows(view: View[SimpleRegulator]) -> list[tuple[str, str]]:
         push, aim = (format_signed_fixed(x, 3) for x in (view.actions[-1], predict_number(view)[0]))
     return [
         ("number", format_signed_fixed(number, 3)),
-        ("costs", format_reward(number * number)),
+        ("costs now", format_reward(number * number)),
         ("pushed", push),
         ("aimed at", aim),
-        ("reward", format_reward(view.rewards[-1]) if view.rewards else "-"),
+        ("last turn", format_reward(view.rewards[-1]) if view.rewards else "-"),
         ("noise", f"{problem.noise:g}"),
         ("push by", f"{bounds.low:g} to {bounds.high:g}"),
         ("discount", f"{problem.discount:g} (gamma)"),

@@ -49,8 +49,10 @@ def goal_lines(view: View[TravelersDilemma]) -> list[str]:
     low, high = MAX_CLAIM - 2 * BONUS_DOLLARS, MAX_CLAIM
     return [
         "get many dollars: both get the lower claim",
-        f"claims {low:g} and {high:g} pay {low + BONUS_DOLLARS:g} and {low - BONUS_DOLLARS:g}",
-        f"the lower claimant gets {BONUS_DOLLARS:g} more, the higher {BONUS_DOLLARS:g} less",
+        f"who made it gets +{BONUS_DOLLARS:g}, the other -{BONUS_DOLLARS:g}",
+        f"for example, claims {low:g} and {high:g} pay {low + BONUS_DOLLARS:g} and "
+        f"{low - BONUS_DOLLARS:g}",
+        f"what {view.problem.agents[1 - view.seat]} gets does not count",
         f"claim {MIN_CLAIM} to {MAX_CLAIM}",
     ]
 
@@ -89,7 +91,7 @@ def _iter_small_boards(view: View[TravelersDilemma], options: DrawOptions) -> It
     )
     for claim_count, with_rounds in ((5, True), (5, False), (3, True), (3, False)):
         canvas = Canvas()
-        rows, columns = (_list_claim_window(claim, claim_count) for claim in _get_last_claims(view))
+        rows, columns = map(_mark_omitted_claims, _choose_windows(view, options, claim_count))
         y = _draw_claim_table(view, canvas, 0, options, (rows, columns))
         if with_rounds:
             draw_last_rounds(canvas, y + 1)
@@ -126,16 +128,10 @@ def _format_axis_labels(view: View[TravelersDilemma]) -> str:
 def _draw_claim_window(
     view: View[TravelersDilemma], options: DrawOptions, claim_count: int
 ) -> tuple[Canvas, int]:
-    """Draw the table around both last claims; return the canvas and the next free row.
-
-    With a forecast, the table is centred on the claim in question for the seat's own axis.
-    """
-    canvas, centers = Canvas(), [*_get_last_claims(view)]
+    """Draw the table that has both last claims; return the canvas and the next free row."""
+    canvas, windows = Canvas(), _choose_windows(view, options, claim_count)
     canvas.write_text(0, 0, _format_axis_labels(view), "dim")
-    if options.forecast is not None:
-        centers[view.seat] = MIN_CLAIM + int(options.forecast.action)
-    rows, columns = ([*_choose_claim_range(claim, claim_count)] for claim in centers)
-    return canvas, _draw_claim_table(view, canvas, 1, options, (rows, columns))
+    return canvas, _draw_claim_table(view, canvas, 1, options, windows)
 
 
 def _format_last_payment(view: View[TravelersDilemma]) -> str:
@@ -237,16 +233,37 @@ def _draw_claim_table(
     return y + 2 + len(rows)
 
 
-def _choose_claim_range(claim: int | None, claim_count: int) -> range:
-    """Return `claim_count` claims around a claim, or the highest ones if it is None."""
-    lowest = max((claim or MAX_CLAIM) - claim_count // 2, MIN_CLAIM)
-    lowest = min(lowest, MAX_CLAIM + 1 - claim_count)
-    return range(lowest, lowest + claim_count)
+def _choose_windows(
+    view: View[TravelersDilemma], options: DrawOptions, claim_count: int
+) -> tuple[range, range]:
+    """Return the claims of the table's rows and of its columns, `claim_count` of each.
+
+    They begin with the highest ones, and move only as far as the last claims require, so that the
+    table stays in place from round to round. The own ones also contain the claim of a forecast.
+    """
+    windows = [range(MAX_CLAIM + 1 - claim_count, MAX_CLAIM + 1)] * 2
+    for joint_action in view.joint_actions or ():
+        claims = [MIN_CLAIM + int(action) for action in joint_action]
+        windows = [*map(_move_window, windows, claims)]
+    if options.forecast is not None:
+        claim = MIN_CLAIM + int(options.forecast.action)
+        windows[view.seat] = _move_window(windows[view.seat], claim)
+    return windows[0], windows[1]
 
 
-def _list_claim_window(claim: int | None, claim_count: int) -> list[int | None]:
-    """Return `claim_count` claims around a claim, with None where further claims are omitted."""
-    claims = _choose_claim_range(claim, claim_count)
+def _move_window(window: range, claim: int) -> range:
+    """Return a range of claims moved as little as it needs to contain a claim and its neighbours.
+
+    The neighbours are left out if the range has fewer than three claims.
+    """
+    margin = int(len(window) > 2)
+    lowest = max(min(window.start, claim - margin), claim + margin + 1 - len(window))
+    lowest = min(max(lowest, MIN_CLAIM), MAX_CLAIM + 1 - len(window))
+    return range(lowest, lowest + len(window))
+
+
+def _mark_omitted_claims(claims: range) -> list[int | None]:
+    """Return claims, with None where further claims are omitted."""
     return [*[None] * (claims[0] > MIN_CLAIM), *claims, *[None] * (claims[-1] < MAX_CLAIM)]
 
 

@@ -52,11 +52,13 @@ class ActionKey(NamedTuple):
 
     @property
     def text(self) -> str:
-        """The key, label and regret between blanks; '' if the action is illegal."""
+        """The key, label and regret between blanks; of an illegal action only a known effect."""
         key = KEY_SYMBOLS.get(self.key, self.key)
         label = key if self.key == self.label else "=".join(filter(None, (key, self.label)))
+        if not self.is_legal:
+            return f" ({label} {self.effect}) " * bool(self.effect)
         effect = f" ({self.effect})" * bool(self.effect)
-        return f" {label}{effect}{self.regret_text} " * self.is_legal
+        return f" {label}{effect}{self.regret_text} "
 
 
 def format_footer(
@@ -144,13 +146,14 @@ def _iter_key_rows(game: Game, hint: Hint | None) -> Iterator[Text]:
     For typed numbers these are instructions. With a hint, rows ranked by regret come first.
     """
     if game.keyboard.is_number_entry(game.viewing_seat):
-        nudges = " ".join(KEY_SYMBOLS.get(key, key) for key in game.keyboard.number_steps)
+        steps = game.keyboard.describe_number_steps()
         recommendation = f" {hint.recommended_action} {BEST_LABEL} " if hint else ""
         name = getattr(game.view_module, "NUMBER_NAME", "number")
         numbers = game.keyboard.describe_numbers(game.viewing_seat)
         for number in (f"{name} ({numbers})", name):
-            yield Text(f"{recommendation} type a {number}, Enter plays it  {nudges} change it ")
-            yield Text(f"{recommendation} type a {number}, Enter plays it  {nudges} ")
+            yield Text(f"{recommendation} type a {number}, Enter plays it  {steps} ")
+            yield Text(f"{recommendation} type a {number}, Enter  {steps} ")
+        yield Text(f"{recommendation} type a {name}, Enter plays it ")
         yield Text(f"{recommendation} a {name}, Enter ")
     else:
         legal = [
@@ -184,8 +187,8 @@ def _join_keys(actions: Iterable[ActionKey]) -> Text:
     row = Text()
     for action in actions:
         start = len(row.plain) + 1
-        row.append(action.text)
-        if action.label != action.key:
+        row.append(action.text, "" if action.is_legal else "dim")
+        if action.is_legal and action.label != action.key:
             row.stylize("bold", start, start + len(KEY_SYMBOLS.get(action.key, action.key)))
     return row
 

@@ -31,7 +31,7 @@ PanelFacts = tuple[tuple[str, str], ...]  # (name, value) rows of the side panel
 # rows of the screen; a tuple if the same rows appear in several frames
 ScreenRows = Sequence[ScreenLine]
 BLANK_ROW = " "
-HIDDEN_REWARD, HIDDEN_REWARD_REASON = ("reward", "hidden"), "it would tell the state"
+HIDDEN_REWARD = ("reward", "hidden")
 
 
 def compose_frame(
@@ -356,8 +356,10 @@ class Frame:
         game, state = self._game, self._state
         shows_hint = not game.session.over and game.human_seats and not game.hints_forbidden
         record = [("record", state.best_return)] if state.best_return else []
-        rows = _explain_hidden_reward(game.view_module.panel_rows(snapshot.view))
-        facts = [*rows, *record, *_ghost_facts(game)]
+        reason = [(heading.explain_hidden_reward(game), "")]
+        rows = game.view_module.panel_rows(snapshot.view)
+        explained = chain(*([row, *reason * (row == HIDDEN_REWARD)] for row in rows))
+        facts = [*explained, *record, *_ghost_facts(game)]
         facts += _hint_facts(state.hint) if shows_hint else []
         return (*facts, *_rule_facts(game))  # last, so that a full panel leaves out the rules
 
@@ -520,12 +522,6 @@ def _ghost_facts(game: Game) -> list[tuple[str, str]]:
         return []
     lead = format_reward(ghost.player_lead, sign="+")
     return [("ghost", format_reward(ghost.score)), ("lead", lead)]
-
-
-def _explain_hidden_reward(facts: list[tuple[str, str]]) -> list[tuple[str, str]]:
-    """Return the panel facts of a view, with the reason below a hidden reward."""
-    reason = [(HIDDEN_REWARD_REASON, "")]
-    return [*chain(*([fact, *reason * (fact == HIDDEN_REWARD)] for fact in facts))]
 
 
 def _rule_facts(game: Game) -> list[tuple[str, str]]:

@@ -113,20 +113,42 @@ def remaining_goal_lines(
     """
     clauses = _goal_clauses(game, snapshot)
     if goal_viewport:
-        remaining = clauses[_count_fitting_clauses(clauses, goal_viewport.width) :]
+        first, *others = clauses[_count_fitting_clauses(clauses, goal_viewport.width) :] or [""]
+        terms = _explain_terms(game, snapshot, has_panel=True)
+        remaining = [*filter(None, [first, *terms, *others])]
     else:  # Then there is hardly a side panel either, which has the other players' rules.
         rules = [
             escape_unprintable(f"{agent} ({name}) {rule}")
             for agent, name, rule in game.other_players[:1]
             if rule
         ]
-        remaining = [*clauses[:1], *rules, *clauses[1:]]
+        terms = _explain_terms(game, snapshot, has_panel=False)
+        remaining = [*clauses[:1], *rules, *clauses[1:], *terms]
     fitting = remaining[:1]
     for clause in remaining[1:]:
         text = CLAUSE_SEPARATOR.join([*fitting, clause])
         if len(wrap_lines([text], log_viewport)) <= log_viewport.height:
             fitting.append(clause)
     return [CLAUSE_SEPARATOR.join(fitting)] if fitting else []
+
+
+def _explain_terms(game: Game, snapshot: SeatSnapshot, *, has_panel: bool) -> Iterator[str]:
+    """Yield clauses on terms of the screen: a discount, a belief, and a hidden score.
+
+    The side panel explains a hidden score, if there is one.
+    """
+    discount = game.problem.discount
+    if discount < 1.0:
+        yield f"discounted: a reward counts {discount:g} as much for each turn before it"
+    if snapshot.view.beliefs is not None:
+        yield "belief: how likely each state is"
+    if not (snapshot.rewards_visible or has_panel):
+        yield f"score hidden: {explain_hidden_reward(game)}"
+
+
+def explain_hidden_reward(game: Game) -> str:
+    """Return the reason why rewards are hidden, with the fact that the view names."""
+    return f"it would tell {getattr(game.view_module, 'HIDDEN_FACT', 'the state')}"
 
 
 def _goal_clauses(game: Game, snapshot: SeatSnapshot) -> list[str]:

@@ -259,6 +259,10 @@ def _handle_command_key(screen: PlayScreen, key: str) -> None:
         action_keys = {label: name for name, label, _ in _list_action_keys(game)}
         if key in action_keys:
             problem_text = f"no such key; press {action_keys[key]} for the action {key}"
+        if game.choosing_seat is not None and game.keyboard.is_number_entry(game.viewing_seat):
+            name = getattr(game.view_module, "NUMBER_NAME", "number")
+            numbers = game.keyboard.describe_numbers(game.viewing_seat)
+            problem_text = f"no such key; type a {name} ({numbers}), then Enter"
         screen.message = f"{key}: {problem_text}; {explanation}"
 
 

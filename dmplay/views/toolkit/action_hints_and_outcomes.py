@@ -205,10 +205,14 @@ def _format_columns(headings: Sequence[str], cells: Sequence[str]) -> str:
 def iter_with_and_without_rows(
     drawings: Iterable[Text], rows: Sequence[str], options: DrawOptions
 ) -> Iterator[Text]:
-    """Yield the drawings with rows below them, then the same drawings without."""
+    """Yield the drawings with rows below them, then the same drawings without.
+
+    Where a forecast does not fit below the row of a hint, which is the first, it takes its place.
+    """
     if not rows:
         return iter(drawings)
     boards = [*drawings]
-    wrapped_rows = [part for row in rows for part in wrap(row, max(options.width, 1)) or [""]]
-    rows_text = "\n" + "\n".join(wrapped_rows)
-    return chain((board.copy().append(rows_text) for board in boards), boards)
+    wrapped = [wrap(row, max(options.width, 1)) or [""] for row in rows]
+    has_both = options.forecast is not None and options.regret is not None
+    texts = ["\n" + "\n".join(chain(*parts)) for parts in (wrapped, *[wrapped[1:]] * has_both)]
+    return chain((board.copy().append(text) for text in texts for board in boards), boards)

@@ -34,7 +34,7 @@ MEANINGS = {
     "Bksp": {"undo"},
     "Enter": {"look back", "play on", "play from here", "predicts"},
     "Esc": {"skips", "close"},
-    "PgUp": {"log", "change it"},  # the second where a number is typed
+    "PgUp": {"log", "by 10"},  # the second where a number is typed
     "W": {"whatif"},
     "Space": {"step", "next"},
     "P": {"play", "real-time", "stop"},
@@ -110,10 +110,13 @@ def draw(screen: PlayScreen, viewport: Viewport) -> list[str]:
 
 
 def list_offers(row: str) -> Iterator[tuple[str, str]]:
-    """Yield the symbol and the name of each key in a row of keys; numbers to type are left out."""
-    for offer in re.split(r"  +", row.strip()):
+    """Yield the symbol and the name of each key in a row of keys.
+
+    Numbers to type, and keys in brackets that do nothing, are left out.
+    """
+    for offer in re.split(r"  +", re.sub(r"\(. moves nothing\)", " ", row).strip()):
         symbol, _, name = offer.partition(" ")
-        arrows = re.fullmatch(r"(.+) (turns|change it)", offer)
+        arrows = re.fullmatch(r"(.+) (turns|by [\d.]+)", offer)
         if arrows:
             yield from ((arrow, arrows.group(2)) for arrow in arrows.group(1).split())
         elif "=" in symbol[1:]:
@@ -133,7 +136,8 @@ def test_each_offered_key_does_something(name: str, mode: str, tmp_path: Path) -
     screen.game.finish()
     assert {"?", "q"} <= offers.keys() or (mode == "page" and "Esc" in offers)
     for symbol, meaning in offers.items():
-        assert meaning == "an action" or meaning in MEANINGS.get(symbol, {"turns", "change it"})
+        is_arrow = symbol not in MEANINGS and re.fullmatch(r"turns|by [\d.]+", meaning)
+        assert meaning == "an action" or is_arrow or meaning in MEANINGS.get(symbol, ())
         if symbol == ":":
             continue  # the event loop opens the row of commands
         screen = open_screen(name, mode, tmp_path)

@@ -365,7 +365,7 @@ def test_a_screen_too_small_for_the_board_is_played_in_text() -> None:
         ("hexworld", "optimal", "@ agent"),
         ("collaborative-predator-prey", "sweep", "@ where predator1 may be"),
         ("collaborative-predator-prey", "sweep", "predator1 senses the prey at most one hex away"),
-        ("simple-regulator", "optimal", "the push is added to it"),
+        ("simple-regulator", "optimal", "the number squared"),
         ("travelers-dilemma", "random", "agent1 ↓   agent2 →"),
     ],
 )
@@ -382,7 +382,7 @@ def test_a_watched_agent_is_called_by_its_name(problem: str, agent: str, label: 
         ("predator-prey", "A is the predator, o is the prey"),
         ("hexworld", "@ agent"),
         ("collaborative-predator-prey", "@ predator1"),
-        ("simple-regulator", "the push is added to it"),
+        ("simple-regulator", "the number squared"),
         ("travelers-dilemma", "agent1 ↓   agent2 →"),
     ],
 )
@@ -561,7 +561,7 @@ def test_a_number_is_typed_or_nudged_and_played_by_enter(keys: str) -> None:
     assert "→60←" in result.frames[-3]
     assert "threw 60 m:" in result.frames[-2]
     assert "type a number first" in result.last
-    assert "type a throw (10 to 100 in steps of 10), Enter plays it  ← → " in result.last
+    assert "type a throw (10 to 100 by 10; 6 = 60), Enter  ← → by 10 " in result.last
     assert len(current_game.session.turns) == 1
 
 
@@ -611,7 +611,7 @@ def test_a_letter_before_a_number_is_no_part_of_it() -> None:
 @pytest.mark.parametrize("name", ["catch", "simple-regulator"])
 def test_enter_plays_the_number_of_a_hint_and_a_typed_one_comes_first(name: str) -> None:
     hinted, typed = make_game(name), make_game(name)
-    assert "Enter plays it" in play_keys(hinted, "tab", "enter").frames[1]
+    assert ", Enter" in play_keys(hinted, "tab", "enter").frames[1]
     play_keys(typed, "tab", "1", "enter")
     (turn,), (other_turn,) = hinted.session.turns, typed.session.turns
     assert turn.actions != other_turn.actions
@@ -1029,5 +1029,5 @@ def test_the_panel_says_why_a_reward_is_hidden() -> None:
         compose_frame(make_game(name), Viewport(80, 24), FrameState(), []).plain
         for name in ("crying-baby", "catch")
     )
-    assert "it would tell the state" in baby_screen
-    assert "it would tell the state" not in catch_screen
+    assert "it would tell" in baby_screen
+    assert "it would tell" not in catch_screen
