@@ -545,7 +545,9 @@ class _ValueExplainer:
             return ""
         change = other.mean_belief - best.mean_belief
         state = int(np.abs(change).argmax())
-        if abs(change[state]) < SAME_BELIEF and len(self._session.problem.agents) == 1 and later:
+        is_alone = len(self._session.problem.agents) == 1
+        goes_on = not any(item.ends_problem for item in (*best.outcomes, *other.outcomes))
+        if abs(change[state]) < SAME_BELIEF and is_alone and goes_on and later:
             return f", as what you then observe tells {'more' if later > 0 else 'less'}"
         name = self._name_state_probability(state)
         if abs(change[state]) < MIN_BELIEF_CHANGE or not name:
