@@ -496,7 +496,7 @@ def check_advantages(session: Session, action: int, match: re.Match[str]) -> Ite
     ratings = rate_slides(session)
     yield labels[int(ratings.argmax())] == best
     yield rival == labels[action] or (best == labels[action] and rival != best)
-    yield ratings.max() - ratings[[*labels].index(rival)] > 200
+    yield ratings.max() - ratings[[*labels].index(rival)] > 2000
 
 
 def check_close_ratings(session: Session, action: int, match: re.Match[str]) -> Iterator[bool]:
