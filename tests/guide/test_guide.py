@@ -9,6 +9,7 @@ from types import FrameType
 
 import pytest
 
+import dmplay
 from dmplay.cli import main
 from dmplay.cli.parsed_command_runner import execute_result, interpret_command, render_for_terminal
 from dmplay.errors import BadParameter, UnknownName
@@ -53,6 +54,17 @@ def topic_file(name: str) -> Path:
     """Return the file of a topic, relative to the project."""
     (file,) = GUIDE_FOLDER.glob(f"[0-9][0-9]-{name}.md")
     return file.relative_to(PROJECT_ROOT)
+
+
+ENVIRONMENT_NAMES = ("Env", "VectorEnv", "ParallelEnv", "env")  # of dmplay.gym and dmplay.zoo
+
+
+def test_each_public_name_has_a_docstring_and_an_example_in_the_python_topic() -> None:
+    blocks, names = parse_blocks(read_topic("python")), vars(dmplay)["__all__"]
+    words = {word for block in blocks for word in re.findall(r"\w+", block.code)}
+    assert [name for name in (*names, *ENVIRONMENT_NAMES) if name not in words] == []
+    objects = {name: getattr(dmplay, name) for name in names if name != "WAIT_LABEL"}
+    assert [name for name, value in objects.items() if not value.__doc__] == []
 
 
 @pytest.mark.parametrize("name", TOPIC_PARAMETERS)
