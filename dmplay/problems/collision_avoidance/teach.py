@@ -24,6 +24,7 @@ from .rules import (
 
 MIDDLE_SHARE = (0.05, 0.95)  # of the heights between which 9 of 10 cases are
 SIMULATED_GAMES = 1000
+MIN_CROSSING_PROBABILITY = 0.95  # less probable crossings are not told
 MIN_PROBABILITY = 0.001  # smaller probabilities are not told apart
 MIN_STATE_PROBABILITY = 1e-8  # less probable states together have less than 0.0002
 ROUND_DECIMALS = 9  # of states that differ by rounding errors only
@@ -95,7 +96,11 @@ def _describe_advisories(
     """Yield the probability of a collision with each advisory that is kept, or a second later."""
     count, present = round(float(s[3])), _find_present_advisory(s)
     plans = [[advisory] * count for advisory in range(len(labels))]
-    chances = [_find_probability(problem, s, plan) for plan in plans]
+    cases = [_list_heights(problem, s, plan, MIN_STATE_PROBABILITY) for plan in plans]
+    chances = [_sum_collisions(*case) for case in cases]
+    for label, (heights, p) in zip(labels, cases, strict=True):
+        if p[heights * s[0] < 0].sum() >= MIN_CROSSING_PROBABILITY:
+            yield f"Kept until then, {label} crosses the intruder's height."
     if max(chances) < MIN_PROBABILITY:
         limit = f"a probability under {MIN_PROBABILITY:g}"
         yield f"Each advisory, kept until then, collides with {limit}."
@@ -123,6 +128,7 @@ def give_reasons(position: Position, action: int) -> list[str]:
     pass_height = height + rate * count
     side, distance = "above" if pass_height > 0 else "below", f"{abs(pass_height):.0f} m"
     limit = f"a collision is under {COLLISION_DISTANCE:g} m"
+    is_clear = abs(pass_height) >= COLLISION_DISTANCE
     ends_before = position.turns_left is not None and position.turns_left <= count
     if count <= 1 and not ends_before:  # the rate of this second is given
         time = "in 1 second" if count == 1 else "now"
@@ -130,7 +136,7 @@ def give_reasons(position: Position, action: int) -> list[str]:
     else:
         reasons = [
             f"Without gusts and advisories you pass {distance} {side} the intruder in "
-            f"{format_count(count, 'second')}; {limit}."
+            f"{format_count(count, 'second')}{is_clear * ', which is clear'}; {limit}."
         ]
     if ends_before:
         reasons.append("The game ends before the pass, so it has no collision.")

@@ -281,10 +281,18 @@ def is_close(text: str, samples: Array) -> bool:
 
 def check_pass(session: Session, action: int, match: re.Match[str]) -> Iterator[bool]:
     """Yield whether the aircraft pass at the height that a sentence says."""
-    height, side, seconds = match.groups()
+    height, side, seconds, is_clear = match.groups()
     yield int(seconds) == session.state[3]
+    yield height == "50" or bool(is_clear) == (float(height) > 50)
     heights = sample_runs(session, [1] * int(seconds))
     yield abs((1 if side == "above" else -1) * float(height) - heights.mean()) < 6
+
+
+def check_crossing(session: Session, action: int, match: re.Match[str]) -> Iterator[bool]:
+    """Yield whether an advisory that is kept mostly leads to the other side of the intruder."""
+    index = session.problem.actions[0].labels.index(match[1])
+    heights = sample_runs(session, [index] * int(session.state[3]))
+    yield (heights * session.state[0] < 0).mean() > 0.9
 
 
 def check_collisions(session: Session, action: int, match: re.Match[str]) -> Iterator[bool]:
@@ -634,7 +642,8 @@ CLAIMS: dict[str, dict[str, Claim]] = {
     },
     "collision-avoidance": {
         r"Without gusts and advisories you pass (\d+) m (above|below) the intruder in (\d+) "
-        r"seconds?; a collision is under 50 m\.": check_pass,
+        r"seconds?(, which is clear)?; a collision is under 50 m\.": check_pass,
+        r"Kept until then, ([a-z-]+) crosses the intruder's height\.": check_crossing,
         r"Kept until then, descend collides with probability ([\d.]+), no-advisory ([\d.]+) and "
         r"climb (\d\.\d+)\.": check_collisions,
         r"Each advisory, kept until then, collides with a probability under 0\.001\.": check_safety,
