@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 from rich.text import Span, Text
 
+from dmplay.core.action_values import Accuracy
 from dmplay.core.text import escape_unprintable, format_reward
 from dmplay.game.game import Game
 from dmplay.game.hints.hint_provider import Hint
@@ -17,7 +18,7 @@ from dmplay.ui.screen.footer import format_footer, format_page_footer
 from dmplay.ui.screen.frame_state import FrameState, Viewport, fit_line
 from dmplay.ui.screen.log_rows import MIN_LOG_ROWS, layout_log, list_verdict_lines
 from dmplay.ui.screen.text_wrapping import format_panel, wrap_lines
-from dmplay.views.protocol import MIN_PANEL_COLUMNS, DrawOptions, TooSmallNotice
+from dmplay.views.protocol import BEST_LABEL, MIN_PANEL_COLUMNS, DrawOptions, TooSmallNotice
 from dmplay.views.toolkit.canvas import measure_text, split_styled_rows
 
 # rows from which the screen has a board; rows from which the goal has its own row
@@ -538,9 +539,16 @@ def _rule_facts(game: Game) -> list[tuple[str, str]]:
 
 
 def _hint_facts(hint: Hint | None) -> list[tuple[str, str]]:
-    """Return the panel facts of the hint: action values, best first, or else the hint key."""
+    """Return the panel facts of the hint: action values, best first, or else the hint key.
+
+    Of ratings, which only compare actions, the differences to the best one are shown.
+    """
     if hint is None or not hint.value_rows:
         return [("hint", "Tab")]
     name = hint.values_basis.accuracy.words
     heading = [(text, "") for text in (name, *hint.game.split(", ")) if text]
-    return [*heading, *((f"  {label}", number) for label, number in hint.value_rows)]
+    rows = hint.value_rows
+    if hint.values_basis.accuracy is Accuracy.RATING and hint.ranked_actions:
+        ranked = hint.ranked_actions[: len(rows)]
+        rows = [(hint.labels[a], f"{-lost:.0f}" if lost else BEST_LABEL) for a, lost in ranked]
+    return [*heading, *((f"  {label}", number) for label, number in rows)]
