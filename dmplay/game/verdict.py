@@ -10,6 +10,8 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
 
+import numpy as np
+
 from dmplay.agents.base import AdviceQuestion
 from dmplay.core.action_values import Accuracy, ValuesBasis
 from dmplay.core.session import Session
@@ -45,6 +47,7 @@ CHOICE_WORDS = (  # by the share of the regret of careless play that is not exce
     (1.0, "weak choices"),
     (math.inf, "choices no better than"),  # the careless agent
 )
+GOOD_WORDS = ("perfect", "excellent", "good")  # before `choices`
 COSTLY_MARKS = (("??", 0.5), ("?!", 0.2))  # marks, and the share of the stake lost from which on
 
 
@@ -67,6 +70,7 @@ class SeatChoices:
     scale: float = 1.0  # of the problem's rewards
     unjudged_count: int = 0  # choices of which estimates do not tell whether they are the best
     near_count: int = 0  # other choices that lost so little that they count as right
+    has_hidden_states: bool = False
     others: tuple[str, ...] = ()  # the other players, whose choices are luck to this one
 
     def format_choice_lines(self, prefix: str = "", stake: float = 0.0) -> list[str]:
@@ -94,7 +98,8 @@ class SeatChoices:
         numbers = [self.regret, self.luck or 0.0, self.start_value or 0.0]
         decimals = choose_decimals(numbers, self.scale)
         regret_text = format_fixed(self.regret, decimals)
-        worst = f"worst: {_describe_worst(self.worst)}" if self.worst else ""
+        then = " by what you knew then" * self.has_hidden_states
+        worst = f"worst: {_describe_worst(self.worst)}{then}" if self.worst else ""
         if self.luck is not None and self.start_value is not None:
             explanation = self._explain_score(self.start_value, self.luck, decimals, stake)
             choices = "; ".join(filter(None, [share, worst]))
@@ -192,6 +197,7 @@ class Verdict:
     comparisons: tuple[ScoreComparison, ...] = ()
     ghost_line: str = ""  # an agent's score with the same random numbers
     matched_ghost: str = ""  # the agent, if the person scored as much as it did
+    leader: str = ""  # another player who scored more, in a game that is not about that
     limit_turns: int = 0  # turns of a game that its turn limit ended
     error: str = ""  # why the choices could not be reviewed
     medal: Medal | None = None
@@ -231,6 +237,8 @@ class Verdict:
         """The quality of the choices and the luck, or else the rank of the score; '' if unknown."""
         if len(self.choices) == 1 and self.choices[0].regret is not None:
             words = self.choices[0].describe_quality(self.medal)
+            if words and self.leader and words.partition(" ")[0] in GOOD_WORDS:
+                words += f"; your aim is a high score, and not to have more than {self.leader}"
             if words:
                 return words
         if self._is_score_fixed:
@@ -358,7 +366,12 @@ def iter_verdicts(
         except DmplayError as error:
             verdict = Verdict(error="" if max_seconds else str(error))
     limit_turns = len(session.turns) if session.end_reason == "turn limit" else 0
-    verdict = replace(verdict, standing=standing, limit_turns=limit_turns)
+    verdict = replace(
+        verdict,
+        standing=standing,
+        limit_turns=limit_turns,
+        leader=_find_leader(session, questions[0].seat) if len(questions) == 1 else "",
+    )
     yield verdict
     comparer = ScoreComparer(session, questions)
     if comparer.is_possible:
@@ -375,6 +388,23 @@ def iter_verdicts(
         matched = opponent.name * (opponent.player_lead >= -tolerance)
         verdict = replace(verdict, ghost_line=line, matched_ghost=matched)
     yield verdict
+
+
+def _find_leader(session: Session, seat: int) -> str:
+    """Return the player who scored more than a seat; '' if there is none.
+
+    Only players of repeated rounds are compared, and not if the rewards of every round have the
+    same sum: there, to lead is the aim.
+    """
+    if session.problem.state_count != 1 or session.problem.shared_reward:
+        return ""
+    returns = session.returns()
+    best = int(np.argmax(returns))
+    sums = [float(np.sum(turn.rewards)) for turn in session.turns]
+    tolerance = RETURN_TOLERANCE * session.problem.reward_scale
+    is_contest = max(sums) - min(sums) <= tolerance
+    is_behind = returns[best] > returns[seat] + tolerance
+    return session.problem.agents[best] * bool(is_behind and not is_contest)
 
 
 def _compare_score(verdict: Verdict, comparer: ScoreComparer) -> Verdict:
@@ -424,6 +454,7 @@ def _assess_seat(
         moves[0].basis,
         session.seat_return(question.seat),
         scale=session.problem.reward_scale,
+        has_hidden_states=session.problem.partially_observable,
         others=tuple(
             name
             for name, seated in zip(session.problem.agents, session.seated_policies, strict=True)

@@ -169,6 +169,7 @@ def _run_gallery_choice(shell: Shell, gallery: Gallery, words: Sequence[str]) ->
     else:
         controller.run_command_words(words)
         screen = PlayScreen(controller, shell.terminal, shell.speed)
+        screen.next_problem = gallery.find_next_game(controller.game.problem_name)
         code = show_game(screen)
     controller.end_game("interrupted" if code else "quit")
     if controller.has_game:

@@ -198,7 +198,7 @@ def test_no_regret_is_stated_where_the_values_are_about_another_game(
     assert (choices.regret, choices.luck, choices.worst) == (None, None, None)
     assert "regret" not in choices.data
     (line,) = choices.format_choice_lines()
-    assert " by the " in line or "not judged" in line
+    assert " by the " in line or "judged" in line
 
 
 @pytest.mark.parametrize(
@@ -240,6 +240,46 @@ def test_regrets_against_a_known_rule_count_all_turns_of_a_long_game() -> None:
 def test_values_of_a_shorter_plan_than_the_game_give_no_regret() -> None:
     game = play("catch", ["50"] * 21, turns=21)
     assert all(choices.regret is None for choices in judge(game).choices)
+
+
+def test_a_good_game_in_which_the_other_earns_more_says_what_the_aim_is() -> None:
+    claims = ["96"] * 20
+    assert (
+        "not to have more than agent2"
+        in judge(play("travelers-dilemma", claims, "level-k")).summary
+    )
+    rounds = judge(
+        play("rock-paper-scissors", ["scissors"], "nash")
+    )  # a contest, in which the lead counts
+    assert "not to have more" not in rounds.summary
+
+
+def test_a_game_too_short_for_a_choice_to_matter_says_so() -> None:
+    verdict = judge(play("cart-pole", ["left"] * 4, turns=4))
+    assert verdict.summary == "in 4 turns no choice changes the score"
+    assert not any(line.startswith("choices: ") for line in verdict.lines)
+
+
+def test_a_careless_player_measures_choices_where_random_play_is_absurd() -> None:
+    verdict = judge(play("simple-regulator", ["-0.5"] * 4))
+    assert verdict.summary.startswith("choices no better than the rule no-push (never pushes)")
+    assert verdict.medal is not None
+    assert not verdict.medal.name
+    assert [*verdict.medal.limits] == ["gold", "silver", "bronze"]
+
+
+def test_every_mark_has_a_worst_choice_with_its_cost() -> None:
+    game = play("collision-avoidance", ["climb", "descend", "climb", "descend"], turns=4)
+    verdict = judge(game)
+    assert verdict.marks
+    assert any("worst: turn " in line and " lost" in line for line in verdict.lines)
+
+
+def test_a_loss_next_to_nothing_is_no_costly_choice() -> None:
+    (move, *_) = run_review((game := play("hexworld", ["w", "se"])).session, game.advice_questions)
+    best = max(move.values.values())
+    little = move._replace(regret=0.004 * best, values=move.values)
+    assert [len(Verdict((item,)).costly_choices) for item in (move, little)] == [1, 0]
 
 
 def test_rerolled_random_numbers_are_not_luck() -> None:

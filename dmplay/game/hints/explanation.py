@@ -575,7 +575,10 @@ class _ValueExplainer:
             reward_change = gap
         later = self._round_as_printed(gap - reward_change)
         if best.is_last_turn or not later:
-            return f"{self._describe_difference(reward_change)} now and the same later", 0.0
+            return (
+                f"{self._describe_difference(reward_change)} now, and later turns bring as much",
+                0.0,
+            )
         if not self._round_as_printed(reward_change):
             return f"the same now and {self._describe_difference(later)} later", later
         conjunction = "but" if reward_change * later < 0 else "and"

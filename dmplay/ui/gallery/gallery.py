@@ -16,6 +16,7 @@ from dmplay.game.player_records import ProblemRecord, find_record, load_records
 from dmplay.terminal.capabilities import Terminal
 from dmplay.terminal.painter import Painter, ScreenPosition
 from dmplay.terminal.styles import to_rich_text
+from dmplay.transcript.format import NATURAL_END_REASONS
 from dmplay.transcript.reader import TranscriptOutline
 from dmplay.tutor.lesson_list import find_unplayed_first_game, list_builtin_outlines
 from dmplay.tutor.progress import find_next_lesson, format_finished_count, load_all_progress
@@ -27,7 +28,7 @@ from dmplay.ui.gallery.preview import (
     wrap_text,
     your_game_rows,
 )
-from dmplay.ui.gallery.problem_entries import ProblemEntry
+from dmplay.ui.gallery.problem_entries import ProblemEntry, find_next_problem
 from dmplay.ui.screen.frame_state import NEXT_PAGE_KEYS, FrameState, Viewport, fit_line, fit_text
 from dmplay.ui.shell.commands import PlayerQuit
 
@@ -401,13 +402,33 @@ class Gallery:
         raise PlayerQuit
 
     def return_from_lesson(self) -> None:
-        """Reload the player's games and lessons."""
+        """Reload the player's games and lessons; after the first game, select the next one."""
+        finished = self._first_game[:1]
         self._games_loaded, self._first_game = False, _list_first_game()
+        if finished and not self._first_game and finished[0].lesson:
+            self._select_problem(self.find_next_game(finished[0].lesson.position["problem"]))
 
     def return_from_game(self, game: Game) -> None:
-        """Show the result of a game after returning from it, and reload the player's games."""
+        """Show the result of a game after returning from it, and reload the player's games.
+
+        After a game that was played to its end, select the next problem.
+        """
         self.message = f"{game.problem_name}: {game.narrator.describe_result()}"
         self._games_loaded = False
+        if game.human_seats and game.session.end_reason in NATURAL_END_REASONS:
+            self._select_problem(self.find_next_game(game.problem_name))
+
+    def find_next_game(self, name: str) -> str:
+        """Return the problem to play after this one, in the order of the list; '' if none."""
+        return find_next_problem(self._entries, name)
+
+    def _select_problem(self, name: str) -> None:
+        """Show all problems, select this one unless it is '', and say that Enter plays it."""
+        if name:
+            self._filter_text = ""
+            names = [entry.name for entry in self.visible_entries]
+            self._cursor_row = names.index(name)
+            self.message = f"next: {name}, Enter plays it. {self.message}".rstrip()
 
     # Background tasks
 

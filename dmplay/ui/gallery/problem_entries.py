@@ -3,6 +3,7 @@
 import math
 import re
 import sys
+from collections.abc import Sequence
 from typing import NamedTuple
 
 from dmplay.core.problem import Problem
@@ -45,6 +46,13 @@ def list_problem_entries() -> list[ProblemEntry]:
         *(ProblemEntry(name, KIND_HEADINGS[built_in[name].kind]) for name in names),
         *(ProblemEntry(name, INSTALLED_HEADING) for name in sorted(entry_point_targets())),
     ]
+
+
+def find_next_problem(entries: Sequence[ProblemEntry], name: str) -> str:
+    """Return the problem after this one in the list; '' after the last, or if it is not in it."""
+    names = [entry.name for entry in entries if not entry.lesson]
+    position = names.index(name) + 1 if name in names else len(names)
+    return "".join(names[position : position + 1])
 
 
 def _find_section(problem: Problem) -> float:

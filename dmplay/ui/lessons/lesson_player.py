@@ -21,6 +21,7 @@ from dmplay.tutor.lesson_list import find_lesson, load_lessons
 from dmplay.tutor.lesson_run import LessonRun, TutorReply
 from dmplay.tutor.positions import PositionInGame, make_game_request
 from dmplay.tutor.progress import LessonProgress, find_next_lesson, load_all_progress, load_progress
+from dmplay.ui.gallery.problem_entries import find_next_problem, list_problem_entries
 from dmplay.ui.lessons.line_dialog import DialogLeft, LineDialog
 from dmplay.ui.screen.full_screen import run_full_screen, show_game
 from dmplay.ui.screen.play_screen import PlayScreen
@@ -189,6 +190,11 @@ class LessonPlayer(LineDialog):
         if following is None:
             return
         words = " ".join(filter(None, ("dmplay learn", self._source, str(following.number))))
+        if not self._run.lesson.number:
+            problem = find_next_problem(
+                list_problem_entries(), self._run.lesson.steps[-1].position.problem
+            )
+            self._print_lines(f"next game: dmplay {problem}")
         self._print_lines(f"next: {escape_newlines(words)} ({following.title})")
         if self._terminal.full_screen and self._run.lesson.number:  # not a beginner's first game
             with suppress(DialogLeft), exit_on_signals():

@@ -78,6 +78,7 @@ class PlayScreen:
         self.learns_from_game = False  # whether the player left to find better actions
         self.modes = ScreenModes()
         self.message = ""
+        self.next_problem = ""  # to play after this game, as the gallery lists them
         self.loses_medal = False  # whether the last key was the first help of the game
         self.lookahead_message = ""  # the previewed action in words
         self.progress_message = ""  # progress of the running task, shown in place of the message
@@ -205,7 +206,10 @@ class PlayScreen:
         is_unstarted = self.modes.play_mode is Mode.REALTIME and not self.clock.is_started
         start_hint = CLOCK_START_HINT if is_unstarted and game.choosing_seat is not None else ""
         state = FrameState(
-            self.progress_message or self._shorten_message_with_notice or start_hint,
+            self.progress_message
+            or self._shorten_message_with_notice
+            or start_hint
+            or self._next_game_hint,
             OVERLAYS[self.overlay_index] if can_overlay else "",
             self.page_rows if self.modes.display_mode is Mode.PAGE else (),
             self.page_index,
@@ -227,6 +231,13 @@ class PlayScreen:
         return state._replace(
             hint=adviser.current_hint, typed_action=typed_action, forecast=adviser.current_forecast
         )
+
+    @property
+    def _next_game_hint(self) -> str:
+        """The problem to play next, at the end of a game that was opened from the gallery."""
+        is_over = self.game.session.over and self.game.human_seats and not self.timeline
+        keys = "q, then Enter plays it"
+        return f"next game: {self.next_problem}; {keys}" if is_over and self.next_problem else ""
 
     def _find_note(self) -> str:
         """Return the note of a lesson about this moment; '' if there is none."""

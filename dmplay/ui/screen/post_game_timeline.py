@@ -126,7 +126,7 @@ class GameTimeline(Game):
 
     def review_rows(self, width: int) -> list[str]:
         """Return the rows below the board: previous turn, regret bars and next choice."""
-        choices = self.describe_next_choices(shows_discounted=width >= MIN_CAPTION_COLUMNS)
+        choices = self.describe_next_choices()
         beliefs = [
             move.stated_belief.format_line(move.decimal_count)
             for move in self._moves_by_turn[self.turns_played]
@@ -141,14 +141,14 @@ class GameTimeline(Game):
         mark = self.verdict.marks.get(self.turns_played, "")
         return [mark_turn_row(self.narrator.describe_turn(self.snapshot()), mark)]
 
-    def describe_next_choices(self, *, shows_discounted: bool = True) -> str:
+    def describe_next_choices(self) -> str:
         """Return a line of text on the turn that comes next in the review.
 
-        It has the turn's number, the choice of each person, and the better choice if there is one:
-        the values' difference, and by default also what the score lost.
+        It has the turn's number, the choice of each person, and the better choice if there is one,
+        with what the score lost.
         """
         turn, moves = self.turns_played, self._moves_by_turn[self.turns_played]
-        texts = [_describe_choice(move, shows_discounted=shows_discounted) for move in moves]
+        texts = [_describe_choice(move) for move in moves]
         if not moves:
             seats, chosen = self.reviewed_seats, self.finished_game.session.turns[turn].actions
             texts = [f"chose {self.problem.format_action(seat, chosen[seat])}" for seat in seats]
@@ -226,7 +226,7 @@ class GameTimeline(Game):
         return [f"{prefix}{row}{suffix}"]
 
 
-def _describe_choice(move: ReviewedAction, *, shows_discounted: bool) -> str:
+def _describe_choice(move: ReviewedAction) -> str:
     """Return a choice as text, with the better action and its gain if there was one."""
     if move.is_too_close:
         return f"chose {move.chosen}, {review.NOT_JUDGED}"
@@ -241,10 +241,9 @@ def _describe_choice(move: ReviewedAction, *, shows_discounted: bool) -> str:
         return f"chose {move.chosen}; {best} was rated higher"
     gain = ""
     if move.regret is not None:
-        gain = f" by {format_fixed(move.regret, move.decimal_count)}"
-        if shows_discounted and move.discount_factor < 1.0:
-            lost = format_fixed(move.discounted_regret, move.decimal_count)
-            gain += f" ({lost} of the score)"
+        lost, decimals = move.discounted_regret, move.decimal_count
+        is_tiny = round(lost, decimals) == 0.0 < lost  # late in a long game with a discount
+        gain = f" by {f'< {10.0**-decimals:g}' if is_tiny else format_fixed(lost, decimals)}"
     return (
         f"chose {move.chosen}; {best} {review.append_game(f'was better{gain}', move.basis.scope)}"
     )

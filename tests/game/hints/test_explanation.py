@@ -429,7 +429,7 @@ def test_in_the_last_turn_no_later_turn_counts() -> None:
         "You observe quiet with probability 0.52 (P(sated) = 0.79) or crying with probability "
         "0.48 (P(sated) = 0.09).",
         "The action sing, the next best, is worth -5.50, 0.50 less than ignore.",
-        "It brings 0.50 less now and the same later.",
+        "It brings 0.50 less now, and later turns bring as much.",
     )
 
 

@@ -372,8 +372,9 @@ def test_the_gallery_returns_after_a_game_and_shows_its_result(working_folder: P
         terminal.press("k", "goal: ").press(ENTER, "turn 0/10").calm()
         for turn in range(1, 11):
             terminal.press("c", f"turn {turn}/10")
-        terminal.press("q", "prisoners-dilemma: both cooperated in 10 of 10 rounds; ").calm()
-        terminal.until("record -10 in 10 turns")
+        terminal.until("next game: rock-paper-scissors; q, then Enter plays it")
+        terminal.press("q", "next: rock-paper-scissors, Enter plays it").calm()
+        terminal.until("prisoners-dilemma: both cooperated").press("k", "record -10 in 10 turns")
         terminal.press("d", "seed 2").calm().press("q", "> prisoners-dilemma").calm()
         assert terminal.press("q").ended() == 0
         assert terminal.left_clean()

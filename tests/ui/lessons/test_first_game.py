@@ -118,7 +118,9 @@ def test_the_first_game_is_offered_until_it_was_finished(tmp_path: Path) -> None
     assert "Your first game is not finished" in left.stdout
     assert find_unplayed_first_game() is not None
     done = run_dmplay(tmp_path, "learn", "first", stdin="se\nse\nse\n")
-    assert "Your first game is finished.\nnext: dmplay learn 1" in done.stdout
+    assert (
+        "Your first game is finished.\nnext game: dmplay 2048\nnext: dmplay learn 1" in done.stdout
+    )
     assert (done.returncode, find_unplayed_first_game()) == (0, None)
     again = run_dmplay(tmp_path, "learn", "first", stdin="hint\n")
     assert "hint by optimal: se" in again.stdout
@@ -166,7 +168,7 @@ def test_the_gallery_begins_with_the_first_game_until_it_was_finished(tmp_path: 
         terminal.press("n", "Walk on").press("n", "You stand on an exit").press("n", "is over")
         terminal.calm().press("q", "Your first game is finished.").until("Enter goes back")
         assert "right." not in terminal.text
-        terminal.press(ENTER, "> hexworld").calm()
+        terminal.press(ENTER, "> 2048").until("next: 2048, Enter plays it").calm()
         assert "Your first game" not in terminal.text
-        terminal.until("record 8.1 in 3 turns, seed 7")
+        terminal.press("k", "record 8.1 in 3 turns, seed 7")
         assert terminal.press("q").ended() == 0

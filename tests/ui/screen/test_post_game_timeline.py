@@ -101,7 +101,7 @@ moves into a wall: ne -0.624, nw -0.624, sw -0.624, se -0.624    w      -0.48
 
  turn 2. chose W, moved W to (5,2). reward 0. score 0.
  value lost each turn █▃[▃]▁  [ ] = next turn; most in turns 1, 3, 2
- next, turn 3: chose se; e or w was better by 0.62 (0.51 of the score).
+ next, turn 3: chose se; e or w was better by 0.51.
 
  ← → turns  X worst  Enter play on  N new  R restart  Bksp undo  ? help  q quit""",
     ("hexworld", ("enter", "left"), SMALL_SIZE, True): """\
@@ -116,7 +116,7 @@ moves into a wall: ne -0.624, nw -0.624, sw -0.624, se -0.624    w      -0.48
 * best, # worst
 
  next, turn 3: chose se; e or w was better by
-   0.62.
+   0.51.
 
  < > turns  X worst  Enter play on  ? help  q quit""",
     ("crying-baby", (), SMALL_SIZE, False): """\
@@ -131,7 +131,7 @@ moves into a wall: ne -0.624, nw -0.624, sw -0.624, se -0.624    w      -0.48
    if it cries, else ignores it); gold is for at
    most 0.08
  choices: best action 2 of 5 times; worst: turn
-   4, chose feed, not ignore: 2.83 lost
+   4, chose feed, not ignore: 2.83 lost by what
 
  Enter look back  PgUp log  ? help  q quit""",
     ("crying-baby", ("left", "left"), SMALL_SIZE, False): """\
@@ -146,7 +146,7 @@ hint: best i; s ▌··· -0.5; f ████ -3.88
 
  value lost ▁▃▁[█]▃  most in turns 4, 5, 2
  next, turn 4: chose feed; ignore was better by
-   3.88.
+   2.83.
 
  ← → turns  X worst  Enter play on  ? help  q quit""",
     ("crying-baby", ("left", "left"), LARGE_SIZE, True): """\
@@ -171,7 +171,7 @@ true state: sated
  turn 3. chose ignore, heard quiet. belief: sated 0.973, hungry 0.027. reward
    0. score -15.45.
  value lost each turn _:_[#]:  [ ] = next turn; most in turns 4, 5, 2
- next, turn 4: chose feed; ignore was better by 3.88 (2.83 of the score).
+ next, turn 4: chose feed; ignore was better by 2.83.
 
  < > turns  X worst  Enter play on  N new  R restart  ? help  q quit  : command""",
     ("crying-baby", (), LARGE_SIZE, False): """\
@@ -191,7 +191,7 @@ true state: sated
    the loss of the rule feed-when-crying (feeds the baby if it cries, else
    ignores it); gold is for at most 0.08
  choices: best action 2 of 5 times; worst: turn 4, chose feed, not ignore: 2.83
-   lost
+   lost by what you knew then
  score -19.42 = best play's average -13.47 - your choices 3.29 - bad luck 2.66
  100 random games (same start): 92 scored less than you, 8 more
  same start and luck: optimal scored -15, you -19.42
