@@ -1,12 +1,14 @@
 """Reasons for the moves of a team that hunts."""
 
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
 
 from dmplay.agents.best_response_in_team import PartnerBeliefPolicy
 from dmplay.core.arrays import Reals
-from dmplay.core.hexgrid import format_hex, path_lengths
+from dmplay.core.hexgrid import DIRECTIONS, format_hex, move_destinations, path_lengths
+from dmplay.core.text import format_count
 from dmplay.errors import BadParameter, BudgetExceeded
 from dmplay.game.position import Position
 
@@ -25,7 +27,7 @@ class MoveFacts(NamedTuple):
 
 
 def give_reasons(position: Position, action: int) -> list[str]:
-    """Return the likeliest hexes, and the chances of a capture and of sensing after a move."""
+    """Return the likeliest hexes, the way between them, and what a move does better than others."""
     problem, label = position.problem, position.labels[action]
     assert isinstance(problem, CollaborativePredatorPrey)
     try:
@@ -33,27 +35,28 @@ def give_reasons(position: Position, action: int) -> list[str]:
         facts = [_list_facts(position, a) for a in range(len(position.labels))]
     except (BadParameter, BudgetExceeded):  # too many states for a belief
         return []
-    others = [fact for a, fact in enumerate(facts) if a != action]
-    reasons = [_describe_belief(problem, position.seat, belief)]
-    templates = (
-        f"After {label}, a predator is on the prey's hex with probability {{:.2f}}; "
-        "after other moves {:.2f} to {:.2f}.",
-        "You are then {:.2f} steps from the prey on average; after other moves {:.2f} to {:.2f}.",
-        "You then sense the prey with probability {:.2f}; after other moves {:.2f} to {:.2f}.",
+    reasons = [*_iter_belief_sentences(problem, position.seat, belief)]
+    texts = (
+        ("a predator is on the prey's hex with probability {:.2f}", "more than"),
+        ("you are {:.2f} steps from the prey on average", "nearer than"),
+        ("you sense the prey with probability {:.2f}", "more than"),
     )
-    for index, template in enumerate(templates):
-        numbers = [fact[index] for fact in others]
-        reasons.append(template.format(facts[action][index], min(numbers), max(numbers)))
-    signs = np.array([1.0, -1.0, 1.0])
-    ranks = np.round(np.array(facts) * signs, 2)
-    is_best = ranks[action] == ranks.max(axis=0)
-    is_flat = ranks.max(axis=0) == ranks.min(axis=0)
-    if (
-        not (is_best & ~is_flat).any()
-        and position.agent
-        and isinstance(position.agent.policy, Qmdp)
-    ):
-        reasons.append(f"None of this favours {label}: its bound also counts later turns.")
+    ranks = np.round(np.array(facts), 2) * [1, -1, 1]
+    others = np.delete(ranks, action, axis=0)
+    is_best = ranks[action] > others.max(axis=0)
+    if not is_best.any():
+        is_best[1] = np.ptp(ranks[:, 1]) > 0.0  # the distance is not best: a number to compare
+    for index in np.flatnonzero(is_best).tolist():
+        text, comparison = texts[index]
+        numbers = [fact[index] for a, fact in enumerate(facts) if a != action]
+        is_ahead = ranks[action, index] > others[:, index].max()
+        others_text = f"{min(numbers):.2f} to {max(numbers):.2f}"
+        end = f", {comparison} after any other move ({others_text})"
+        end = end if is_ahead else f"; after other moves {others_text}"
+        reasons.append(f"After {label}, {text.format(facts[action][index])}{end}.")
+    is_ahead = (ranks[action] > others.max(axis=0)).any()
+    if not is_ahead and position.agent and isinstance(position.agent.policy, Qmdp):
+        reasons.append(f"None of this favours {label}: its value also counts later turns.")
     return reasons
 
 
@@ -83,16 +86,30 @@ def _list_facts(position: Position, action: int) -> MoveFacts:
     return MoveFacts(*(float(belief @ values) for values in (is_caught, steps, senses_prey)))
 
 
-def _describe_belief(problem: CollaborativePredatorPrey, seat: int, belief: Reals) -> str:
-    """Return the likeliest hexes of the prey and of this predator."""
+def _iter_belief_sentences(
+    problem: CollaborativePredatorPrey, seat: int, belief: Reals
+) -> Iterator[str]:
+    """Yield the likeliest hexes of the prey and all predators, and the way to the prey."""
     joint = belief.reshape((len(problem.hexes),) * problem.walker_count)
-    texts = []
-    for walker in (problem.predators, seat):
+    likeliest, places = list[int](), list[str]()
+    others = [walker for walker in range(problem.predators) if walker != seat]
+    for walker in (problem.predators, seat, *others):
         chances = joint.sum(axis=tuple(axis for axis in range(joint.ndim) if axis != walker))
-        hex_, count = format_hex(problem.hexes[chances.argmax()]), _count_best(chances)
-        text = f"{hex_} ({chances.max():.2f})"
-        texts.append(f"one of {count} hexes ({chances.max():.2f} each)" if count > 1 else text)
-    return f"The hint's belief has the prey most likely at {texts[0]}, and you at {texts[1]}."
+        hex_, count = int(chances.argmax()), _count_best(chances)
+        place = f"{format_hex(problem.hexes[hex_])} ({chances.max():.2f})"
+        places.append(f"one of {count} hexes ({chances.max():.2f} each)" if count > 1 else place)
+        likeliest.append(hex_ if count == 1 else -1)
+    yield f"The hint's belief has the prey most likely at {places[0]}, and you at {places[1]}."
+    prey, own, *_ = likeliest
+    if min(prey, own) >= 0:
+        steps = path_lengths(problem.hexes)[:, prey]
+        ends = move_destinations(problem.hexes)[own, :, 0]
+        first = [DIRECTIONS[move] for move in np.flatnonzero(steps[ends] < steps[own])]
+        if first:
+            way = f"{format_count(int(steps[own]), 'step')}, first by {' or '.join(first)}"
+            yield f"From that hex of yours to that of the prey it is {way}."
+    for walker, place in zip(others, places[2:], strict=True):
+        yield f"It has {problem.agents[walker]} most likely at {place}."
 
 
 def _count_best(chances: Reals) -> int:

@@ -12,11 +12,12 @@ import numpy as np
 import dmplay
 from dmplay.agents.base import AdviceQuestion
 from dmplay.core.arrays import Array
-from dmplay.core.hexgrid import format_hex, path_lengths
+from dmplay.core.hexgrid import Hex, format_hex, hex_neighbours, parse_hex, path_lengths
 from dmplay.core.policy import Memory, Policy
 from dmplay.core.problem import Problem, build_percept, make_initial_observation
 from dmplay.core.session import SeatedPolicy, Session
 from dmplay.core.uniforms import SeededUniforms
+from dmplay.game.hints.explanation import explain_action
 from dmplay.game.hints.hint_provider import HintProvider
 from dmplay.problems.collaborative_predator_prey.rules import CollaborativePredatorPrey
 from dmplay.problems.mountain_car.agents import compute_action_values
@@ -555,20 +556,50 @@ def move_team(
 
 def check_belief(session: Session, action: int, match: re.Match[str]) -> Iterator[bool]:
     """Yield whether the prey and the predator are where a sentence says as often."""
+    yield from check_place(session, -1, match[1])
+    yield from check_place(session, 0, match[2])
+
+
+def check_partner(session: Session, action: int, match: re.Match[str]) -> Iterator[bool]:
+    """Yield whether the partner is where a sentence says as often."""
+    yield from check_place(session, 1, match[1])
+
+
+def check_place(session: Session, walker: int, text: str) -> Iterator[bool]:
+    """Yield whether a walker is where a text says as often."""
     s, _ = sample_hunts(session)
     assert isinstance(session.problem, CollaborativePredatorPrey)
     hexes = [format_hex(hex_) for hex_ in session.problem.hexes]
-    for walker, text in ((-1, match[1]), (0, match[2])):
-        chances = np.bincount(s[:, walker], minlength=len(hexes)) / len(s)
-        hex_, number = text.rsplit(" (", 1)
-        chance = float(number.split()[0].rstrip(")"))
-        error = 5 * (chance / len(s)) ** 0.5 + 0.006
-        yield abs(chances.max() - chance) <= 2 * error
-        if hex_ in hexes:
-            yield abs(chances[hexes.index(hex_)] - chance) <= error
-        else:
-            count = int(hex_.split()[2])
-            yield (chances >= chance - error).sum() >= count
+    chances = np.bincount(s[:, walker], minlength=len(hexes)) / len(s)
+    hex_, number = text.rsplit(" (", 1)
+    chance = float(number.split()[0].rstrip(")"))
+    error = 5 * (chance / len(s)) ** 0.5 + 0.006
+    yield abs(chances.max() - chance) <= 2 * error
+    if hex_ in hexes:
+        yield abs(chances[hexes.index(hex_)] - chance) <= error
+    else:
+        yield (chances >= chance - error).sum() >= int(hex_.split()[2])
+
+
+def check_way(session: Session, action: int, match: re.Match[str]) -> Iterator[bool]:
+    """Yield whether these are the first moves of the shortest ways between the likeliest hexes."""
+    own, prey = find_likeliest_hexes(session)
+    assert isinstance(session.problem, CollaborativePredatorPrey)
+    hexes = session.problem.hexes
+    steps = path_lengths(hexes)[hexes.index(prey)]
+    yield steps[hexes.index(own)] == int(match[1])
+    neighbours = dict(zip(session.action_labels(0), hex_neighbours(own), strict=True))
+    first = {name for name, hex_ in neighbours.items() if hex_ in hexes}
+    nearer = {name for name in first if steps[hexes.index(neighbours[name])] < int(match[1])}
+    yield nearer == {*match[2].split(" or ")}
+
+
+def find_likeliest_hexes(session: Session) -> list[Hex]:
+    """Return the likeliest hexes of this predator and of the prey, by the sentences before."""
+    provider = HintProvider(session, AdviceQuestion.of_session(session, 0, ("human", "sweep")))
+    text = str(explain_action(provider))
+    (hexes,) = re.findall(r"the prey most likely at (\S+) .*?, and you at (\S+) ", text)
+    return [parse_hex(hex_) for hex_ in hexes[::-1]]
 
 
 @lru_cache(maxsize=1)
@@ -579,26 +610,28 @@ def sample_moves(session: Session) -> dict[str, list[Array]]:
     assert isinstance(problem, CollaborativePredatorPrey)
     partner = agents.load_agent(problem, 1, agents.load_roster(problem, 1).default_partner)
     steps = path_lengths(problem.hexes)
-    samples: dict[str, list[Array]] = {"After": [], "You are": [], "You then": []}
+    samples: dict[str, list[Array]] = {"a predator": [], "you are": [], "you sense": []}
     for action in range(6):
         after, _, observations = move_team(problem, partner, s, memory, action)
-        samples["After"].append((after[:, :-1] == after[:, -1:]).any(axis=1))
-        samples["You are"].append(steps[after[:, 0], after[:, -1]])
-        samples["You then"].append(observations[:, 0] == 0)
+        samples["a predator"].append((after[:, :-1] == after[:, -1:]).any(axis=1))
+        samples["you are"].append(steps[after[:, 0], after[:, -1]])
+        samples["you sense"].append(observations[:, 0] == 0)
     return samples
 
 
 def check_move(session: Session, action: int, match: re.Match[str]) -> Iterator[bool]:
     """Yield whether a move has the chances or the distance that a sentence says."""
-    *_, number, low, high = map(float, match.groups()[-3:])
+    number, low, high = float(match[3]), float(match[5]), float(match[6])
     by_kind = sample_moves(session)
-    samples = next(by_kind[kind] for kind in by_kind if match[0].startswith(kind))
+    samples = next(by_kind[kind] for kind in by_kind if match[2].startswith(kind))
     means = [part.mean() for part in samples]
     errors = [5 * part.std() / len(part) ** 0.5 + 0.006 for part in samples]
     others = [mean for index, mean in enumerate(means) if index != action]
+    yield match[1] == session.action_labels(0)[action]
     yield abs(means[action] - number) <= errors[action]
     yield abs(min(others) - low) <= max(errors)
     yield abs(max(others) - high) <= max(errors)
+    yield number < low if "nearer" in match[4] else number > high if "more" in match[4] else True
 
 
 def check_no_lead(session: Session, action: int, match: re.Match[str]) -> Iterator[bool]:
@@ -672,12 +705,13 @@ CLAIMS: dict[str, dict[str, Claim]] = {
     },
     "collaborative-predator-prey": {
         r"The hint's belief has the prey most likely at (.*\)), and you at (.*\))\.": check_belief,
-        r"After ([a-z]+), a predator is on the prey's hex with probability (\d\.\d\d); "
-        r"after other moves (\d\.\d\d) to (\d\.\d\d)\.": check_move,
-        r"You are then (\d\.\d\d) steps from the prey on average; "
-        r"after other moves (\d\.\d\d) to (\d\.\d\d)\.": check_move,
-        r"You then sense the prey with probability (\d\.\d\d); "
-        r"after other moves (\d\.\d\d) to (\d\.\d\d)\.": check_move,
-        r"None of this favours ([a-z]+): its bound also counts later turns\.": check_no_lead,
+        r"From that hex of yours to that of the prey it is (\d+) steps?, "
+        r"first by ([a-z ]+)\.": check_way,
+        r"It has predator2 most likely at (.*\))\.": check_partner,
+        r"After ([a-z]+), (a predator is on the prey's hex with probability|you are|"
+        r"you sense the prey with probability) (\d\.\d\d)(?: steps from the prey on average)?"
+        r"(, more than after any other move|, nearer than after any other move|; after other moves)"
+        r" \(?(\d\.\d\d) to (\d\.\d\d)\)?\.": check_move,
+        r"None of this favours ([a-z]+): its value also counts later turns\.": check_no_lead,
     },
 }  # fmt: skip
