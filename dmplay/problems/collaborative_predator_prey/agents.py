@@ -37,6 +37,7 @@ from .rules import SENSE_LABELS, CollaborativePredatorPrey
 PLAN_WORK_PER_JOINT_NODE = 4e8  # for each joint node of a plan
 MAX_PLANNED_STATES = 200_000  # states times turns up to which qmdp plans a game to its end
 PLAN_SEED = 3  # gives the best plans of four seeds on the standard map
+MIN_DIFFERENCE = 0.005  # probabilities that differ by less are called equal
 LOOKAHEAD_TURNS = 2  # turns before the values of plans are used
 # Differences of their values that are errors: in 500 positions, no action that is the best by plans
 # found with 30 times the work was worse by as much.
@@ -313,17 +314,27 @@ class PlansWithPartner(QmdpWithPartner):
         policy = super().adapt_to_game(question)
         return policy if isinstance(policy, PlansWithPartner) else self
 
+    def describe_model(self, memory: Memory) -> str:
+        """Return the likeliest hexes of the prey and the seat; '' if all are as likely."""
+        hunt = self.problem
+        joint = self.state_belief(memory)[0].reshape((len(hunt.hexes),) * hunt.walker_count)
+        texts = []
+        for walker, name in ((hunt.predators, "prey likeliest"), (self.seat, "you")):
+            chances = joint.sum(axis=tuple(i for i in range(joint.ndim) if i != walker))
+            texts.append(f"{name} at {format_hex(hunt.hexes[chances.argmax()])}")
+            if np.ptp(chances) < MIN_DIFFERENCE:
+                return ""
+        return ", ".join(texts)
+
     def choice_probabilities(self, memory: Memory) -> None:
         """Return None, as its rule has too many nodes for the plans of a partner."""
         return
 
     def values_basis(self, question: AdviceQuestion) -> ValuesBasis:
         """Return the values of plans, which judge only actions that are clearly worse."""
-        method = f"point-based plans, differences up to {PLAN_RESOLUTION:g} are not judged"
-        return (
-            super()
-            .values_basis(question)
-            ._replace(accuracy=Accuracy.ESTIMATED, method=method, resolution=PLAN_RESOLUTION)
+        basis = super().values_basis(question)
+        return basis._replace(
+            accuracy=Accuracy.ESTIMATED, method="point-based plans", resolution=PLAN_RESOLUTION
         )
 
     def action_values(self, memory: Memory) -> Reals:

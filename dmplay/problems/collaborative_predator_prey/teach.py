@@ -12,10 +12,8 @@ from dmplay.core.text import format_count
 from dmplay.errors import BadParameter, BudgetExceeded
 from dmplay.game.position import Position
 
-from .agents import Qmdp
+from .agents import MIN_DIFFERENCE, PLAN_RESOLUTION, PlansWithPartner, Qmdp
 from .rules import CollaborativePredatorPrey
-
-MIN_DIFFERENCE = 0.005  # probabilities that differ by less are called equal
 
 
 class MoveFacts(NamedTuple):
@@ -57,6 +55,9 @@ def give_reasons(position: Position, action: int) -> list[str]:
     is_ahead = (ranks[action] > others.max(axis=0)).any()
     if not is_ahead and position.agent and isinstance(position.agent.policy, Qmdp):
         reasons.append(f"None of this favours {label}: its value also counts later turns.")
+    if position.agent and isinstance(position.agent.policy, PlansWithPartner):
+        text = f"Differences of values up to {PLAN_RESOLUTION:g} may be errors of the plans"
+        reasons.append(f"{text}, and judge no choice.")
     return reasons
 
 
@@ -91,25 +92,25 @@ def _iter_belief_sentences(
 ) -> Iterator[str]:
     """Yield the likeliest hexes of the prey and all predators, and the way to the prey."""
     joint = belief.reshape((len(problem.hexes),) * problem.walker_count)
-    likeliest, places = list[int](), list[str]()
+    likeliest, texts = list[int](), list[str]()
     others = [walker for walker in range(problem.predators) if walker != seat]
     for walker in (problem.predators, seat, *others):
         chances = joint.sum(axis=tuple(axis for axis in range(joint.ndim) if axis != walker))
         hex_, count = int(chances.argmax()), _count_best(chances)
-        place = f"{format_hex(problem.hexes[hex_])} ({chances.max():.2f})"
-        places.append(f"one of {count} hexes ({chances.max():.2f} each)" if count > 1 else place)
+        text = f"{format_hex(problem.hexes[hex_])} ({chances.max():.2f})"
+        texts.append(f"one of {count} hexes ({chances.max():.2f} each)" if count > 1 else text)
         likeliest.append(hex_ if count == 1 else -1)
-    yield f"The hint's belief has the prey most likely at {places[0]}, and you at {places[1]}."
-    prey, own, *_ = likeliest
-    if min(prey, own) >= 0:
+    yield f"The hint's belief has the prey most likely at {texts[0]}, and you at {texts[1]}."
+    prey, own_hex, *_ = likeliest
+    if min(prey, own_hex) >= 0:
         steps = path_lengths(problem.hexes)[:, prey]
-        ends = move_destinations(problem.hexes)[own, :, 0]
-        first = [DIRECTIONS[move] for move in np.flatnonzero(steps[ends] < steps[own])]
+        ends = move_destinations(problem.hexes)[own_hex, :, 0]
+        first = [DIRECTIONS[move] for move in np.flatnonzero(steps[ends] < steps[own_hex])]
         if first:
-            way = f"{format_count(int(steps[own]), 'step')}, first by {' or '.join(first)}"
+            way = f"{format_count(int(steps[own_hex]), 'step')}, first by {' or '.join(first)}"
             yield f"From that hex of yours to that of the prey it is {way}."
-    for walker, place in zip(others, places[2:], strict=True):
-        yield f"It has {problem.agents[walker]} most likely at {place}."
+    for walker, text in zip(others, texts[2:], strict=True):
+        yield f"It has {problem.agents[walker]} most likely at {text}."
 
 
 def _count_best(chances: Reals) -> int:

@@ -11,7 +11,7 @@ from rich.text import Text
 from dmplay.core.arrays import Reals
 from dmplay.core.hexgrid import Hex, format_hex, hex_neighbours, move_destinations
 from dmplay.core.session import View
-from dmplay.core.text import format_reward
+from dmplay.core.text import format_reward, join_words
 from dmplay.views.generic import format_last_observation
 from dmplay.views.protocol import DrawOptions, FinishedGame, Lesson
 from dmplay.views.toolkit import hexgrid
@@ -307,17 +307,22 @@ def _describe_partners(view: View[CollaborativePredatorPrey]) -> str:
 def goal_lines(view: View[CollaborativePredatorPrey]) -> list[str]:
     """Return the goal: the rewards of the team, and the information it lacks."""
     slips = hexgrid.describe_slips(view.problem.slip)
-    verb = "sense" if view.player_label == "you" else "senses"
+    verb, possessive = ("sense", "your") if view.player_label == "you" else ("senses", "its")
     sees = f"nobody sees where anybody is{', not even yourself' * (view.player_label == 'you')}"
     if view.problem.sighted:
         sees = "nobody sees the prey or the others"
+    is_blind, share = not view.problem.sighted, " each" * (len(view.problem.agents) > 1)
+    likely = f"the map shows how likely {view.player_label} and the prey are at each hex"
     return [
         "step onto the hidden prey",
         sees,
-        f"a catch pays each predator {CAPTURE_REWARD:g}",
+        f"a catch pays {CAPTURE_REWARD:g}{share}",
         f"other turns cost {-MOVE_REWARD:g}",
-        f"{view.player_label} {verb} the prey at most one hex away",
+        *(["keys step from wherever you are"] * is_blind),
+        f"{view.player_label} {verb} it on {possessive} hex or next to it",
         *([slips] if slips else []),
+        *([likely] * is_blind),
+        *(["catches and score are told at the end"] * (view.rewards is None)),
     ]
 
 
@@ -421,10 +426,16 @@ def describe_situation(view: View[CollaborativePredatorPrey]) -> str:
 
 
 def describe_end(game: FinishedGame[CollaborativePredatorPrey]) -> str:
-    """Return the number of turns in which the team caught the prey, and the first of them."""
-    turns = (np.flatnonzero(game.rewards[:, game.seat] == CAPTURE_REWARD) + 1).tolist()
-    more = [", ..."] * (len(turns) > MAX_LISTED_CATCHES)
-    numbers = "".join([", ".join(map(str, turns[:MAX_LISTED_CATCHES])), *more])
-    where = f": turn{'s' * (len(turns) > 1)} {numbers}" if turns else ""
+    """Return the number of turns in which the team caught the prey, and who caught it when."""
+    before, names = game.states[:-1], [*game.problem.agents]
+    names[game.seat] = game.player
+    is_caught = before[:, :-1] == before[:, -1:]  # [T, n]
+    turns = (np.flatnonzero(is_caught.any(axis=1)) + 1).tolist()
+    catches = list[str]()
+    for turn in turns[:MAX_LISTED_CATCHES]:
+        catchers = [name for name, caught in zip(names, is_caught[turn - 1], strict=True) if caught]
+        catches.append(f"turn {turn} ({join_words(catchers)})")
+    catches += ["..."] * (len(turns) > MAX_LISTED_CATCHES)
+    where = f": {', '.join(catches)}" if turns else ""
     caught = f"{game.team} caught the prey in {len(turns)} of {game.turns}{where}"
     return f"{caught}; a catch pays {CAPTURE_REWARD:g}, any other turn costs {-MOVE_REWARD:g}"

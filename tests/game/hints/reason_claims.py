@@ -565,6 +565,12 @@ def check_partner(session: Session, action: int, match: re.Match[str]) -> Iterat
     yield from check_place(session, 1, match[1])
 
 
+def check_resolution(session: Session, action: int, match: re.Match[str]) -> Iterator[bool]:
+    """Yield whether a review judges no choice by a difference of this size."""
+    provider = HintProvider(session, AdviceQuestion.of_session(session, 0, ("human", "sweep")))
+    yield provider.values_basis.resolution == float(match[1])
+
+
 def check_place(session: Session, walker: int, text: str) -> Iterator[bool]:
     """Yield whether a walker is where a text says as often."""
     s, _ = sample_hunts(session)
@@ -583,12 +589,12 @@ def check_place(session: Session, walker: int, text: str) -> Iterator[bool]:
 
 def check_way(session: Session, action: int, match: re.Match[str]) -> Iterator[bool]:
     """Yield whether these are the first moves of the shortest ways between the likeliest hexes."""
-    own, prey = find_likeliest_hexes(session)
+    own_hex, prey = find_likeliest_hexes(session)
     assert isinstance(session.problem, CollaborativePredatorPrey)
     hexes = session.problem.hexes
     steps = path_lengths(hexes)[hexes.index(prey)]
-    yield steps[hexes.index(own)] == int(match[1])
-    neighbours = dict(zip(session.action_labels(0), hex_neighbours(own), strict=True))
+    yield steps[hexes.index(own_hex)] == int(match[1])
+    neighbours = dict(zip(session.action_labels(0), hex_neighbours(own_hex), strict=True))
     first = {name for name, hex_ in neighbours.items() if hex_ in hexes}
     nearer = {name for name in first if steps[hexes.index(neighbours[name])] < int(match[1])}
     yield nearer == {*match[2].split(" or ")}
@@ -707,6 +713,8 @@ CLAIMS: dict[str, dict[str, Claim]] = {
         r"The hint's belief has the prey most likely at (.*\)), and you at (.*\))\.": check_belief,
         r"From that hex of yours to that of the prey it is (\d+) steps?, "
         r"first by ([a-z ]+)\.": check_way,
+        r"Differences of values up to (0\.2) may be errors of the plans, "
+        r"and judge no choice\.": check_resolution,
         r"It has predator2 most likely at (.*\))\.": check_partner,
         r"After ([a-z]+), (a predator is on the prey's hex with probability|you are|"
         r"you sense the prey with probability) (\d\.\d\d)(?: steps from the prey on average)?"
