@@ -212,7 +212,7 @@ def goal_lines(view: View[CaregiverProblem]) -> list[str]:
         goal = f"with {problem.agents[1 - view.seat]}, keep the baby sated"
     return [
         goal,
-        f"costs: hunger {-problem.hungry_reward:g}, feeding {-feeding:g}, singing {-singing:g}",
+        f"hunger costs {-problem.hungry_reward:g}, feeding {-feeding:g}, singing {-singing:g}",
         "crying is the only clue",
     ]
 

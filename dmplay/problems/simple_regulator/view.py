@@ -238,7 +238,11 @@ def goal_lines(view: View[SimpleRegulator]) -> list[str]:
         "add pushes to keep the number near 0",
         "each turn costs the number squared",
         "a push itself is free",
-        *([f"chance adds about {view.problem.noise:g} to it"] if view.problem.noise else []),
+        *(
+            [f"chance moves the number by about {view.problem.noise:g}"]
+            if view.problem.noise
+            else []
+        ),
     ]
 
 

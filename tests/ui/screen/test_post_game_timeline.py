@@ -151,7 +151,7 @@ hint: best i; s ▌··· -0.5; f ████ -3.88
  ← → turns  X worst  Enter play on  ? help  q quit""",
     ("crying-baby", ("left", "left"), LARGE_SIZE, True): """\
  dmplay crying-baby    seed 7   before turn 4/5   score (discounted) -15.45
- keep the baby sated (not hungry); costs: hunger 10, feeding 5, singing 0.5
+ keep the baby sated (not hungry); hunger costs 10, feeding 5, singing 0.5
 heard  quiet                                               reward   0
                                                            discount 0.90
 sated   #######################################. 0.973     exact values
@@ -176,7 +176,7 @@ true state: sated
  < > turns  X worst  Enter play on  N new  R restart  ? help  q quit  : command""",
     ("crying-baby", (), LARGE_SIZE, False): """\
  crying-baby  turn 5/5  score (discounted) -19.42  turn limit
- keep the baby sated (not hungry); costs: hunger 10, feeding 5, singing 0.5
+ keep the baby sated (not hungry); hunger costs 10, feeding 5, singing 0.5
 heard  quiet                           reward   -0.5
                                        discount 0.90
 sated   ███████████████████▊ 0.989
