@@ -291,6 +291,7 @@ class QmdpWithPartner(Qmdp, PartnerBeliefPolicy):
 class PlansWithPartner(QmdpWithPartner):
     """Takes the first action of the best plan found beside a partner whose rule is known."""
 
+    to: str = parameter("random", "the only partner: an agent or an action")
     horizon: int = parameter(50, "turns of a game; then it plans again", 1, MAX_HORIZON)
 
     repeats_plan = True

@@ -383,19 +383,19 @@ def test_a_game_with_ratings_shows_the_rating_lost_by_turn() -> None:
 
 
 def test_x_goes_to_the_slide_that_is_rated_far_below_the_best_one() -> None:
-    game = make_game("2048", turns=40)
+    game = make_game("2048", turns=120)
     screen = PlayScreen(GameController(game), Terminal(True, "", True, True, False))
-    press_keys(screen, *["up", "left", "down", "right"] * 15)
+    press_keys(screen, *["up", "left", "down", "right"] * 45)
     screen_text = press_keys(screen, "X")
     losses = {move.turn: move.loss for move in game.verdict.moves}
     worst = max(losses, key=lambda turn: losses[turn])
     assert losses[worst] > game.verdict.moves[0].basis.resolution
-    assert f"before turn {worst}/40" in screen_text
+    assert f"before turn {worst}/120" in screen_text
     assert "was rated higher" in screen_text
 
 
 def test_a_look_back_does_not_call_an_action_better_because_of_its_bound() -> None:
-    current_game = make_game("collaborative-predator-prey", "human", "sweep", turns=3)
+    current_game = make_game("collaborative-predator-prey", "human", "chase-belief", turns=3)
     screen = PlayScreen(GameController(current_game), Terminal(True, "", True, True, False))
     press_keys(screen, "u", "y", "l")
     screen_text = press_keys(screen, "enter", "left")
