@@ -440,7 +440,7 @@ def test_each_of_two_players_sees_only_its_own_observations(tmp_path: Path) -> N
         ("caregiver2", "caregiver1", "sing", "sated 0.909, hungry 0.091"),
     ):
         row = f"{seat} turn 1. chose {action}, heard quiet. belief as if {other} acted at random: "
-        assert f"{row}{belief}.\n" in output
+        assert f"{row}{belief}. you do not see what {other} did.\n" in output
     events = map(
         json.loads,
         run_dmplay(tmp_path, *arguments, "--json", stdin="feed\nsing\n").stdout.split("\n")[:-1],

@@ -16,10 +16,9 @@ from dmplay.registry.builtin_names import problem_names
 from tests.support.programs import run_dmplay
 
 GAMES = 600
-# no exact values in the default game: an estimate or a rating, or no lower bound
-UNKNOWN_REGRETS = {
-    "2048", "cart-pole", "collaborative-predator-prey", "collision-avoidance", "mountain-car",
-}  # fmt: skip
+# no exact values in the default game: an estimate or a rating
+UNKNOWN_REGRETS = {"2048", "cart-pole", "collision-avoidance", "mountain-car"}
+BOUNDED_REGRETS = {"collaborative-predator-prey"}  # bounds that are tested with few turns
 
 
 def load_policies(problem: Problem) -> list[Policy]:
@@ -50,7 +49,7 @@ def list_start_values(problem: Problem, meter: HintAgent, seed: int) -> np.ndarr
     return np.array(bounds)
 
 
-@pytest.mark.parametrize("name", [name for name in problem_names() if name not in UNKNOWN_REGRETS])
+@pytest.mark.parametrize("name", sorted({*problem_names()} - UNKNOWN_REGRETS - BOUNDED_REGRETS))
 def test_random_play_loses_its_regret_and_the_best_play_nothing(name: str) -> None:
     problem = dmplay.load_problem(name)
     policies = load_policies(problem)
@@ -80,6 +79,21 @@ def test_without_exact_values_there_is_a_reason_in_place_of_the_regret(name: str
     assert regret is not None
     assert regret.per_game is None
     assert regret.basis.startswith("the values of ")
+
+
+def test_the_regret_beside_a_partner_whose_rule_is_known_has_bounds() -> None:
+    problem = dmplay.load_problem("collaborative-predator-prey:triangle")
+    players = [dmplay.load_agent(problem, seat, "random") for seat in range(2)]
+    bounds = []
+    for turns in (1, 2, 4):
+        result = dmplay.run(problem, players, episodes=40, turns=turns, regret=True)
+        regret = result.seat_summaries[0].regret
+        assert regret is not None
+        assert regret.per_game is not None
+        bounds.append([estimate.mean for estimate in regret.per_game])
+    assert bounds[0] == [0.0, 0.0]  # no action changes the reward of its own turn
+    assert all(0.0 <= low <= high for low, high in bounds)
+    assert bounds[2][1] > 0.0
 
 
 def test_the_regret_per_choice_is_that_of_all_choices_together() -> None:

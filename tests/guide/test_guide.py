@@ -34,6 +34,7 @@ each_topic = pytest.mark.parametrize("name", list_topics())
 SLOW_TOPICS = ("bots", "goldens", "research")  # topics whose examples start processes
 EXTRAS_OF_TOPICS = {
     "libraries": ("gymnasium", "openspiel", "pettingzoo"),
+    "mcp": ("mcp",),
     "plotting": ("plot",),
     "python": ("gymnasium", "openspiel", "pandas", "pettingzoo"),
     "research": ("mcp", "pandas", "plot"),

@@ -654,7 +654,7 @@ def test_an_argument_that_is_no_number_can_be_asked_for(
             {"action": "climb", "height": 0.0, "rate": 0.0, "seconds": 41},
             "seconds: got 41, expected 0 to 40",
         ),
-        ("collaborative-predator-prey", "best-action", {}, "are upper bounds"),
+        ("collaborative-predator-prey:sighted", "best-action", {}, "are upper bounds"),
         ("predator-prey", "outcomes", {"action": "e"}, "expected one agent"),
         ("rock-paper-scissors", "state-value", {}, "expected one agent"),
         ("simple-regulator", "forward-search-action", {"depth": 1}, "expected named actions"),

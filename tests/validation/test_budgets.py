@@ -10,10 +10,13 @@ import pytest
 
 import dmplay
 from dmplay import solvers
+from dmplay.agents.partner_machine import build_partner_machine
+from dmplay.agents.random_agent import Random
 from dmplay.core.problem import make_initial_observation
 from dmplay.core.tabular import Tables, tabulate
 from dmplay.core.work_budget import Budget, ComputationStopped, report_progress_to
 from dmplay.problems.collaborative_predator_prey import model as collaborative_predator_prey_model
+from dmplay.problems.collaborative_predator_prey import partner_plans
 from dmplay.problems.collaborative_predator_prey import reactive_team as reactive_predator_team
 from dmplay.problems.collaborative_predator_prey.rules import CollaborativePredatorPrey
 from dmplay.problems.collision_avoidance import grid as collision_avoidance_grid
@@ -162,6 +165,15 @@ def pool_team_beliefs() -> None:
     )
 
 
+def find_partner_plans() -> None:
+    hunt = load_problem("collaborative-predator-prey:triangle")
+    assert isinstance(hunt, CollaborativePredatorPrey)
+    machine = build_partner_machine("random", Random(hunt, 1), 10, splits_observations=False)
+    paired = partner_plans.PairedHunt.from_machine(hunt, 0, machine)
+    partner_plans.find_upper_bounds.__wrapped__(paired, 3)
+    partner_plans.find_plans.__wrapped__(paired, 3)
+
+
 def expand_belief_tree() -> None:
     budget = Budget("a tree", "try less")
     rows = sparse_pomdp.build_sparse_pomdp(load_problem("crying-baby"), budget)
@@ -197,6 +209,7 @@ SOLVER_CALLS: dict[str, Callable[[], object]] = {
         np.ones((1, 4, 4), np.uint8), 0.8, 4
     ),
     "collaborative_predator_prey/model": pool_team_beliefs,
+    "collaborative_predator_prey/partner_plans": find_partner_plans,
     "transition_graph": lambda: transition_graph.build_reachable_graph(Nim()),
     "grid_value_iteration": lambda: grid_value_iteration.run_grid_value_iteration(
         load_problem("mountain-car"), VALUE_GRID

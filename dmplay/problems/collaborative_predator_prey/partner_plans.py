@@ -183,12 +183,8 @@ class PairedHunt:
         ]
         rows = own_moves[0].reshape(-1, count * count, count).swapaxes(0, 1)
         free = np.matmul(rows, self._prey_moves.swapaxes(1, 2)).swapaxes(0, 1).reshape(after.shape)
-        (
-            by_none,
-            by_partner,
-            by_self,
-            by_both,
-        ) = (  # if the prey is caught by these; its next hex is uniform
+        # The value if the prey is caught by these; its next hex is uniform.
+        by_none, by_partner, by_self, by_both = (
             part.mean(axis=-1, keepdims=True) for part in (*own_moves, moved, staying)
         )
         fed = np.where(

@@ -318,7 +318,7 @@ def goal_lines(view: View[CollaborativePredatorPrey]) -> list[str]:
         sees,
         f"a catch pays {CAPTURE_REWARD:g}{share}",
         f"other turns cost {-MOVE_REWARD:g}",
-        *(["keys step from wherever you are"] * is_blind),
+        *(["a key steps from the unknown hex"] * is_blind),
         f"{view.player_label} {verb} it on {possessive} hex or next to it",
         *([slips] if slips else []),
         *([likely] * is_blind),
