@@ -72,7 +72,7 @@ class Medal(NamedTuple):
             for limit, _ in map(self.limits.__getitem__, names)
         ]
         result = self.loss if is_regret else self.best.score - self.loss
-        decimals = _choose_distinct_decimals([result, *numbers], self.scale)
+        decimals = _choose_distinct_decimals([result, *numbers, 0.0], self.scale)
         lost = f"{format_fixed(result, decimals)} (the regret)" if self.loss else "nothing"
         score = format_fixed(result, decimals)
         line = f"{self.name or 'no'} medal: "
@@ -86,8 +86,9 @@ class Medal(NamedTuple):
             player = {"silver": self.rule, "bronze": self.random}.get(name)
             source = f", the {'loss' if is_regret else 'average'} of {player}" if player else ""
             line += f"; {name} is for {degree} {format_fixed(number, decimals)}{source}"
-        if len(names) == 1 and self.name and self.missing:  # it is the best that can be won
-            line += "".join(f"; no {name}: {reason}" for name, reason in self.missing.items())
+        if len(names) == 1 and self.name:  # it is the best that can be won
+            better = [name for name in wanted if name in self.missing]
+            line += "".join(f"; no {name}: {self.missing[name]}" for name in better)
         return f"{line}; averages of {self.game_count} games" if self.game_count else line
 
     def describe_score(self) -> str:
@@ -112,7 +113,8 @@ class Medal(NamedTuple):
     def _describe_luck(self) -> str:
         """Return the small difference of the scores of the best agent and of random play."""
         best, random = self.best.score, self.random.score
-        if self.best.is_exact or best - random <= LOSS_TOLERANCE * self.scale:
+        is_same = abs(best - random) <= LOSS_TOLERANCE * self.scale
+        if self.best.is_exact or (is_same and not (self.best.error or self.random.error)):
             return "every way to play is about as good here"
         decimals = choose_decimals([best, random], self.scale)
         means = f"{self.random} scored {format_fixed(random, decimals)}"
