@@ -141,9 +141,9 @@ def list_state_names(problem: Problem) -> tuple[str, ...]:
 
 
 def read_belief(problem: Problem, value: object) -> Reals:
-    """Return the belief `[S]` in a value of JSON: a text, a list, or an object of state names.
+    """Return the belief `[S]` in a text, a list or array, or a mapping of state names.
 
-    States that an object leaves out have probability 0. Raise BadParameter for other values.
+    States that a mapping leaves out have probability 0. Raise BadParameter for other values.
     """
     if isinstance(value, str):
         return parse_belief(problem, value)
@@ -151,13 +151,19 @@ def read_belief(problem: Problem, value: object) -> Reals:
     if isinstance(value, Mapping):
         by_label = {find_label(str(name), names, "state"): number for name, number in value.items()}
         value = [by_label.get(name, 0.0) for name in names]
-    numbers = value if isinstance(value, list) else []
-    if len(numbers) != len(names) or not all(type(number) in (int, float) for number in numbers):
+    value = value.tolist() if isinstance(value, np.ndarray) else value
+    numbers = value if isinstance(value, list | tuple) else []
+    if len(numbers) != len(names) or not all(map(_is_number, numbers)):
         got = repr(value)[:MAX_QUOTED_CHARACTERS]
         expected = f"a probability for each state: {', '.join(names[:MAX_LISTED_NAMES])}"
         expected += ", ..." * (len(names) > MAX_LISTED_NAMES)
         raise BadParameter(f"got {got}, expected {expected}")
     return normalize_belief(np.array(numbers, float))
+
+
+def _is_number(value: object) -> bool:
+    """Return whether a value is a number of Python or a float of NumPy."""
+    return isinstance(value, int | float) and not isinstance(value, bool)
 
 
 def _list_state_spellings(text: str) -> list[str]:

@@ -5,7 +5,7 @@ its own. A position holds what its seat perceived (a `View`) and no session, so 
 and the random numbers of the game are out of reach.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
 from typing import Self, TypeVar
@@ -28,7 +28,7 @@ from dmplay.core.session import (
     validate_policy_actions,
 )
 from dmplay.core.spaces import Labels
-from dmplay.core.typed_text import parse_belief, parse_history, parse_state
+from dmplay.core.typed_text import parse_history, parse_state, read_belief
 from dmplay.core.uniforms import SeededUniforms
 from dmplay.core.work_budget import limit_total_work
 from dmplay.errors import BadParameter, BadPolicy, BudgetExceeded
@@ -126,7 +126,7 @@ class Position:
         *,
         state: str = "",
         history: Sequence[str] = (),
-        belief: str = "",
+        belief: str | Array | Sequence[float] | Mapping[str, float] = "",
         turns_left: int | None = None,
         players: Sequence[str] = (),
     ) -> Self:
@@ -134,14 +134,16 @@ class Position:
 
         `state` is a visible state. If states are hidden, `history` lists the actions of the seat
         and its observations, such as "feed crying", or `belief` has the probability of each state,
-        such as "hungry 0.3 sated 0.7". Without `turns_left`, the game has the problem's horizon, or
-        no turn limit. `players` are the names of the agents of all seats, if they are known.
+        such as "hungry 0.3 sated 0.7", or numbers in the order of states. Without `turns_left`,
+        the game has the problem's horizon, or no turn limit. `players` are the names of the agents
+        of all seats, if they are known.
 
         Raise BadParameter for a text that does not fit the problem.
         """
         problem = load_problem(problem)
         seat = find_seat(problem, seat)
-        _check_texts(problem, seat, state, history, belief, turns_left, players)
+        has_belief = len(belief) > 0
+        _check_texts(problem, seat, state, history, turns_left, players, has_belief=has_belief)
         turns_done = len(history)
         turn_limit = problem.horizon if turns_left is None else turns_done + turns_left
         question = AdviceQuestion(seat, turn_limit, tuple(players))
@@ -149,8 +151,8 @@ class Position:
         if not problem.partially_observable:
             s = parse_state(problem, state) if state else make_start_state(problem)[0]
             return cls.at_state(problem, question, agent, s, turns_done)
-        if belief:
-            return cls.at_belief(problem, question, agent, parse_belief(problem, belief))
+        if has_belief:
+            return cls.at_belief(problem, question, agent, read_belief(problem, belief))
         return cls.after_history(problem, question, agent, parse_history(problem, seat, history))
 
     @classmethod
@@ -625,9 +627,10 @@ def _check_texts(  # noqa: PLR0913, PLR0917 - the texts of a position
     seat: int,
     state: str,
     history: Sequence[str],
-    belief: str,
     turns_left: int | None,
     players: Sequence[str],
+    *,
+    has_belief: bool,
 ) -> None:
     """Raise BadParameter unless these parts of a position fit the problem and one another."""
     count = len(problem.agents)
@@ -635,10 +638,10 @@ def _check_texts(  # noqa: PLR0913, PLR0917 - the texts of a position
         raise BadParameter(f"seat: got {seat!r}, expected 0 to {count - 1}")
     if problem.partially_observable and state:
         raise BadParameter("state: the states are hidden, expected a history or a belief")
-    if not problem.partially_observable and (history or belief):
+    if not problem.partially_observable and (history or has_belief):
         name = "history" if history else "belief"
         raise BadParameter(f"{name}: all agents see the state, expected a state")
-    if history and belief:
+    if history and has_belief:
         raise BadParameter("belief: expected a history or a belief, not both")
     if turns_left is not None and turns_left < 1:
         raise BadParameter(f"turns_left: got {turns_left}, expected 1 or more")

@@ -27,6 +27,9 @@ def save(session: Session, path: str | os.PathLike[str], *, overwrite: bool = Fa
     name is recorded by its class; give it to `dmplay.read` with `problem=`. Raise BadParameter if
     the file exists and `overwrite` is False, or if it cannot be written.
     """
+    if not hasattr(session, "seated_policies"):
+        kind = type(session).__name__
+        raise BadParameter(f"save: got {kind}, expected a Session; a game of play saves itself")
     players = [
         find_recorded_name(session.problem, seat, seated.policy if seated else None)
         for seat, seated in enumerate(session.seated_policies)

@@ -17,7 +17,7 @@ from dmplay.transcript.replay import replay
 GameKey = tuple[str, object]
 RESUMABLE_END_REASONS = ("", "interrupted")  # end reasons after which nothing hidden was shown
 FINISH_MESSAGE = "this game can still be continued: finish it first"
-PEEK_ADVICE = ", or add --peek, which marks it as peeked"
+PEEK_ADVICE = ", or add --peek (peek=True), which marks it as peeked"
 
 
 def make_game_key(name: str, uniform_source: object) -> GameKey:

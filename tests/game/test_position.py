@@ -2,12 +2,14 @@
 
 import gc
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 import dmplay
 from dmplay.core.session import Session
+from dmplay.core.typed_text import list_state_names
 from dmplay.core.uniforms import SeededUniforms
 from dmplay.errors import BadParameter, DmplayError, IllegalAction, UnknownName
 from dmplay.game.manual_game import ManualGame
@@ -178,3 +180,16 @@ def test_a_wrong_text_is_one_clear_error() -> None:
         Position.from_text("prisoners-dilemma", players=["human"])
     with pytest.raises(BadParameter, match="the state is hidden"):
         _ = Position.from_text("crying-baby").state
+
+
+@pytest.mark.parametrize(
+    "belief", [[0.7, 0.3], np.array([0.7, 0.3]), {"hungry": 0.3, "sated": 0.7}]
+)
+def test_a_position_accepts_a_belief_as_numbers(belief: Any) -> None:
+    names = list_state_names(dmplay.load_problem("crying-baby"))
+    text = " ".join(f"{name} {chance}" for name, chance in zip(names, [0.7, 0.3], strict=True))
+    from_numbers = Position.from_text("crying-baby", belief=belief, turns_left=3).values()
+    expected = Position.from_text("crying-baby", belief=text, turns_left=3).values()
+    assert from_numbers is not None
+    assert expected is not None
+    np.testing.assert_array_equal(from_numbers.q, expected.q)

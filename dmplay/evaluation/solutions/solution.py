@@ -307,7 +307,7 @@ def _read_belief(problem: Problem, at: At) -> Reals:
     """Return the belief `[S]` of an array, a mapping or a text; a state's name is certainty."""
     if isinstance(at, str) and at in list_state_names(problem):
         at = {at: 1.0}
-    return read_belief(problem, at if isinstance(at, str | Mapping) else np.asarray(at).tolist())
+    return read_belief(problem, at)
 
 
 def check_solution(problem: Problem, returned: Any) -> Solution:
