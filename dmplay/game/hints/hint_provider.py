@@ -138,7 +138,7 @@ class Hint:
     def _list_close_actions(self) -> list[str]:
         """Return the recommended action and those that bounds do not tell from it; [] if none."""
         basis = self.values_basis
-        is_rough = basis.accuracy is Accuracy.ESTIMATED and basis.resolution > 0.0
+        is_rough = not basis.accuracy.is_bound and basis.resolution > 0.0
         has_close = basis.accuracy.is_bound or is_rough
         if self.values is None or self.action is None or not has_close:
             return []
@@ -204,12 +204,15 @@ class Hint:
     def regrets(self) -> Reals | None:
         """The best value minus the value of each action `[A]`; nan for illegal actions.
 
-        None if the agent has no values, if they assume how the other agents play, or if they have
+        Differences of ratings within their errors are 0. None if the agent has no values, if they assume how the other agents play, or if they have
         sampling errors.
         """
         if self.values is None or self.values.errors is not None:
             return None
-        return self.values.regrets if self.values.basis.has_regrets else None
+        basis, regrets = self.values.basis, self.values.regrets
+        if basis.accuracy is Accuracy.RATING:
+            regrets = np.where(regrets <= basis.resolution, 0.0, regrets)
+        return regrets if basis.has_regrets else None
 
     @property
     def ranked_actions(self) -> list[tuple[int, float]]:
