@@ -383,7 +383,7 @@ def test_many_random_choices_beside_a_known_partner_are_judged() -> None:
         game.act(directions[rng.integers(6)])
     review = game.review()
     judged = [choice for choice in review if choice.is_judged]
-    assert 8 <= len(judged) < 20
+    assert 4 <= len(judged) < 20
     for choice in judged:
         q = np.array([*choice.values.values()])
-        assert choice.chosen in choice.best or q.max() - choice.values[choice.chosen] > 0.2
+        assert choice.chosen in choice.best or q.max() - choice.values[choice.chosen] > 0.3
