@@ -204,8 +204,8 @@ class Hint:
     def regrets(self) -> Reals | None:
         """The best value minus the value of each action `[A]`; nan for illegal actions.
 
-        Differences of ratings within their errors are 0. None if the agent has no values, if they assume how the other agents play, or if they have
-        sampling errors.
+        Differences of ratings within their errors are 0. None if the agent has no values, if they
+        assume how the other agents play, or if they have sampling errors.
         """
         if self.values is None or self.values.errors is not None:
             return None
