@@ -763,8 +763,7 @@ def validate_policy_actions(
         expected = "one action" if rows == 1 else f"{rows} actions"
         choice_text = " ".join(repr(choice).split())
         message = f"{type(policy).__name__} chose {choice_text}, expected an array of {expected}"
-        if choice is None:
-            message += "; a policy defines choose(memory, legal, u)"
+        message += "; a policy defines choose(memory, legal, u)" * (choice is None)
         raise BadPolicy(f"{error_prefix}: {message}")
     return actions
 
