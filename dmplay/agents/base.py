@@ -29,7 +29,7 @@ def summarize_agent(agent_class: object) -> str:
 
 def describe_rule(agent_class: object) -> str:
     """Return the first line of an agent's description as a clause, without the book's section."""
-    text = re.sub(r" \(section [A-Z0-9.]+\)", "", summarize_agent(agent_class)).rstrip(".")
+    text = _remove_section(summarize_agent(agent_class)).rstrip(".")
     return f"{text[:1].lower()}{text[1:]}"
 
 
@@ -39,6 +39,11 @@ def address_opponent(description: str) -> str:
     It has "you" for the opponent, and no section of the book, whose name is not beside it.
     """
     text = description.replace("the opponent's", "your").replace("the opponent", "you")
+    return _remove_section(text)
+
+
+def _remove_section(text: str) -> str:
+    """Return a text without the section of the book, such as ` (section 24.7)`."""
     return re.sub(r" \(section [\w.]+\)", "", text)
 
 

@@ -168,8 +168,8 @@ def read(
     paths = [path] if isinstance(path, str | os.PathLike) else [*path]
     files = [Path(file) for item in paths for file in _expand_pattern(os.fspath(item))]
     games = RecordedGames()
-    options: dict[str, Any] = {"problem": problem, "trusted": trusted, "peek": peek}
-    for game in iter_games(iter_transcript_files(files), **options):
+    transcripts = iter_transcript_files(files)
+    for game in iter_games(transcripts, problem=problem, trusted=trusted, peek=peek):
         if isinstance(game, RecordedGame):
             games.append(game)
         elif skip_bad:

@@ -138,8 +138,7 @@ class Hint:
     def _list_close_actions(self) -> list[str]:
         """Return the recommended action and those that bounds do not tell from it; [] if none."""
         basis = self.values_basis
-        is_rough = not basis.accuracy.is_bound and basis.resolution > 0.0
-        has_close = basis.accuracy.is_bound or is_rough
+        has_close = basis.accuracy.is_bound or basis.resolution > 0.0
         if self.values is None or self.action is None or not has_close:
             return []
         actions, q = self._actions_by_value, self.values.q

@@ -41,8 +41,6 @@ DISCOUNT_EXPLANATION = "discounted = the regret as it counts in the score"
 MAX_BAR_COLUMNS = 20  # maximum columns of a regret bar
 MAX_SHOWN_STATES = 4  # the likeliest ones of a stated belief
 REVIEW_TASK = TaskInfo("reviewing your actions", is_after_game=True)
-
-
 NEGLIGIBLE_SHARE = 0.005  # of the value at the start: a loss that is not worth another look
 RIGHT_LOSS_PERCENT = 1  # of the best value minus the worst one: the loss of a right action
 

@@ -307,8 +307,9 @@ def _describe_partners(view: View[CollaborativePredatorPrey]) -> str:
 def goal_lines(view: View[CollaborativePredatorPrey]) -> list[str]:
     """Return the goal: the rewards of the team, and the information it lacks."""
     slips = hexgrid.describe_slips(view.problem.slip)
-    verb, possessive = ("sense", "your") if view.player_label == "you" else ("senses", "its")
-    sees = f"nobody sees where anybody is{', not even yourself' * (view.player_label == 'you')}"
+    is_you = view.player_label == "you"
+    verb, possessive, be = ("sense", "your", "are") if is_you else ("senses", "its", "is")
+    sees = f"nobody sees where anybody is{', not even yourself' * is_you}"
     if view.problem.sighted:
         sees = "nobody sees the prey or the others"
     is_blind, share = not view.problem.sighted, " each" * (len(view.problem.agents) > 1)
@@ -318,7 +319,7 @@ def goal_lines(view: View[CollaborativePredatorPrey]) -> list[str]:
         sees,
         f"a catch pays {CAPTURE_REWARD:g}{share}",
         f"other turns cost {-MOVE_REWARD:g}",
-        *(["a key steps from the unknown hex"] * is_blind),
+        *([f"keys step from wherever {view.player_label} {be}"] * is_blind),
         f"{view.player_label} {verb} it on {possessive} hex or next to it",
         *([slips] if slips else []),
         *([likely] * is_blind),
