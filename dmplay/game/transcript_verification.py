@@ -275,9 +275,7 @@ def format_reports(
         return [
             format_json_report(_report_data(report, is_accepted)) for report, is_accepted in pairs
         ]
-    rows = [
-        _format_ok_line(report) if is_accepted else str(report) for report, is_accepted in pairs
-    ]
+    rows = [report.ok_line if is_accepted else str(report) for report, is_accepted in pairs]
     if quiet:
         return [row for row, is_accepted in zip(rows, accepted, strict=True) if not is_accepted]
     failed_count = len(accepted) - sum(accepted)
@@ -287,11 +285,6 @@ def format_reports(
         if failed_count
         else f"{len(accepted)} verified",
     ]
-
-
-def _format_ok_line(report: VerificationReport) -> str:
-    """Return the output line of an accepted report: the path and the summary."""
-    return f"ok {escape_newlines(report.path)} ({escape_newlines(report.summary)})"
 
 
 def _report_data(report: VerificationReport, accepted: bool) -> dict[str, object]:

@@ -18,6 +18,7 @@ FRAME_MISMATCH_MESSAGE = (
     "only drawings differ, perhaps because another version of dmplay drew them; "
     "--no-frames leaves drawings out, --update redraws them"
 )
+UNFINISHED_MESSAGE = "everything before it is verified"
 MALFORMED = "form"  # `where` in the finding of a file that cannot be replayed at all
 CHANGED_LINE_ENDS_REMARK = "line ends changed, for example by mail or an editor"
 MAX_PRINTED_FINDINGS = 5
@@ -144,16 +145,25 @@ class VerificationReport:
         columns = {name: [f._asdict()[name] for f in self.findings] for name in Finding._fields}
         return make_frame(columns, library)
 
+    @property
+    def ok_line(self) -> str:
+        """The line of a file that is accepted: its path and the summary."""
+        return f"ok {escape_newlines(self.path)} ({escape_newlines(self.summary)})"
+
     def __str__(self) -> str:
-        """Return a line for each of the first findings, and for their common cause if any."""
+        """Return a line for each of the first findings and their common cause, or the `ok_line`."""
+        if self.is_ok:
+            return self.ok_line
         path = escape_newlines(self.path)
         lines = [str(finding) for finding in self.findings[:MAX_PRINTED_FINDINGS]]
         if len(self.findings) > len(lines):
             lines.append(f"{path}: {len(self.findings) - len(lines)} more differences")
-        if self.findings and all(finding.level == "inputs" for finding in self.findings):
+        if all(finding.level == "inputs" for finding in self.findings):
             lines.append(f"{path}: {SEED_MISMATCH_MESSAGE}")
-        if self.findings and all(finding.is_other_drawing for finding in self.findings):
+        if all(finding.is_other_drawing for finding in self.findings):
             lines.append(f"{path}: {FRAME_MISMATCH_MESSAGE}")
-        if self.findings and self.problem_change:
+        if self.is_unfinished:
+            lines.append(f"{path}: {UNFINISHED_MESSAGE}")
+        if self.problem_change:
             lines.append(escape_newlines(f"{path}: {self.problem_change}"))
         return "\n".join(lines)
