@@ -183,7 +183,7 @@ PLANTED_FAULTS = [
      "class Patient(ReactivePolicy):\n    step: float = 0.5\n", "class Patient",
      "AGENTS: patient: Patient has the parameters step, edge, expected @dataclass(frozen=True)"),
     ("walk", 'hint_provider="patient"', 'hint_provider="hasty"', "",
-     "AGENTS: hint_provider: got 'hasty'"),
+     "AGENTS: hint_provider: unknown agent 'hasty'"),
     ("walk", "np.ones(len(u), int)", "np.zeros(len(u), int)", "def choose",
      "patient: seed 7, episode 0, turn 1, agent: left is not legal now; expected one of right"),
     ("walk", "np.ones(len(u), int)", "np.full(len(u), 2)", "def choose",

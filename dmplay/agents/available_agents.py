@@ -12,7 +12,11 @@ HINT_PROVIDER_ROLE, PARTNER_ROLE = "@adviser", "@partner"
 
 @dataclass(frozen=True)
 class Roster:
-    """The agents that fit a seat of a problem, by name, and which of them have a special role."""
+    """The agents that fit a seat of a problem, by name, and which of them have a special role.
+
+    A role may name an agent of a general method too. A name that none has is an UnknownName when
+    the agents of the problem are loaded.
+    """
 
     agents: Mapping[str, type[SeatPolicy]]
     hint_provider: str | None = None  # agent whose values and choices serve as hints

@@ -94,9 +94,6 @@ def _check_actions(problem: Problem) -> CheckResults:
     yield require(len(actions) == len(agents), message)
     for space in actions:
         if isinstance(space, Interval):
-            low, high = space.low, space.high
-            is_valid = math.isfinite(low) and math.isfinite(high) and low < high
-            yield expect(is_valid, "actions", space, "two finite numbers, the lower first")
             continue
         expected = f"Labels with {_describe_expected_names(space)}, or an Interval"
         yield expect(_are_distinct_labels(space), "actions", space, expected)

@@ -86,11 +86,18 @@ class Labels(tuple[str, ...]):
 
 @dataclass(frozen=True)
 class Interval:
-    """A continuous action set with inclusive bounds, like Gymnasium's Box of one number."""
+    """A continuous action set with inclusive bounds, like Gymnasium's Box of one number.
+
+    Raise ValueError unless the bounds are finite and the lower one is first.
+    """
 
     low: float
     high: float
     json_types: ClassVar[tuple[type, ...]] = (int, float)  # the types of an action in JSON
+
+    def __post_init__(self) -> None:
+        if not (math.isfinite(self.low) and math.isfinite(self.high) and self.low < self.high):
+            raise ValueError(f"got {self}, expected two finite numbers, the lower first")
 
     @property
     def labels(self) -> Labels:

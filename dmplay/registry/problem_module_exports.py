@@ -180,12 +180,12 @@ def load_specific_roster(problem: Problem, seat: int) -> "Roster | None":
 
 
 def check_roles(problem: Problem, roster: "Roster") -> None:
-    """Raise BadParameter if an agent with a role is none of the agents of a roster."""
+    """Raise UnknownName if an agent with a role is none of the agents of a roster."""
     for role in ROLES:
         name = getattr(roster, role)
         if name is not None and name not in roster.agents:
-            location, expected = (locate_export(problem, "AGENTS"), ", ".join(roster.agents))
-            raise BadParameter(f"{location}: {role}: got {name!r}, expected one of {expected}")
+            location = locate_export(problem, "AGENTS")
+            raise UnknownName("agent", name, roster.agents, f"{location}: {role}")
 
 
 @lru_cache(1024)

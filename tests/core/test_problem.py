@@ -176,6 +176,14 @@ def test_outcomes_of_an_invalid_action_are_not_enumerated(action: int) -> None:
 SYMMETRIC_INTERVAL = Interval(-1.0, 1.0)
 
 
+def test_bounds_in_the_wrong_order_are_refused() -> None:
+    for low, high in ((2.0, 0.0), (0.0, np.inf), (1.0, 1.0)):
+        with pytest.raises(ValueError, match=f"Interval.low={low}, high={high}.*expected"):
+            Interval(low, high)
+    with pytest.raises(ValueError, match=r"Uniform.*expected the lower bound first"):
+        dmplay.Uniform(np.array([0.0, 4.0]), np.array([1.0, 2.0]))
+
+
 def test_an_interval_has_no_labels_and_a_grid_from_low_to_high() -> None:
     assert SYMMETRIC_INTERVAL.labels == ()
     assert SYMMETRIC_INTERVAL.candidate_actions()[[0, INTERVAL_GRID_SIZE // 2, -1]].tolist() == [
