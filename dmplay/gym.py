@@ -37,6 +37,7 @@ from dmplay.core.policy import Policy
 from dmplay.core.problem import Problem, find_seat
 from dmplay.core.session import Session, has_visible_beliefs
 from dmplay.core.uniforms import SeededUniforms, new_seed
+from dmplay.draw.options import DrawOptions
 from dmplay.errors import BadParameter, EpisodeOver, IllegalAction, UnknownName
 from dmplay.external.optional_libraries import import_library
 from dmplay.registry import problems
@@ -59,7 +60,7 @@ from dmplay.simulation.uniform_sources import (
     UniformSource,
 )
 from dmplay.simulation.vector_games import VectorGames
-from dmplay.views.protocol import DrawOptions, fit_board, load_view_module
+from dmplay.views.protocol import fit_board, load_view_module
 
 RENDER_MODES = "ansi", "rgb_array"
 RENDER_COLUMNS, RENDER_ROWS = 80, 24  # size of a rendered board

@@ -19,13 +19,14 @@ PACKAGE_FOLDER = TESTS_FOLDER.parent / "dmplay"
 # From the lowest to the highest: a folder imports only itself and the folders before it.
 LAYERS = (
     "errors", "guide", "core", "terminal", "formats", "simulation", "algorithms", "solvers",
-    "agents", "transcript", "external", "registry", "views", "gym", "zoo", "game",
+    "agents", "draw", "transcript", "external", "registry", "views", "gym", "zoo", "game",
     "evaluation", "tutor", "ui", "output", "plots", "validation", "problems", "servers", "cli",
     "pytest_plugin", "__main__",
 )  # fmt: skip
 UI_LIBRARIES = {"rich", "typer", "prompt_toolkit"}
 ALLOWED_LIBRARIES = {  # beyond the standard library and NumPy
     "terminal": {"rich"},
+    "draw": {"rich"},
     "views": {"rich"},
     "problems": {"rich"},
     "game": {"rich"},

@@ -103,8 +103,8 @@ def watch(
         watched = watching.load_watched_steps(algorithm, target, iterations, seed)
     index = None if step is None else watched.find_typed_step(step)
     if chosen:
+        from dmplay.draw.options import DrawOptions
         from dmplay.output.step_export import StepExport, export_algorithm_steps
-        from dmplay.views.protocol import DrawOptions
 
         size = DrawOptions(terminal_options.width or 80, height, terminal_options.ascii)
         return export_algorithm_steps(

@@ -25,6 +25,7 @@ from dmplay.core.session import (
 from dmplay.core.text import describe_end_reason, escape_newlines, escape_unprintable
 from dmplay.core.uniforms import SeededUniforms
 from dmplay.core.work_budget import ComputationStopped
+from dmplay.draw.options import DrawOptions
 from dmplay.errors import BadParameter, Forfeit
 from dmplay.game import player_records
 from dmplay.game.action_input import Keyboard
@@ -45,7 +46,7 @@ from dmplay.terminal.signals import defer_signals
 from dmplay.transcript.concealment import RESUMABLE_END_REASONS, has_hidden_information
 from dmplay.transcript.format import REPEATED_UNIFORMS_PREFIX
 from dmplay.transcript.recorder import Recorder
-from dmplay.views.protocol import DrawOptions, draw_picture, fit_board, load_view_module
+from dmplay.views.protocol import draw_picture, fit_board, load_view_module
 
 if TYPE_CHECKING:
     from dmplay.agents.best_response_in_team import PartnerBeliefPolicy

@@ -5,19 +5,14 @@ from collections.abc import Mapping, Sequence
 from dmplay.core.problem import Problem
 from dmplay.core.session import Session
 from dmplay.core.text import describe_end_reason, escape_unprintable, format_count, format_reward
+from dmplay.draw.options import DrawOptions
 from dmplay.game import turn_facts
 from dmplay.game.hints.ghost_agent import Ghost
 from dmplay.game.seat_snapshot import SeatSnapshot
 from dmplay.game.seats import shorten_player_name
 from dmplay.transcript.concealment import RESUMABLE_END_REASONS
 from dmplay.transcript.format import NATURAL_END_REASONS, collect_end_facts, collect_turn_facts
-from dmplay.views.protocol import (
-    DrawOptions,
-    FinishedGame,
-    expand_for_picture,
-    fit_board,
-    load_view_module,
-)
+from dmplay.views.protocol import FinishedGame, expand_for_picture, fit_board, load_view_module
 
 PLAYER_NOUNS = {  # the subject of a sentence about a player that is no agent
     "human": "the player", "mcp": "the model", "script": "the script", "replay": "the replay",

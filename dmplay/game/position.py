@@ -31,6 +31,7 @@ from dmplay.core.spaces import Labels
 from dmplay.core.typed_text import parse_history, parse_state, read_belief
 from dmplay.core.uniforms import SeededUniforms
 from dmplay.core.work_budget import limit_total_work
+from dmplay.draw.options import Forecast
 from dmplay.errors import BadParameter, BadPolicy, BudgetExceeded
 from dmplay.game.action_breakdown import ActionBreakdown, Payoff, PossibleOutcome
 from dmplay.game.turn_events import (
@@ -44,7 +45,6 @@ from dmplay.game.turn_events import (
 from dmplay.registry.agents import HintAgent, find_hint_provider, load_hint_agent
 from dmplay.registry.problems import ProblemLike, load_problem
 from dmplay.solvers.search.simulated_opponents import make_start_state
-from dmplay.views.protocol import Forecast
 
 T = TypeVar("T")
 ADVICE_WORK_LIMIT = 1.5e9  # operations of one question, about one second

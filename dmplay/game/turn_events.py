@@ -17,8 +17,8 @@ from dmplay.core.problem import (
     validate_outcome,
 )
 from dmplay.core.work_budget import Budget
+from dmplay.draw.options import Forecast
 from dmplay.game.action_breakdown import PossibleOutcome
-from dmplay.views.protocol import Forecast
 
 SAMPLE_COUNT = 200  # samples of outcomes that cannot be listed
 QUASI_RANDOM_STEPS = np.sqrt(

@@ -12,6 +12,7 @@ from typing import IO, NamedTuple
 from dmplay.core.problem_summary import score_label
 from dmplay.core.session import belief_size
 from dmplay.core.text import escape_unprintable, format_count, format_score
+from dmplay.draw.options import DrawOptions
 from dmplay.errors import BadParameter
 from dmplay.game.playback import Playback
 from dmplay.output.html_markup import (
@@ -22,7 +23,6 @@ from dmplay.output.html_markup import (
     escape_html,
     render_html_rows,
 )
-from dmplay.views.protocol import DrawOptions
 
 # left edge, width, height and margin of a plot, in SVG units
 PLOT_LEFT, PLOT_WIDTH, PLOT_HEIGHT, PLOT_MARGIN = 4, 640, 120, 10

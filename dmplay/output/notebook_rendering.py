@@ -6,6 +6,7 @@ from dmplay.core.problem import Problem
 from dmplay.core.problem_summary import score_label
 from dmplay.core.session import Session, View
 from dmplay.core.text import escape_unprintable, format_reward
+from dmplay.draw.options import DrawOptions
 from dmplay.game.playback import Playback
 from dmplay.output.html_markup import (
     DARK_THEME_CSS,
@@ -16,7 +17,7 @@ from dmplay.output.html_markup import (
     render_html_rows,
 )
 from dmplay.registry.problem_module_exports import get_problem_name
-from dmplay.views.protocol import DrawOptions, fit_board, load_view_module
+from dmplay.views.protocol import fit_board, load_view_module
 
 DRAW_OPTIONS = DrawOptions(80, 24, allow_large=True)
 BOX_CSS = """color: var(--ink); background: var(--paper); border: 1px solid var(--line);

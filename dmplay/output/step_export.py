@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from rich.text import Text
 
+from dmplay.draw.options import DrawOptions
 from dmplay.errors import BadParameter
 from dmplay.game.command_line_results import Printout
 from dmplay.game.export_formats import check_extension_fits_format
@@ -16,7 +17,6 @@ from dmplay.output.html_export import BoardAndPanel, PageSteps, open_spooled_fil
 from dmplay.output.html_markup import render_html_rows
 from dmplay.output.svg_export import choose_picture_path, text_to_svg, write_or_print
 from dmplay.views.algorithms.step_frame import compose_pictures, compose_step_rows
-from dmplay.views.protocol import DrawOptions
 
 DEFAULT_COLUMNS, DEFAULT_ROWS = 80, 24
 MAX_FILM_STEPS = 300  # of longer runs, evenly spaced steps are indices

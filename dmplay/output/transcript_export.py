@@ -9,6 +9,7 @@ from typing import NamedTuple
 from rich.text import Text
 
 from dmplay.core.text import format_count
+from dmplay.draw.options import DrawOptions
 from dmplay.errors import BadParameter
 from dmplay.game.action_input import Keyboard
 from dmplay.game.command_line_results import Printout
@@ -32,7 +33,7 @@ from dmplay.terminal.styles import ScreenLine, to_ansi, to_plain_text
 from dmplay.transcript.format import collect_end_facts
 from dmplay.ui.screen.frame import Frame, compose_frame
 from dmplay.ui.screen.frame_state import PICTURE_FRAME_STATE, Viewport, fit_line
-from dmplay.views.protocol import DrawOptions, expand_for_picture
+from dmplay.views.protocol import expand_for_picture
 
 DEFAULT_COLUMNS = 80  # columns of a screen
 ROWS_AROUND_BOARD = 8  # rows of title, goal, log, message and keys

@@ -21,6 +21,7 @@ from dmplay.core.user_code_locations import (
     replace_modules_by_files,
 )
 from dmplay.core.violation import CheckResult, Findings, Violation
+from dmplay.draw.options import DrawOptions
 from dmplay.errors import BadPolicy, BudgetExceeded, DmplayError
 from dmplay.game.key_bindings import resolve_key_maps
 from dmplay.game.key_preferences import DEFAULT_KEY_PREFERENCES
@@ -40,14 +41,7 @@ from dmplay.validation import invariants
 from dmplay.validation.agent_trial import AgentTrial, try_agent
 from dmplay.validation.module_export_trials import iter_trials
 from dmplay.validation.policy_checks import find_agent_violation
-from dmplay.views.protocol import (
-    DrawOptions,
-    FinishedGame,
-    Lesson,
-    ViewModule,
-    fit_board,
-    load_view_module,
-)
+from dmplay.views.protocol import FinishedGame, Lesson, ViewModule, fit_board, load_view_module
 
 SAMPLED_TURNS = 200  # sampled turns that each invariant is checked on
 # games of random play, and turns of each, that look for terminal states

@@ -10,9 +10,10 @@ from dmplay.core.problem import WAIT_LABEL, Problem
 from dmplay.core.session import DEFAULT_TURN_LIMIT, View
 from dmplay.core.text import format_count
 from dmplay.core.user_code_locations import locate_definition
+from dmplay.draw.options import DrawOptions
 from dmplay.errors import BadParameter
 from dmplay.formats.file_problems import FileProblem
-from dmplay.views.protocol import DrawOptions, FinishedGame, Lesson
+from dmplay.views.protocol import FinishedGame, Lesson
 from dmplay.views.toolkit.action_hints_and_outcomes import (
     format_forecast_rows,
     format_observation,

@@ -18,12 +18,13 @@ from dmplay.core.policy import Memory, Percept, check_policies
 from dmplay.core.session import SeatedPolicy, Session, count_turns_to_undo
 from dmplay.core.spaces import Labels
 from dmplay.core.uniforms import SeededUniforms
+from dmplay.draw.options import DrawOptions
 from dmplay.errors import BadParameter, BadPolicy, EpisodeOver, IllegalAction
 from dmplay.evaluation.many_games import rollout
 from dmplay.game.narration import Narrator
 from dmplay.game.seat_snapshot import SeatSnapshot
 from dmplay.problems.crying_baby.rules import CryingBaby
-from dmplay.views.protocol import DrawOptions, load_view_module
+from dmplay.views.protocol import load_view_module
 from tests.support.games import ScriptedUniforms, make_session
 from tests.support.seated_agents import ObservationMutatingScript
 from tests.support.user_problems import Key

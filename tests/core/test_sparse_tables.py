@@ -12,12 +12,13 @@ from dmplay.core.playability_checks import check_playable
 from dmplay.core.problem import Problem, enumerate_outcomes
 from dmplay.core.sparse_matrix import SparseMatrix
 from dmplay.core.tabular import SparseTables, tabulate
+from dmplay.draw.options import DrawOptions
 from dmplay.errors import BadParameter, BudgetExceeded
 from dmplay.registry.agents import load_roster
 from dmplay.registry.problems import load_problem
 from dmplay.transcript.format import collect_turn_facts
 from dmplay.views import generic
-from dmplay.views.protocol import DrawOptions, fit_board
+from dmplay.views.protocol import fit_board
 
 STATE_COUNT, ACTION_COUNT, OBSERVATION_COUNT, SUCCESSOR_COUNT = 5000, 10, 20, 6
 

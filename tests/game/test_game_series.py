@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from dmplay.cli.parsed_command_runner import interpret_command
+from dmplay.draw.options import DrawOptions
 from dmplay.errors import BadParameter, UnknownName
 from dmplay.game.game_series import GameController, next_numbered_path
 from dmplay.game.game_setup import resume_game, start_new_game
@@ -14,7 +15,6 @@ from dmplay.game.playback import Playback
 from dmplay.game.transcript_verification import verify
 from dmplay.transcript.reader import read_transcript
 from dmplay.ui.shell.commands import run_line
-from dmplay.views.protocol import DrawOptions
 from tests.formats.sources import write_text_file
 from tests.support.programs import run_dmplay
 from tests.support.screens import make_game, play_keys

@@ -5,10 +5,10 @@ from pathlib import Path
 
 import pytest
 
+from dmplay.draw.options import DrawOptions
 from dmplay.errors import BadParameter
 from dmplay.game.playback import Playback
 from dmplay.output.html_export import render_page
-from dmplay.views.protocol import DrawOptions
 from tests.support.document_examples import PROJECT_ROOT, TIGER_SOURCE
 from tests.support.games import record_game
 from tests.support.user_problems import STYLED_SOURCE

@@ -11,10 +11,10 @@ from pathlib import Path
 
 import pytest
 
+from dmplay.draw.options import DrawOptions
 from dmplay.game.playback import Playback
 from dmplay.output.html_export import render_page
 from dmplay.registry.builtin_names import name_to_stem, problem_names
-from dmplay.views.protocol import DrawOptions
 from tests.support.browser import BrowserPage, needs_browser
 from tests.support.document_examples import PROJECT_ROOT
 from tests.support.games import record_game

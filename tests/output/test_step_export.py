@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
+from dmplay.draw.options import DrawOptions
 from dmplay.errors import BadParameter
 from dmplay.game.watching import WatchedSteps, WatchTarget, load_watched_steps
 from dmplay.output.step_export import MAX_FILM_STEPS, StepExport, export_algorithm_steps
-from dmplay.views.protocol import DrawOptions
 
 SIZE = DrawOptions(80, 24)
 

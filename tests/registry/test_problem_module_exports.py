@@ -12,6 +12,7 @@ from rich.text import Text
 
 import dmplay
 from dmplay.core.problem import Problem
+from dmplay.draw.options import DrawOptions
 from dmplay.errors import BadParameter, DmplayError
 from dmplay.game.completion import name_lists
 from dmplay.game.game import Game
@@ -24,7 +25,7 @@ from dmplay.output import problem_table
 from dmplay.registry import agents, problems
 from dmplay.transcript.format import collect_turn_facts
 from dmplay.ui.shell.commands import run_line
-from dmplay.views.protocol import DrawOptions, fit_board, load_view_module
+from dmplay.views.protocol import fit_board, load_view_module
 from tests.support.document_examples import TIGER_SOURCE
 from tests.support.programs import run_dmplay
 from tests.support.screens import make_game

@@ -7,7 +7,7 @@ from dmplay.core.arrays import Array, Reals
 from dmplay.core.problem import ContinuousStates, Problem, enumerate_outcomes
 from dmplay.core.session import Session
 from dmplay.core.uniforms import NATURE_STREAM, SeededUniforms
-from dmplay.views.protocol import Forecast
+from dmplay.draw.options import Forecast
 
 SAMPLE_COUNT = 200
 

@@ -4,8 +4,9 @@ import pytest
 
 import dmplay
 from dmplay.core.session import Session, View
+from dmplay.draw.options import DrawOptions
 from dmplay.problems.cart_pole.rules import CartPole
-from dmplay.views.protocol import DrawOptions, fit_board, load_view_module
+from dmplay.views.protocol import fit_board, load_view_module
 from tests.support.games import make_session_from_state
 
 cart_pole = load_view_module(dmplay.load_problem("cart-pole"))

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 import dmplay
-from dmplay.views.protocol import DrawOptions, fit_board, load_view_module
+from dmplay.draw.options import DrawOptions
+from dmplay.views.protocol import fit_board, load_view_module
 from tests.support import games
 
 catch = load_view_module(dmplay.load_problem("catch"))

@@ -6,7 +6,8 @@ import numpy as np
 import dmplay
 from dmplay.core.session import Session
 from dmplay.core.uniforms import SeededUniforms
-from dmplay.views.protocol import DrawOptions, fit_board, load_view_module
+from dmplay.draw.options import DrawOptions
+from dmplay.views.protocol import fit_board, load_view_module
 from tests.support import games
 
 collaborative_predator_prey = load_view_module(dmplay.load_problem("collaborative-predator-prey"))

@@ -4,7 +4,8 @@ import pytest
 
 import dmplay
 from dmplay.core.session import Session
-from dmplay.views.protocol import DrawOptions, fit_board, load_view_module
+from dmplay.draw.options import DrawOptions
+from dmplay.views.protocol import fit_board, load_view_module
 from tests.support.games import make_session_from_state
 
 collision_avoidance = load_view_module(dmplay.load_problem("collision-avoidance"))

@@ -1,7 +1,8 @@
 """Tests of the view of the crying baby."""
 
 import dmplay
-from dmplay.views.protocol import DrawOptions, fit_board, load_view_module
+from dmplay.draw.options import DrawOptions
+from dmplay.views.protocol import fit_board, load_view_module
 
 
 def test_a_long_history_is_of_the_last_twenty_turns_and_says_so() -> None:

@@ -3,8 +3,9 @@ from functools import partial
 import numpy as np
 
 import dmplay
+from dmplay.draw.options import DrawOptions
 from dmplay.problems.machine_replacement.view import _draw_small_triangle
-from dmplay.views.protocol import DrawOptions, fit_board, load_view_module
+from dmplay.views.protocol import fit_board, load_view_module
 from dmplay.views.toolkit.canvas import Canvas
 from tests.support import games
 

@@ -4,7 +4,8 @@ from functools import partial
 import numpy as np
 
 import dmplay
-from dmplay.views.protocol import DrawOptions, Forecast, fit_board, load_view_module
+from dmplay.draw.options import DrawOptions, Forecast
+from dmplay.views.protocol import fit_board, load_view_module
 from tests.support import games
 
 multicaregiver_crying_baby = load_view_module(dmplay.load_problem("multicaregiver-crying-baby"))

@@ -4,7 +4,8 @@ from functools import partial
 import numpy as np
 
 import dmplay
-from dmplay.views.protocol import DrawOptions, Overlay, fit_board, load_view_module
+from dmplay.draw.options import DrawOptions, Overlay
+from dmplay.views.protocol import fit_board, load_view_module
 from dmplay.views.toolkit.hexgrid import SECOND_PLAYER_KEYS
 from tests.support import games
 

@@ -1,5 +1,6 @@
 import dmplay
-from dmplay.views.protocol import DrawOptions, fit_board, load_view_module
+from dmplay.draw.options import DrawOptions
+from dmplay.views.protocol import fit_board, load_view_module
 from tests.support.games import make_view_after
 
 rock_paper_scissors = load_view_module(dmplay.load_problem("rock-paper-scissors"))

@@ -8,7 +8,8 @@ import pytest
 import dmplay
 from dmplay.core.problem import Problem
 from dmplay.core.session import Session, View
-from dmplay.views.protocol import DrawOptions, fit_board, load_view_module
+from dmplay.draw.options import DrawOptions
+from dmplay.views.protocol import fit_board, load_view_module
 from tests.support.games import make_session, make_session_from_state
 from tests.support.view_options import forecast_action, make_regrets
 

@@ -3,7 +3,8 @@ from functools import partial
 import pytest
 
 import dmplay
-from dmplay.views.protocol import DrawOptions, fit_board, load_view_module
+from dmplay.draw.options import DrawOptions
+from dmplay.views.protocol import fit_board, load_view_module
 from tests.support import games
 
 travelers_dilemma = load_view_module(dmplay.load_problem("travelers-dilemma"))

@@ -12,6 +12,7 @@ from dmplay.core.problem import Problem
 from dmplay.core.session import Session
 from dmplay.core.tabular import tabulate
 from dmplay.core.uniforms import SeededUniforms
+from dmplay.draw.options import DrawOptions, Overlay
 from dmplay.game.action_input import find_action_by_key
 from dmplay.problems.game_2048 import view as tiles
 from dmplay.problems.hexworld import view as exits
@@ -20,7 +21,7 @@ from dmplay.registry.builtin_names import problem_names
 from dmplay.solvers.mdp import mdp_values
 from dmplay.terminal.styles import palette_rgb
 from dmplay.views import generic
-from dmplay.views.protocol import DrawOptions, Overlay, fit_board, load_view_module
+from dmplay.views.protocol import fit_board, load_view_module
 from tests.formats.sources import read_ballet, read_team
 from tests.support.games import make_session
 from tests.support.glyphs import ASCII_CHARACTERS, GLYPHS

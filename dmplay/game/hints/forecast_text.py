@@ -5,8 +5,8 @@ import numpy as np
 from dmplay.core.arrays import Array
 from dmplay.core.problem import Problem
 from dmplay.core.text import count_probability_decimals, format_number, format_value
+from dmplay.draw.options import Forecast
 from dmplay.game.position import Position
-from dmplay.views.protocol import Forecast
 
 MAX_LISTED_OUTCOMES = 4  # maximum number of listed outcomes
 MIN_LISTED_PROBABILITY = 0.005  # smallest listed probability of a belief

@@ -17,6 +17,7 @@ from dmplay.core.best_actions import VALUE_TOLERANCE
 from dmplay.core.session import SeatedPolicy, Session, Turn
 from dmplay.core.spaces import Interval
 from dmplay.core.work_budget import limit_total_work
+from dmplay.draw.options import Forecast, Overlay
 from dmplay.errors import BadParameter, BadPolicy, BudgetExceeded
 from dmplay.game.hints.action_simulation import (
     GAME_COUNT,
@@ -28,7 +29,6 @@ from dmplay.game.hints.action_simulation import (
 from dmplay.game.hints.forecast_text import format_forecast
 from dmplay.game.position import ADVICE_WORK_LIMIT, Position
 from dmplay.registry import agents
-from dmplay.views.protocol import Forecast, Overlay
 
 T = TypeVar("T")
 MAX_LISTED_VALUES = 10  # maximum number of listed action values

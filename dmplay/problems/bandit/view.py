@@ -8,8 +8,9 @@ from rich.text import Text
 from dmplay.core.arrays import Ints, Reals
 from dmplay.core.session import View
 from dmplay.core.text import format_count
+from dmplay.draw.options import DrawOptions
 from dmplay.problems._shared.hidden_chances import SUCCESS
-from dmplay.views.protocol import DrawOptions, FinishedGame, Lesson
+from dmplay.views.protocol import FinishedGame, Lesson
 from dmplay.views.toolkit.action_hints_and_outcomes import (
     format_forecast_rows,
     format_regret_rows,

@@ -17,7 +17,8 @@ from rich.text import Text
 from dmplay.core.arrays import Array
 from dmplay.core.session import View
 from dmplay.core.text import format_count
-from dmplay.views.protocol import BEST_LABEL, Clock, DrawOptions, FinishedGame, Lesson
+from dmplay.draw.options import BEST_LABEL, DrawOptions
+from dmplay.views.protocol import Clock, FinishedGame, Lesson
 from dmplay.views.toolkit.action_hints_and_outcomes import (
     MAX_NUMBER_COLUMNS,
     format_action_condition,

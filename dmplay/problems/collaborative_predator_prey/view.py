@@ -12,8 +12,9 @@ from dmplay.core.arrays import Reals
 from dmplay.core.hexgrid import Hex, format_hex, hex_neighbours, move_destinations
 from dmplay.core.session import View
 from dmplay.core.text import format_reward, join_words
+from dmplay.draw.options import DrawOptions
 from dmplay.views.generic import format_last_observation
-from dmplay.views.protocol import DrawOptions, FinishedGame, Lesson
+from dmplay.views.protocol import FinishedGame, Lesson
 from dmplay.views.toolkit import hexgrid
 from dmplay.views.toolkit.action_hints_and_outcomes import format_regret_rows
 from dmplay.views.toolkit.belief_bars import format_sparkline

@@ -7,10 +7,11 @@ from rich.text import Text
 from dmplay.core.session import View
 from dmplay.core.tabular import Tabular
 from dmplay.core.text import format_count, format_reward
+from dmplay.draw.options import DrawOptions
 from dmplay.problems._shared.baby_care import FEED
 from dmplay.problems.multicaregiver_crying_baby.rules import MulticaregiverCryingBaby
 from dmplay.views.generic import format_last_observation
-from dmplay.views.protocol import DrawOptions, FinishedGame, Lesson
+from dmplay.views.protocol import FinishedGame, Lesson
 from dmplay.views.toolkit.action_hints_and_outcomes import (
     format_forecast_rows,
     format_observation,

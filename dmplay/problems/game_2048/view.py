@@ -11,7 +11,8 @@ from rich.text import Text
 from dmplay.core.arrays import Array, Reals
 from dmplay.core.session import View
 from dmplay.core.text import format_count
-from dmplay.views.protocol import DrawOptions, FinishedGame, Forecast, Lesson
+from dmplay.draw.options import DrawOptions, Forecast
+from dmplay.views.protocol import FinishedGame, Lesson
 from dmplay.views.toolkit.action_hints_and_outcomes import (
     MAX_NUMBER_COLUMNS,
     format_regret,

@@ -8,7 +8,8 @@ from rich.text import Text
 from dmplay.core.hexgrid import Hex, format_hex, hex_neighbours
 from dmplay.core.session import View
 from dmplay.core.text import format_reward
-from dmplay.views.protocol import DrawOptions, FinishedGame, Lesson
+from dmplay.draw.options import DrawOptions
+from dmplay.views.protocol import FinishedGame, Lesson
 from dmplay.views.toolkit import hexgrid
 from dmplay.views.toolkit.action_hints_and_outcomes import format_probability
 from dmplay.views.toolkit.canvas import format_percent, format_signed

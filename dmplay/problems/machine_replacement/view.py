@@ -9,10 +9,11 @@ from rich.text import Text
 from dmplay.core.arrays import Reals
 from dmplay.core.best_actions import mark_best_actions
 from dmplay.core.session import View
+from dmplay.draw.options import DrawOptions
 from dmplay.problems.crying_baby import view as crying_baby
 from dmplay.solvers.pomdp.exact_pomdp import compute_action_values, solve_stages
 from dmplay.views.generic import format_last_observation
-from dmplay.views.protocol import DrawOptions, FinishedGame, Lesson
+from dmplay.views.protocol import FinishedGame, Lesson
 from dmplay.views.toolkit.action_hints_and_outcomes import (
     format_forecast_rows,
     format_observation,

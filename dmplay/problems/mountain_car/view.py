@@ -14,7 +14,8 @@ from typing import NamedTuple
 from rich.text import Text
 
 from dmplay.core.session import View
-from dmplay.views.protocol import Clock, DrawOptions, FinishedGame, Lesson
+from dmplay.draw.options import DrawOptions
+from dmplay.views.protocol import Clock, FinishedGame, Lesson
 from dmplay.views.toolkit.action_hints_and_outcomes import (
     format_as_loss,
     format_condition,

@@ -5,8 +5,8 @@ from collections.abc import Iterator
 from rich.text import Text
 
 from dmplay.core.session import View
+from dmplay.draw.options import DrawOptions
 from dmplay.problems.crying_baby import view as crying_baby
-from dmplay.views.protocol import DrawOptions
 
 from .rules import MulticaregiverCryingBaby
 

@@ -8,7 +8,8 @@ from rich.text import Text
 
 from dmplay.core.session import View
 from dmplay.core.text import format_count
-from dmplay.views.protocol import DrawOptions, FinishedGame, Lesson
+from dmplay.draw.options import DrawOptions
+from dmplay.views.protocol import FinishedGame, Lesson
 from dmplay.views.toolkit import payoff_table
 from dmplay.views.toolkit.action_hints_and_outcomes import (
     MAX_NUMBER_COLUMNS,

@@ -6,6 +6,7 @@ from textwrap import wrap
 from typing import TextIO
 
 from dmplay.core.text import escape_unprintable
+from dmplay.draw.options import DrawOptions
 from dmplay.errors import BadParameter, DmplayError
 from dmplay.game.action_input import Keyboard
 from dmplay.game.game import Game
@@ -14,7 +15,7 @@ from dmplay.terminal.capabilities import Terminal, read_line
 from dmplay.terminal.styles import to_ansi
 from dmplay.tutor.lesson_run import TutorReply
 from dmplay.tutor.positions import PositionInGame
-from dmplay.views.protocol import DrawOptions, TooSmallNotice
+from dmplay.views.protocol import TooSmallNotice
 
 ROWS_OF_STEP = 9  # of the screen: the text of a step, the question and an answer
 MAX_TEXT_COLUMNS = 80

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable
 from textwrap import TextWrapper
 
 from dmplay.core.text import escape_unprintable
+from dmplay.draw.options import DrawOptions
 from dmplay.errors import BadParameter, DmplayError
 from dmplay.game.background_tasks import TaskCancelled
 from dmplay.game.command_line_results import TutorCommand
@@ -22,7 +23,6 @@ from dmplay.ui.shell.commands import (
     take_prediction_report,
 )
 from dmplay.ui.shell.plain_mode import read_choice, wait_for_handover
-from dmplay.views.protocol import DrawOptions
 
 ROWS_BELOW_BOARD = 6  # rows of the terminal reserved for text
 

@@ -8,7 +8,7 @@ from rich.text import Text
 from dmplay.algorithms.step import AlphaVectorSet, BeliefTable
 from dmplay.core.arrays import Reals
 from dmplay.core.text import format_count, format_score
-from dmplay.views.protocol import DrawOptions
+from dmplay.draw.options import DrawOptions
 from dmplay.views.toolkit.belief_bars import format_bar
 from dmplay.views.toolkit.belief_triangle import draw_belief_triangle, locate_belief
 from dmplay.views.toolkit.canvas import Canvas

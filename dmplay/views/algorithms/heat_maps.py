@@ -10,7 +10,7 @@ from dmplay.algorithms.step import StateValues
 from dmplay.core.arrays import Array, Ints
 from dmplay.core.problem import Problem
 from dmplay.core.text import format_score
-from dmplay.views.protocol import DrawOptions
+from dmplay.draw.options import DrawOptions
 from dmplay.views.toolkit.canvas import BAR_LEVELS, Canvas
 
 LABEL_COLUMNS = 8  # columns of the numbers at the left of a map

@@ -8,7 +8,7 @@ from rich.text import Text
 
 from dmplay.algorithms.step import Curve, StrategyMixes
 from dmplay.core.text import format_score
-from dmplay.views.protocol import DrawOptions
+from dmplay.draw.options import DrawOptions
 from dmplay.views.toolkit.belief_bars import format_bar, format_sparkline
 from dmplay.views.toolkit.canvas import Canvas
 from dmplay.views.toolkit.plots import ROWS_AROUND_AREA, Axis, PlotArea

@@ -15,7 +15,7 @@ from dmplay.core.arrays import Array, Reals
 from dmplay.core.problem import Problem
 from dmplay.core.session import View
 from dmplay.core.text import count_probability_decimals
-from dmplay.views.protocol import BEST_LABEL, EQUALLY_GOOD_LABEL, DrawOptions, Forecast
+from dmplay.draw.options import BEST_LABEL, EQUALLY_GOOD_LABEL, DrawOptions, Forecast
 from dmplay.views.toolkit import belief_bars
 from dmplay.views.toolkit.belief_bars import format_likeliest_states
 from dmplay.views.toolkit.canvas import format_percent, strip_escapes

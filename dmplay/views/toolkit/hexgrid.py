@@ -17,7 +17,7 @@ from rich.text import Span, Text
 from dmplay.core.best_actions import mark_best_actions
 from dmplay.core.hexgrid import DIRECTIONS, Hex, format_hex, hex_neighbours, path_lengths
 from dmplay.core.text import format_count
-from dmplay.views.protocol import DrawOptions, Forecast
+from dmplay.draw.options import DrawOptions, Forecast
 from dmplay.views.toolkit.action_hints_and_outcomes import (
     format_as_loss,
     format_condition,

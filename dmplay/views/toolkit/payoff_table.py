@@ -8,7 +8,7 @@ from rich.text import Text
 from dmplay.core.matrix_game import MatrixGame
 from dmplay.core.session import View
 from dmplay.core.text import format_number
-from dmplay.views.protocol import DrawOptions
+from dmplay.draw.options import DrawOptions
 from dmplay.views.toolkit.action_hints_and_outcomes import (
     format_as_loss,
     format_regret,

@@ -10,6 +10,7 @@ import pytest
 from prompt_toolkit.input import PipeInput, create_pipe_input
 
 from dmplay.core.state_files import warn_once
+from dmplay.draw.options import DrawOptions
 from dmplay.game import player_records
 from dmplay.game.game_series import GameController
 from dmplay.game.game_setup import start_game
@@ -33,7 +34,6 @@ from dmplay.ui.screen.frame import compose_frame
 from dmplay.ui.screen.frame_state import Viewport
 from dmplay.ui.screen.play_screen import PlayScreen
 from dmplay.ui.shell.commands import PlayerQuit, run_line
-from dmplay.views.protocol import DrawOptions
 from tests.support.screens import KEY_SEQUENCES, EmulatedPainter, EmulatedScreen
 from tests.support.terminals import (
     CTRL_C,

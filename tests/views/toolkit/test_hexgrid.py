@@ -2,8 +2,8 @@
 
 from rich.text import Text
 
+from dmplay.draw.options import DrawOptions
 from dmplay.problems.hexworld.rules import HexWorld
-from dmplay.views.protocol import DrawOptions
 from dmplay.views.toolkit.canvas import measure_text as measured
 from dmplay.views.toolkit.hexgrid import HexCell, HexSize, describe_move, format_distance, iter_maps
 
