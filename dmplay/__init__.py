@@ -55,13 +55,13 @@ _PUBLIC_MODULES = {
     "StationaryPolicy": "agents.base",
     "ValuesBasis": "core.action_values",
     # figures of problems
-    "Axis": "views.toolkit.plots",
+    "Axis": "draw.axes",
     "Figure": "game.plot_kinds",
-    "GridPanel": "plots.plot_data",
-    "LinePanel": "plots.plot_data",
-    "Plot": "plots.plot_data",
-    "Series": "plots.plot_data",
-    "TablePanel": "plots.plot_data",
+    "GridPanel": "draw.panels",
+    "LinePanel": "draw.panels",
+    "Plot": "draw.panels",
+    "Series": "draw.panels",
+    "TablePanel": "draw.panels",
     # what puzzles about a problem use
     "RuleOfThumb": "game.rules_of_thumb",
     # by name, from files and installed packages

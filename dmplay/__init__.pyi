@@ -37,6 +37,12 @@ from dmplay.core.tabular import Tables as Tables
 from dmplay.core.tabular import Tabular as Tabular
 from dmplay.core.tabular import tabulate as tabulate
 from dmplay.core.uniforms import SeededUniforms as SeededUniforms
+from dmplay.draw.axes import Axis as Axis
+from dmplay.draw.panels import GridPanel as GridPanel
+from dmplay.draw.panels import LinePanel as LinePanel
+from dmplay.draw.panels import Plot as Plot
+from dmplay.draw.panels import Series as Series
+from dmplay.draw.panels import TablePanel as TablePanel
 from dmplay.evaluation.agent_evaluation import evaluate as evaluate
 from dmplay.evaluation.agent_evaluation import evaluate_transcripts as evaluate_transcripts
 from dmplay.evaluation.comparison import compare as compare
@@ -57,16 +63,10 @@ from dmplay.game.recorded_games import read as read
 from dmplay.game.rules_of_thumb import RuleOfThumb as RuleOfThumb
 from dmplay.game.session_files import save as save
 from dmplay.game.transcript_verification import verify as verify
-from dmplay.plots.plot_data import GridPanel as GridPanel
-from dmplay.plots.plot_data import LinePanel as LinePanel
-from dmplay.plots.plot_data import Plot as Plot
-from dmplay.plots.plot_data import Series as Series
-from dmplay.plots.plot_data import TablePanel as TablePanel
 from dmplay.registry.agents import list_agents as list_agents
 from dmplay.registry.agents import load_agent as load_agent
 from dmplay.registry.problems import list_problems as list_problems
 from dmplay.registry.problems import load_problem as load_problem
 from dmplay.validation.conformance import check as check
-from dmplay.views.toolkit.plots import Axis as Axis
 
 __version__: str

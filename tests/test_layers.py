@@ -153,7 +153,8 @@ def test_every_module_has_a_layer() -> None:
         ("guide; guide play --raw", {"numpy", "rich", "prompt_toolkit"}),
         ("learn; learn --json; config path", {"numpy", "rich", "dmplay.tutor.lesson_file_reader"}),
         ("list; list pomdp --json",
-         {"rich", "dmplay.agents", "dmplay.views", "dmplay.transcript.format", "dmplay.solvers"}),
+         {"rich", "dmplay.agents", "dmplay.draw", "dmplay.views", "dmplay.transcript.format",
+          "dmplay.solvers"}),
         ("solve --help",
          {f"dmplay.cli.{name}" for name in ("games", "learn", "evaluation", "grading", "plots")}),
         (
@@ -211,7 +212,9 @@ def test_solve_loads_only_the_method_that_it_uses(
     lines = (line.split() for line in result.stdout.splitlines())
     loaded = {words[1] for words in lines if words[:1] == ["loaded"]}
     assert not [
-        name for name in loaded if name.split(".")[0] in {"views", "ui", "external", "servers"}
+        name
+        for name in loaded
+        if name.split(".")[0] in {"draw", "views", "ui", "external", "servers"}
     ]
     modules = {name.removeprefix("solvers.") for name in loaded if name.startswith("solvers.")}
     checks = {"pomdp.legal_action_leak", "double_description"}  # before and below the method

@@ -90,7 +90,7 @@ def render_for_terminal(text: Any, terminal: Terminal) -> str:
     if isinstance(text, str):
         return escape_unprintable(text)
     if terminal.ascii:
-        from dmplay.views.toolkit.canvas import to_ascii
+        from dmplay.draw.canvas import to_ascii
 
         text = to_ascii(text)
     if not terminal.color:

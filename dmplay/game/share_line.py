@@ -4,11 +4,11 @@ from math import ceil
 
 from dmplay.core.action_values import Accuracy
 from dmplay.core.text import format_reward
+from dmplay.draw.canvas import ASCII_TRANSLATION
 from dmplay.game.game import Game
 from dmplay.game.hints.review import ReviewedAction
 from dmplay.game.verdict import Verdict
 from dmplay.transcript.format import NATURAL_END_REASONS
-from dmplay.views.toolkit.canvas import ASCII_TRANSLATION
 
 MAX_MARKS = 60  # marks of a line; in longer games a mark is about several turns
 # for a choice that is not judged, is right, lost little, much (?!) and very much (??)

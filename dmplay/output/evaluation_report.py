@@ -16,6 +16,7 @@ from dmplay.core.text import (
     format_number,
     format_score,
 )
+from dmplay.draw.canvas import ASCII_TRANSLATION
 from dmplay.errors import BadParameter
 from dmplay.evaluation.comparison import Comparison, compare
 from dmplay.evaluation.executors import open_execution_backend
@@ -42,7 +43,6 @@ from dmplay.output.selected_episode_recording import (
 from dmplay.output.tables import MISSING_CELL, format_cell, format_csv, format_mean, format_table
 from dmplay.simulation.rollouts import RolloutBlocksLost, RolloutInterrupted
 from dmplay.terminal.progress import ProgressBar
-from dmplay.views.toolkit.canvas import ASCII_TRANSLATION
 
 BAR_CHARACTERS, HISTOGRAM_BINS = "▁▂▃▄▅▆▇█", 12
 PLOT_COLUMNS = 48  # columns of a plot

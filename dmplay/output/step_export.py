@@ -8,6 +8,7 @@ import numpy as np
 from rich.text import Text
 
 from dmplay.draw.options import DrawOptions
+from dmplay.draw.step_frame import compose_pictures, compose_step_rows
 from dmplay.errors import BadParameter
 from dmplay.game.command_line_results import Printout
 from dmplay.game.export_formats import check_extension_fits_format
@@ -16,7 +17,6 @@ from dmplay.output.film import texts_to_animated_svg
 from dmplay.output.html_export import BoardAndPanel, PageSteps, open_spooled_file, render_steps_page
 from dmplay.output.html_markup import render_html_rows
 from dmplay.output.svg_export import choose_picture_path, text_to_svg, write_or_print
-from dmplay.views.algorithms.step_frame import compose_pictures, compose_step_rows
 
 DEFAULT_COLUMNS, DEFAULT_ROWS = 80, 24
 MAX_FILM_STEPS = 300  # of longer runs, evenly spaced steps are indices

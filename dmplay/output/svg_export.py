@@ -11,10 +11,10 @@ from rich.console import Console
 from rich.text import Text
 
 from dmplay.core.safe_files import write_file
+from dmplay.draw.canvas import measure_text
 from dmplay.game.command_line_results import Printout
 from dmplay.game.saves import choose_free_path
 from dmplay.output.provenance import add_to_chunks
-from dmplay.views.toolkit.canvas import measure_text
 
 # Rich's own template, without the fonts that it loads from the network.
 SVG_TEMPLATE = re.sub(

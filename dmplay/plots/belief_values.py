@@ -14,14 +14,14 @@ from dmplay.core.belief import initial_belief
 from dmplay.core.problem import Problem
 from dmplay.core.tabular import tabulate
 from dmplay.core.text import format_count, format_score, format_upper_bound
+from dmplay.draw.axes import Axis
+from dmplay.draw.panels import LinePanel, Plot, Region, Series, TrianglePanel, make_value_axis
 from dmplay.errors import BadParameter, UnknownName
-from dmplay.plots.plot_data import LinePanel, Plot, Region, Series, TrianglePanel, make_value_axis
 from dmplay.plots.plotted_problem import VALUE_LABEL, PlottedProblem, format_actions
 from dmplay.solvers.mdp import mdp_values
 from dmplay.solvers.pomdp import exact_pomdp, fast_informed_bound
 from dmplay.solvers.pomdp.exact_pomdp import AlphaVectorStage
 from dmplay.solvers.pomdp.upper_envelope import compute_upper_envelope
-from dmplay.views.toolkit.plots import Axis
 
 METHODS = ("optimal", "qmdp", "fib")
 METHOD_NOTES = {

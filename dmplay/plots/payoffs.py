@@ -9,13 +9,13 @@ import numpy as np
 
 from dmplay.core.arrays import Reals
 from dmplay.core.text import format_count, format_number
+from dmplay.draw.axes import Axis
+from dmplay.draw.panels import GridPanel, Plot, TablePanel
 from dmplay.evaluation.solutions.solution import format_cell, list_probabilities
-from dmplay.plots.plot_data import GridPanel, Plot, TablePanel
 from dmplay.plots.plotted_problem import PlottedProblem
 from dmplay.solvers.games import bimatrix_game, extreme_equilibria, lemke_howson
 from dmplay.solvers.games.bimatrix_game import MixedProfile
 from dmplay.solvers.methods import is_simple_game
-from dmplay.views.toolkit.plots import Axis
 
 MAX_TABLE_ROWS, MAX_TABLE_COLUMNS = 12, 6  # of a table; larger games are heat maps
 PURE_TOLERANCE = 1e-12  # of the probability of an action that is surely played

@@ -12,10 +12,10 @@ from contextlib import contextmanager
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
+from dmplay.draw.panels import Plot
+from dmplay.draw.picture_panels import compute_panel_height, draw_panel
+from dmplay.draw.picture_styles import NOTE_SIZE, PictureStyles
 from dmplay.errors import BadParameter
-from dmplay.plots.picture_panels import compute_panel_height, draw_panel
-from dmplay.plots.picture_styles import NOTE_SIZE, PictureStyles
-from dmplay.plots.plot_data import Plot
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -4,13 +4,13 @@ import numpy as np
 
 from dmplay.core.problem import Problem
 from dmplay.core.text import format_count, format_score
+from dmplay.draw.axes import Axis
+from dmplay.draw.panels import LinePanel, Plot, Series
 from dmplay.errors import BadParameter
 from dmplay.game.hints.review import ReviewedAction, append_game, total_regret
 from dmplay.game.launch_requests import ReplayRequest
 from dmplay.game.playback import Playback
 from dmplay.game.seats import list_human_seats
-from dmplay.plots.plot_data import LinePanel, Plot, Series
-from dmplay.views.toolkit.plots import Axis
 
 MAX_LINES = 6  # of states in a panel; the ones that ever are the likeliest
 

@@ -9,12 +9,12 @@ from dmplay.core.arrays import Array, Bools, Reals
 from dmplay.core.problem import Problem
 from dmplay.core.text import format_count
 from dmplay.core.uniforms import NATURE_STREAM, generate_uniforms
+from dmplay.draw.panels import Plot
+from dmplay.draw.plot_text import MAX_COLUMNS, draw_plot
 from dmplay.errors import BadParameter
 from dmplay.evaluation.solutions.options import DEFAULT_TURNS
 from dmplay.game.launch_requests import parse_settings
 from dmplay.game.plot_kinds import Figure
-from dmplay.plots.plot_data import Plot
-from dmplay.plots.terminal_drawing import MAX_COLUMNS, draw_plot
 from dmplay.registry.problem_module_exports import locate_export
 from dmplay.registry.problems import resolve_problem
 

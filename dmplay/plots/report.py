@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from dmplay.core.safe_files import write_bytes
 from dmplay.core.text import align_columns, escape_newlines
 from dmplay.core.work_budget import report_progress_to
+from dmplay.draw.panels import Plot
 from dmplay.errors import BadParameter, UnknownName
 from dmplay.game.command_line_results import Printout
 from dmplay.game.launch_requests import ReplayRequest, format_variant_name
@@ -20,7 +21,6 @@ from dmplay.game.plot_kinds import (
 )
 from dmplay.output.evaluation_request import EvaluationRequest
 from dmplay.output.provenance import add_to_picture
-from dmplay.plots.plot_data import Plot
 from dmplay.registry.problems import is_problem_name
 from dmplay.terminal.capabilities import Terminal
 from dmplay.terminal.progress import ProgressBar
@@ -59,7 +59,7 @@ def report_plot(
 ) -> Printout:
     """Return the plot as text, or write it to a picture; raise BadParameter for other files."""
     if output is None:
-        from dmplay.plots.terminal_drawing import draw_plot
+        from dmplay.draw.plot_text import draw_plot
 
         return Printout(draw_plot(build_plot(request), terminal.columns), paged=True)
     from dmplay.plots.picture_files import check_matplotlib, render_picture

@@ -10,12 +10,12 @@ import numpy as np
 from dmplay.core.arrays import Reals
 from dmplay.core.best_actions import compute_reward_scale
 from dmplay.core.text import VALUE_DECIMALS, format_count
+from dmplay.draw.axes import Axis
+from dmplay.draw.panels import LinePanel, Plot, Series
 from dmplay.evaluation.many_games import run
 from dmplay.output.evaluation_request import EvaluationRequest, limit_turns, load_players
 from dmplay.output.tables import format_mean
-from dmplay.plots.plot_data import LinePanel, Plot, Series
 from dmplay.plots.plotted_problem import load_plotted_problem
-from dmplay.views.toolkit.plots import Axis
 
 MAX_BINS = 40
 MAX_DISTINCT_RETURNS = 12  # if there are at most so many, each return has a bar of its own

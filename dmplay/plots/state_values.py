@@ -14,7 +14,9 @@ from dmplay.core.state_grid import StateGrid
 from dmplay.core.tabular import tabulate
 from dmplay.core.text import format_count, format_score
 from dmplay.core.work_budget import ARRAY_CALL_WORK, Budget
-from dmplay.plots.plot_data import GridPanel, HexPanel, Plot, PlottedHex, TablePanel
+from dmplay.draw.axes import Axis
+from dmplay.draw.canvas import format_signed
+from dmplay.draw.panels import GridPanel, HexPanel, Plot, PlottedHex, TablePanel
 from dmplay.plots.plotted_problem import (
     VALUE_LABEL,
     PlottedProblem,
@@ -22,8 +24,6 @@ from dmplay.plots.plotted_problem import (
     mask_illegal_actions,
 )
 from dmplay.solvers.mdp import mdp_values
-from dmplay.views.toolkit.canvas import format_signed
-from dmplay.views.toolkit.plots import Axis
 
 MAX_LISTED_STATES = 60
 MAX_MAPS = 4  # of a grid with more than two axes

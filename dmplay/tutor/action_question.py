@@ -16,6 +16,7 @@ from dmplay.core.problem import Problem
 from dmplay.core.session import Turn
 from dmplay.core.spaces import normalize_label
 from dmplay.core.text import format_count
+from dmplay.draw.hex_map import describe_map
 from dmplay.errors import UnknownName
 from dmplay.game.action_breakdown import PossibleOutcome, merge_outcomes_by_text
 from dmplay.game.hints.review import RIGHT_LOSS_PERCENT
@@ -28,7 +29,6 @@ from dmplay.tutor.answers import AnswerCheck
 from dmplay.tutor.positions import PositionInGame
 from dmplay.tutor.truth import format_number
 from dmplay.views.protocol import Lesson, load_view_module
-from dmplay.views.toolkit.hexgrid import describe_map
 
 MAX_LISTED_OUTCOMES = 5
 MAX_LISTED_ACTIONS = 10

@@ -10,11 +10,7 @@ from dmplay.core.problem import WAIT_LABEL, Problem
 from dmplay.core.session import DEFAULT_TURN_LIMIT, View
 from dmplay.core.text import format_count
 from dmplay.core.user_code_locations import locate_definition
-from dmplay.draw.options import DrawOptions
-from dmplay.errors import BadParameter
-from dmplay.formats.file_problems import FileProblem
-from dmplay.views.protocol import FinishedGame, Lesson
-from dmplay.views.toolkit.action_hints_and_outcomes import (
+from dmplay.draw.action_hints import (
     format_forecast_rows,
     format_observation,
     format_regret_rows,
@@ -22,12 +18,12 @@ from dmplay.views.toolkit.action_hints_and_outcomes import (
     iter_with_and_without_rows,
     rank_actions,
 )
-from dmplay.views.toolkit.belief_bars import (
-    draw_belief_bars,
-    format_likeliest_states,
-    list_state_probabilities,
-)
-from dmplay.views.toolkit.canvas import Canvas, format_signed, sanitize_drawing
+from dmplay.draw.bars import draw_belief_bars, format_likeliest_states, list_state_probabilities
+from dmplay.draw.canvas import Canvas, format_signed, sanitize_drawing
+from dmplay.draw.options import DrawOptions
+from dmplay.errors import BadParameter
+from dmplay.formats.file_problems import FileProblem
+from dmplay.views.protocol import FinishedGame, Lesson
 
 MIN_ALIVE_PROBABILITY = 1e-9  # of a state in which an action still matters
 MAX_DESCRIBED_STATES = 3  # maximum states in a description of the belief

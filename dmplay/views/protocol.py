@@ -12,10 +12,10 @@ from dmplay.core.arrays import Array, Reals
 from dmplay.core.problem import Problem
 from dmplay.core.session import Session, View
 from dmplay.core.text import format_count
+from dmplay.draw.canvas import measure_text, to_ascii
 from dmplay.draw.options import DrawOptions, Forecast, Overlay  # noqa: F401 - of users' views
 from dmplay.errors import BadParameter
 from dmplay.registry import problem_module_exports
-from dmplay.views.toolkit.canvas import measure_text, to_ascii
 
 P = TypeVar("P", bound=Problem)
 

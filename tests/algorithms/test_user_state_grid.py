@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from dmplay.algorithms.finite_mdp import build_finite_mdp
+from dmplay.draw.panels import GridPanel
 from dmplay.errors import BadParameter
-from dmplay.plots.plot_data import GridPanel
 from dmplay.plots.report import PlotRequest, build_plot
 from dmplay.plots.state_values import PLOTTED_NOUNS
 from dmplay.registry.problems import load_problem

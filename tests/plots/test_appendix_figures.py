@@ -8,8 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from dmplay.game.plot_kinds import PLOT_KINDS, find_figure_name, list_book_figures, load_figures
-from dmplay.plots.plot_data import (
+from dmplay.draw.panels import (
     BoardPanel,
     GridPanel,
     HexPanel,
@@ -22,6 +21,7 @@ from dmplay.plots.plot_data import (
     TablePanel,
     TrianglePanel,
 )
+from dmplay.game.plot_kinds import PLOT_KINDS, find_figure_name, list_book_figures, load_figures
 from dmplay.plots.report import PlotRequest, build_plot
 from dmplay.problems.mountain_car.rules import MountainCar
 from dmplay.registry.builtin_names import problem_names

@@ -7,6 +7,7 @@ import pytest
 
 from dmplay.core.arrays import Reals
 from dmplay.core.tabular import Tables, tabulate
+from dmplay.draw.panels import LinePanel, TrianglePanel
 from dmplay.errors import BadParameter, UnknownName
 from dmplay.plots.belief_values import (
     compute_alpha_vectors,
@@ -15,7 +16,6 @@ from dmplay.plots.belief_values import (
     plot_alpha_vectors,
     plot_belief_values,
 )
-from dmplay.plots.plot_data import LinePanel, TrianglePanel
 from dmplay.plots.plotted_problem import load_plotted_problem
 from dmplay.registry.problems import load_problem
 

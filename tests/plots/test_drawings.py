@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from dmplay.errors import BadParameter
-from dmplay.game.plot_kinds import PICTURE_FORMATS, list_book_figures
-from dmplay.plots.plot_data import (
+from dmplay.draw.axes import Axis
+from dmplay.draw.canvas import measure_text, to_ascii
+from dmplay.draw.panels import (
     BoardPanel,
     Box,
     GridPanel,
@@ -26,10 +26,10 @@ from dmplay.plots.plot_data import (
     TablePanel,
     TrianglePanel,
 )
+from dmplay.draw.plot_text import draw_plot
+from dmplay.errors import BadParameter
+from dmplay.game.plot_kinds import PICTURE_FORMATS, list_book_figures
 from dmplay.plots.report import PlotRequest, build_plot
-from dmplay.plots.terminal_drawing import draw_plot
-from dmplay.views.toolkit.canvas import measure_text, to_ascii
-from dmplay.views.toolkit.plots import Axis
 from tests.support.glyphs import ASCII_CHARACTERS, GLYPHS
 from tests.support.programs import run_dmplay
 

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from dmplay.draw.panels import GridPanel, LinePanel, TablePanel
 from dmplay.errors import BadParameter
 from dmplay.evaluation.many_games import run
 from dmplay.game.launch_requests import ReplayRequest
@@ -13,7 +14,6 @@ from dmplay.game.playback import review
 from dmplay.output.evaluation_request import EvaluationRequest
 from dmplay.plots.payoffs import find_pure_cell, plot_payoffs
 from dmplay.plots.played_games import plot_belief_path, plot_regret
-from dmplay.plots.plot_data import GridPanel, LinePanel, TablePanel
 from dmplay.plots.plotted_problem import load_plotted_problem
 from dmplay.plots.returns import choose_bin_edges, plot_returns
 from dmplay.registry.agents import load_agent

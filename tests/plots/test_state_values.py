@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from dmplay.core.problem import Problem, enumerate_outcomes
+from dmplay.draw.panels import GridPanel, HexPanel, LinePanel, Plot, PlottedHex, TablePanel
 from dmplay.errors import BadParameter
-from dmplay.plots.plot_data import GridPanel, HexPanel, LinePanel, Plot, PlottedHex, TablePanel
 from dmplay.plots.report import PlotRequest, build_plot
 from dmplay.problems.hexworld.rules import HexWorld
 from dmplay.registry.problems import load_problem

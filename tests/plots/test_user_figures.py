@@ -4,10 +4,10 @@ from pathlib import Path
 
 import pytest
 
+from dmplay.draw.panels import HexPanel, LinePanel
+from dmplay.draw.plot_text import draw_plot
 from dmplay.errors import BadParameter, UnknownName
-from dmplay.plots.plot_data import HexPanel, LinePanel
 from dmplay.plots.report import PlotRequest, build_plot
-from dmplay.plots.terminal_drawing import draw_plot
 from tests.support.programs import run_dmplay
 from tests.support.user_problems import WALK_SOURCE
 

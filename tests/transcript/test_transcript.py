@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 import dmplay
 from dmplay.core import safe_files
 from dmplay.core.uniforms import SeededUniforms
+from dmplay.draw import canvas
 from dmplay.errors import BadParameter, BadTranscript
 from dmplay.game.game import Game
 from dmplay.game.game_setup import branch_game, resume_game, start_new_game
@@ -26,7 +27,6 @@ from dmplay.transcript.format import encode_json, round_number
 from dmplay.transcript.line_parser import parse_line
 from dmplay.transcript.reader import parse_transcript, read_transcript
 from dmplay.transcript.verify import verify_transcript
-from dmplay.views.toolkit import canvas
 from tests.support.games import record_game, replace_in_file
 from tests.support.seated_agents import ObservationMutatingScript
 

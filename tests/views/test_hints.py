@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 import dmplay
+from dmplay.draw.action_hints import format_forecast_rows, format_regret
 from dmplay.draw.options import DrawOptions, Forecast
 from dmplay.views import generic as module
 from dmplay.views.protocol import ViewModule, fit_board, load_view_module
-from dmplay.views.toolkit.action_hints_and_outcomes import format_forecast_rows, format_regret
 from tests.support.games import make_view_after
 
 generic = cast(ViewModule, module)

@@ -8,7 +8,10 @@ from rich.text import Text
 from dmplay.core.hexgrid import list_hexes
 from dmplay.core.matrix_game import MatrixGame
 from dmplay.core.session import View
+from dmplay.draw.bars import draw_belief_chart
+from dmplay.draw.canvas import Canvas
 from dmplay.draw.options import DrawOptions
+from dmplay.draw.payoff_table import draw_reply_counts
 from dmplay.game.game import Game
 from dmplay.game.game_series import GameController
 from dmplay.registry.problems import load_problem
@@ -16,9 +19,6 @@ from dmplay.terminal.capabilities import Terminal
 from dmplay.ui.screen.key_handlers import handle_key
 from dmplay.ui.screen.play_screen import PlayScreen
 from dmplay.ui.shell.commands import format_help_page
-from dmplay.views.toolkit.belief_bars import draw_belief_chart
-from dmplay.views.toolkit.canvas import Canvas
-from dmplay.views.toolkit.payoff_table import draw_reply_counts
 from tests.support.screens import make_game, play_keys
 from tests.ui.screen.frames import FrameRecorder
 

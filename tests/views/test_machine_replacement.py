@@ -3,10 +3,10 @@ from functools import partial
 import numpy as np
 
 import dmplay
+from dmplay.draw.canvas import Canvas
 from dmplay.draw.options import DrawOptions
 from dmplay.problems.machine_replacement.view import _draw_small_triangle
 from dmplay.views.protocol import fit_board, load_view_module
-from dmplay.views.toolkit.canvas import Canvas
 from tests.support import games
 
 machine_replacement = load_view_module(dmplay.load_problem("machine-replacement"))

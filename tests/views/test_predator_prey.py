@@ -4,9 +4,9 @@ from functools import partial
 import numpy as np
 
 import dmplay
+from dmplay.draw.hex_map import SECOND_PLAYER_KEYS
 from dmplay.draw.options import DrawOptions, Overlay
 from dmplay.views.protocol import fit_board, load_view_module
-from dmplay.views.toolkit.hexgrid import SECOND_PLAYER_KEYS
 from tests.support import games
 
 predator_prey = load_view_module(dmplay.load_problem("predator-prey"))

@@ -8,16 +8,16 @@ from rich.text import Text
 from dmplay.core.arrays import Ints, Reals
 from dmplay.core.session import View
 from dmplay.core.text import format_count
-from dmplay.draw.options import DrawOptions
-from dmplay.problems._shared.hidden_chances import SUCCESS
-from dmplay.views.protocol import FinishedGame, Lesson
-from dmplay.views.toolkit.action_hints_and_outcomes import (
+from dmplay.draw.action_hints import (
     format_forecast_rows,
     format_regret_rows,
     iter_with_and_without_rows,
 )
-from dmplay.views.toolkit.belief_bars import draw_belief_bars, format_bar, format_belief
-from dmplay.views.toolkit.canvas import Canvas
+from dmplay.draw.bars import draw_belief_bars, format_bar, format_belief
+from dmplay.draw.canvas import Canvas
+from dmplay.draw.options import DrawOptions
+from dmplay.problems._shared.hidden_chances import SUCCESS
+from dmplay.views.protocol import FinishedGame, Lesson
 
 from .rules import Bandit
 

@@ -6,10 +6,10 @@ import numpy as np
 
 from dmplay.core.arrays import Array
 from dmplay.core.text import format_count
+from dmplay.draw.axes import Axis
+from dmplay.draw.panels import Box, Label, Plot, Polyline, Shape, ShapesPanel
 from dmplay.game.plot_kinds import Figure
-from dmplay.plots.plot_data import Box, Label, Plot, Polyline, Shape, ShapesPanel
 from dmplay.plots.plotted_problem import PlottedProblem
-from dmplay.views.toolkit.plots import Axis
 
 from .rules import CartPole
 

@@ -17,20 +17,11 @@ from rich.text import Text
 from dmplay.core.arrays import Array
 from dmplay.core.session import View
 from dmplay.core.text import format_count
+from dmplay.draw.action_hints import MAX_NUMBER_COLUMNS, format_action_condition, format_regret
+from dmplay.draw.canvas import Canvas, draw_text_rows
+from dmplay.draw.number_line import NumberLine, draw_gauge, draw_scale_labels, format_signed_fixed
 from dmplay.draw.options import BEST_LABEL, DrawOptions
 from dmplay.views.protocol import Clock, FinishedGame, Lesson
-from dmplay.views.toolkit.action_hints_and_outcomes import (
-    MAX_NUMBER_COLUMNS,
-    format_action_condition,
-    format_regret,
-)
-from dmplay.views.toolkit.canvas import Canvas, draw_text_rows
-from dmplay.views.toolkit.number_line import (
-    NumberLine,
-    draw_gauge,
-    draw_scale_labels,
-    format_signed_fixed,
-)
 
 from .rules import CartPole
 

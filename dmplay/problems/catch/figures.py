@@ -1,10 +1,10 @@
 """Figure F.13 of the book: the probability of a catch by distance."""
 
 from dmplay.core.tabular import tabulate
+from dmplay.draw.axes import Axis
+from dmplay.draw.panels import LinePanel, Plot, Series
 from dmplay.game.plot_kinds import Figure
-from dmplay.plots.plot_data import LinePanel, Plot, Series
 from dmplay.plots.plotted_problem import PlottedProblem
-from dmplay.views.toolkit.plots import Axis
 
 from .rules import DISTANCES
 

@@ -8,21 +8,16 @@ from rich.text import Text
 from dmplay.core.arrays import Reals
 from dmplay.core.session import View
 from dmplay.core.text import format_count, format_reward
-from dmplay.draw.options import DrawOptions
-from dmplay.views.protocol import FinishedGame, Lesson
-from dmplay.views.toolkit.action_hints_and_outcomes import (
+from dmplay.draw.action_hints import (
     format_forecast_rows,
     format_regret_rows,
     format_significant,
     iter_with_and_without_rows,
 )
-from dmplay.views.toolkit.belief_bars import (
-    draw_belief_bars,
-    format_bar,
-    format_belief,
-    format_sparkline,
-)
-from dmplay.views.toolkit.canvas import Canvas, format_percent
+from dmplay.draw.bars import draw_belief_bars, format_bar, format_belief, format_sparkline
+from dmplay.draw.canvas import Canvas, format_percent
+from dmplay.draw.options import DrawOptions
+from dmplay.views.protocol import FinishedGame, Lesson
 
 from .rules import CAUGHT, DISTANCES, PROFICIENCIES, Catch
 

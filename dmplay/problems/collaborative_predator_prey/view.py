@@ -12,18 +12,18 @@ from dmplay.core.arrays import Reals
 from dmplay.core.hexgrid import Hex, format_hex, hex_neighbours, move_destinations
 from dmplay.core.session import View
 from dmplay.core.text import format_reward, join_words
+from dmplay.draw import hex_map
+from dmplay.draw.action_hints import format_regret_rows
+from dmplay.draw.bars import format_sparkline
+from dmplay.draw.canvas import format_percent, measure_text
+from dmplay.draw.hex_map import HexCell, HexSize
 from dmplay.draw.options import DrawOptions
 from dmplay.views.generic import format_last_observation
 from dmplay.views.protocol import FinishedGame, Lesson
-from dmplay.views.toolkit import hexgrid
-from dmplay.views.toolkit.action_hints_and_outcomes import format_regret_rows
-from dmplay.views.toolkit.belief_bars import format_sparkline
-from dmplay.views.toolkit.canvas import format_percent, measure_text
-from dmplay.views.toolkit.hexgrid import HexCell, HexSize
 
 from .rules import CAPTURE_REWARD, MOVE_REWARD, CollaborativePredatorPrey
 
-KEY_FAMILY, KEYS, SECOND_PLAYER_KEYS = hexgrid.KEY_FAMILY, hexgrid.KEYS, hexgrid.SECOND_PLAYER_KEYS
+KEY_FAMILY, KEYS, SECOND_PLAYER_KEYS = hex_map.KEY_FAMILY, hex_map.KEYS, hex_map.SECOND_PLAYER_KEYS
 MAX_DESCRIBED_HEXES = 4  # likeliest hexes described in words
 REGRET_ROW_COLUMNS = 58  # columns of a row with the regrets of six directions
 PREY_SHADE_COUNT = 4  # of the prey's probability, the darkest for the likeliest hex
@@ -115,7 +115,7 @@ def _iter_shaded_maps(
         if size.text_rows > 1:
             mark = own_density
             if not mark and hex_ in adjacent:
-                mark = hexgrid.get_direction_key(options, adjacent.index(hex_))
+                mark = hex_map.get_direction_key(options, adjacent.index(hex_))
             return HexCell(first_shade if len(shades) > 1 else mark, last_shade, style=style)
         shade = first_shade or own_density
         if own_density and size.text_rows and len(shades) == 1:
@@ -125,8 +125,8 @@ def _iter_shaded_maps(
 
     caption = _format_caption(view, options, own_hex)
     map_options = options._replace(height=options.height - len(caption))
-    sizes = [hexgrid.TALL_SIZE]
-    for drawing in hexgrid.iter_maps(problem.hexes, draw_cell, map_options, extra_sizes=sizes):
+    sizes = [hex_map.TALL_SIZE]
+    for drawing in hex_map.iter_maps(problem.hexes, draw_cell, map_options, extra_sizes=sizes):
         board = drawing if adjacent or not options.show_keys else _add_compass(drawing, options)
         for row in caption:
             board.append(f"\n{row[: options.width]}", "dim")
@@ -189,7 +189,7 @@ def _format_caption(
         labels, forecast = view.problem.observations[view.seat], options.forecast
         events = zip(("upper", "lower"), forecast.outcomes, forecast.probabilities, strict=False)
         return [
-            f"{hexgrid.format_move_condition(forecast)}: chance of the prey on each hex",
+            f"{hex_map.format_move_condition(forecast)}: chance of the prey on each hex",
             "; ".join(
                 f"{map_row}: sensed {labels[int(observation)]} ({format_percent(p)})"
                 for map_row, observation, p in events
@@ -215,7 +215,7 @@ def _format_caption(
 
 def _add_compass(drawing: Text, options: DrawOptions) -> Text:
     """Return a map with the keys of the directions at its right, if there is room."""
-    e, ne, nw, w, sw, se = (hexgrid.get_direction_key(options, a) for a in range(6))
+    e, ne, nw, w, sw, se = (hex_map.get_direction_key(options, a) for a in range(6))
     compass, x = [f" {nw} {ne}", f"{w} @ {e}", f" {sw} {se}"], measure_text(drawing)[0] + 3
     if x + max(map(len, compass)) > options.columns_beside_panel:
         return drawing
@@ -232,7 +232,7 @@ def _iter_numbered_maps(
     problem, hex_beliefs = view.problem, compute_marginals(view)
     own_hex = _find_own_hex(view, hex_beliefs)
     adjacent = hex_neighbours(own_hex) if options.show_keys and own_hex else []
-    keys = {hex_: hexgrid.get_direction_key(options, a) for a, hex_ in enumerate(adjacent)}
+    keys = {hex_: hex_map.get_direction_key(options, a) for a, hex_ in enumerate(adjacent)}
     true_hexes = _list_true_hexes(view, options)
 
     def draw_cell(hex_: Hex, size: HexSize) -> HexCell:
@@ -249,7 +249,7 @@ def _iter_numbered_maps(
         if size.text_rows > 1:
             note = _format_marked_percent("@", p_you, options) or keys.get(hex_, "")
             return HexCell(_format_marked_percent("o", p_prey, options), note, "", style)
-        if size == hexgrid.SMALL_DOT_SIZE:
+        if size == hex_map.SMALL_DOT_SIZE:
             return HexCell("", dot_glyph=prey_bar or ".", style=style)
         digits = format_percent(min(p_prey, 0.99)).rstrip("%")  # at most two columns
         text = f"{digits:>2}{own_bar or ' '}"
@@ -257,7 +257,7 @@ def _iter_numbered_maps(
 
     combined_legend = f"% prey, bar: {view.player_label}"
     small_legends = (combined_legend, combined_legend, "bar: prey")
-    drawings = [*hexgrid.iter_maps(problem.hexes, draw_cell, options)]
+    drawings = [*hex_map.iter_maps(problem.hexes, draw_cell, options)]
     large_count = len(drawings) - len(small_legends)
     legends = [*[f"o prey, @ {view.player_label}"] * large_count, *small_legends]
     for drawing, legend in zip(drawings, legends, strict=True):
@@ -307,7 +307,7 @@ def _describe_partners(view: View[CollaborativePredatorPrey]) -> str:
 
 def goal_lines(view: View[CollaborativePredatorPrey]) -> list[str]:
     """Return the goal: the rewards of the team, and the information it lacks."""
-    slips = hexgrid.describe_slips(view.problem.slip)
+    slips = hex_map.describe_slips(view.problem.slip)
     is_you = view.player_label == "you"
     verb, possessive, be = ("sense", "your", "are") if is_you else ("senses", "its", "is")
     sees = f"nobody sees where anybody is{', not even yourself' * is_you}"
@@ -336,7 +336,7 @@ def lesson(view: View[CollaborativePredatorPrey]) -> Lesson:
     blind = "you see nothing, not even your own hex"
     if problem.sighted:
         blind = "after each turn you see your own hex"
-    slips = hexgrid.describe_slips(problem.slip) or "no step slips"
+    slips = hex_map.describe_slips(problem.slip) or "no step slips"
     turn = "a turn that begins on its hex pays"
     if others:
         turn = "if a predator begins a turn on its hex, each predator gets"
@@ -420,7 +420,7 @@ def describe_situation(view: View[CollaborativePredatorPrey]) -> str:
 
         sentences += [
             f"at {format_hex(own_hex)}.",
-            *hexgrid.describe_neighbours(problem.hexes, own_hex, describe_hex),
+            *hex_map.describe_neighbours(problem.hexes, own_hex, describe_hex),
         ]
     if hex_beliefs is None:
         return f"{' '.join(filter(None, sentences))} the belief is not shown."

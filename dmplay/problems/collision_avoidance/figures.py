@@ -6,10 +6,10 @@ import numpy as np
 
 from dmplay.core.arrays import Array
 from dmplay.core.best_actions import mark_best_actions, select_greedy_actions
+from dmplay.draw.axes import Axis
+from dmplay.draw.panels import GridPanel, Label, Panel, Plot, Polyline, Shape, ShapesPanel
 from dmplay.game.plot_kinds import Figure
-from dmplay.plots.plot_data import GridPanel, Label, Panel, Plot, Polyline, Shape, ShapesPanel
 from dmplay.plots.plotted_problem import FIGURE_SEED, VALUE_LABEL, PlottedProblem, sample_start
-from dmplay.views.toolkit.plots import Axis
 
 from . import grid
 from .rules import ADVISED_RATES, COLLISION_DISTANCE, GUST_ACCELERATIONS, CollisionAvoidance

@@ -15,11 +15,11 @@ from rich.text import Text
 from dmplay.core.arrays import Array
 from dmplay.core.session import View
 from dmplay.core.text import format_count
+from dmplay.draw.action_hints import format_condition, format_regret_rows
+from dmplay.draw.canvas import Canvas, draw_text_rows, format_percent
+from dmplay.draw.number_line import NumberLine, format_signed_fixed
 from dmplay.draw.options import DrawOptions
 from dmplay.views.protocol import FinishedGame, Lesson
-from dmplay.views.toolkit.action_hints_and_outcomes import format_condition, format_regret_rows
-from dmplay.views.toolkit.canvas import Canvas, draw_text_rows, format_percent
-from dmplay.views.toolkit.number_line import NumberLine, format_signed_fixed
 
 from .rules import (
     ADVISED_RATES,

@@ -1,8 +1,8 @@
 """Figure F.10 of the book: the value function of the crying baby."""
 
+from dmplay.draw.panels import Plot
 from dmplay.game.plot_kinds import Figure
 from dmplay.plots import belief_values
-from dmplay.plots.plot_data import Plot
 from dmplay.plots.plotted_problem import PlottedProblem, describe_horizon
 
 VALUE_FUNCTION_TURNS = 10  # as the figure is drawn in the book

@@ -7,12 +7,7 @@ from rich.text import Text
 from dmplay.core.session import View
 from dmplay.core.tabular import Tabular
 from dmplay.core.text import format_count, format_reward
-from dmplay.draw.options import DrawOptions
-from dmplay.problems._shared.baby_care import FEED
-from dmplay.problems.multicaregiver_crying_baby.rules import MulticaregiverCryingBaby
-from dmplay.views.generic import format_last_observation
-from dmplay.views.protocol import FinishedGame, Lesson
-from dmplay.views.toolkit.action_hints_and_outcomes import (
+from dmplay.draw.action_hints import (
     format_forecast_rows,
     format_observation,
     format_regret_rows,
@@ -21,15 +16,20 @@ from dmplay.views.toolkit.action_hints_and_outcomes import (
     list_action_keys,
     rank_actions,
 )
-from dmplay.views.toolkit.belief_bars import (
+from dmplay.draw.bars import (
     draw_belief_bars,
     draw_belief_chart,
     draw_probability_history,
     draw_true_state,
     format_belief,
 )
-from dmplay.views.toolkit.canvas import Canvas
-from dmplay.views.toolkit.number_line import format_signed_fixed
+from dmplay.draw.canvas import Canvas
+from dmplay.draw.number_line import format_signed_fixed
+from dmplay.draw.options import DrawOptions
+from dmplay.problems._shared.baby_care import FEED
+from dmplay.problems.multicaregiver_crying_baby.rules import MulticaregiverCryingBaby
+from dmplay.views.generic import format_last_observation
+from dmplay.views.protocol import FinishedGame, Lesson
 
 from .rules import CryingBaby
 

@@ -7,8 +7,8 @@ import numpy as np
 
 from dmplay.core.arrays import Array
 from dmplay.core.uniforms import NATURE_STREAM, generate_uniforms
+from dmplay.draw.panels import BoardPanel, Plot, PlottedTile
 from dmplay.game.plot_kinds import Figure
-from dmplay.plots.plot_data import BoardPanel, Plot, PlottedTile
 from dmplay.plots.plotted_problem import FIGURE_SEED, PlottedProblem, sample_start
 
 from .rules import Game2048, slide_and_score

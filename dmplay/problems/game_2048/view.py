@@ -11,15 +11,15 @@ from rich.text import Text
 from dmplay.core.arrays import Array, Reals
 from dmplay.core.session import View
 from dmplay.core.text import format_count
-from dmplay.draw.options import DrawOptions, Forecast
-from dmplay.views.protocol import FinishedGame, Lesson
-from dmplay.views.toolkit.action_hints_and_outcomes import (
+from dmplay.draw.action_hints import (
     MAX_NUMBER_COLUMNS,
     format_regret,
     format_regret_bar,
     sort_regrets,
 )
-from dmplay.views.toolkit.canvas import Canvas, format_percent
+from dmplay.draw.canvas import Canvas, format_percent
+from dmplay.draw.options import DrawOptions, Forecast
+from dmplay.views.protocol import FinishedGame, Lesson
 
 from .packed_boards import DOWN, RIGHT, UP
 from .rules import Game2048, slide_and_score

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 from dmplay.core.hexgrid import DIRECTIONS, find_hex_map, hex_neighbours
 from dmplay.core.tabular import tabulate
+from dmplay.draw.panels import HexPanel, Plot, PlottedHex
 from dmplay.game.plot_kinds import Figure
-from dmplay.plots.plot_data import HexPanel, Plot, PlottedHex
 from dmplay.plots.plotted_problem import PlottedProblem, load_plotted_problem
 from dmplay.plots.state_values import build_hex_value_panel
 

@@ -8,12 +8,12 @@ from rich.text import Text
 from dmplay.core.hexgrid import Hex, format_hex, hex_neighbours
 from dmplay.core.session import View
 from dmplay.core.text import format_reward
+from dmplay.draw import hex_map
+from dmplay.draw.action_hints import format_probability
+from dmplay.draw.canvas import format_percent, format_signed
+from dmplay.draw.hex_map import HexCell, HexSize
 from dmplay.draw.options import DrawOptions
 from dmplay.views.protocol import FinishedGame, Lesson
-from dmplay.views.toolkit import hexgrid
-from dmplay.views.toolkit.action_hints_and_outcomes import format_probability
-from dmplay.views.toolkit.canvas import format_percent, format_signed
-from dmplay.views.toolkit.hexgrid import HexCell, HexSize
 
 from .rules import HexWorld
 
@@ -22,7 +22,7 @@ POSITIVE_EXIT_STYLE, NEGATIVE_EXIT_STYLE = (
     "bold color(16) on color(214)",
 )  # ANSI palette colours
 EMPTY_CELL = HexCell("")
-KEY_FAMILY, KEYS, SECOND_PLAYER_KEYS = hexgrid.KEY_FAMILY, hexgrid.KEYS, hexgrid.SECOND_PLAYER_KEYS
+KEY_FAMILY, KEYS, SECOND_PLAYER_KEYS = hex_map.KEY_FAMILY, hex_map.KEYS, hex_map.SECOND_PLAYER_KEYS
 
 
 def _find_position(view: View[HexWorld], turn: int = -1) -> Hex | None:
@@ -61,7 +61,7 @@ def iter_boards(view: View[HexWorld], options: DrawOptions) -> Iterator[Text]:
         dot, mark = note or ".", note if is_compact else glyph
         if options.overlay and reward is None:
             state = problem.hexes.index(hex_)
-            mark, note, _, style, _ = hexgrid.make_overlay_cell(options, state, size)
+            mark, note, _, style, _ = hex_map.make_overlay_cell(options, state, size)
         if hex_ == position:
             stay_text = note
             if hex_ in probabilities and size.text_rows > 1:
@@ -71,7 +71,7 @@ def iter_boards(view: View[HexWorld], options: DrawOptions) -> Iterator[Text]:
             probability_text = format_probability(probabilities[hex_], size.width - 1)
             return HexCell(probability_text, note, probability_text, style or "bold cyan")
         if hex_ in adjacent and shows_regrets:
-            key_cell = hexgrid.make_direction_cell(options, adjacent.index(hex_), size)
+            key_cell = hex_map.make_direction_cell(options, adjacent.index(hex_), size)
             if reward is not None:
                 mark = f"{glyph} {key_cell.mark}"[:5]
                 key_cell = HexCell(mark, key_cell.second_line, dot, style)
@@ -80,7 +80,7 @@ def iter_boards(view: View[HexWorld], options: DrawOptions) -> Iterator[Text]:
             return HexCell("&", note, "&", "dim")
         key = ""
         if options.show_keys and hex_ in adjacent and position_now:
-            key = hexgrid.get_direction_key(options, adjacent.index(hex_))
+            key = hex_map.get_direction_key(options, adjacent.index(hex_))
         if key and mark == glyph and options.allow_large:
             mark = f"{glyph} {key}"[:5]
         has_space = not (options.overlay and (mark or size.text_rows < 2)) and reward is None
@@ -88,7 +88,7 @@ def iter_boards(view: View[HexWorld], options: DrawOptions) -> Iterator[Text]:
             mark, style = key, style or "green"
         return HexCell(mark, note, dot, style)
 
-    yield from hexgrid.iter_maps(problem.hexes, make_cell, options, _format_caption(view, options))
+    yield from hex_map.iter_maps(problem.hexes, make_cell, options, _format_caption(view, options))
 
 
 def _forecast_hex_probabilities(view: View[HexWorld], options: DrawOptions) -> dict[Hex, float]:
@@ -117,14 +117,14 @@ def _format_caption(view: View[HexWorld], options: DrawOptions) -> str:
         verb = "collects" if exits[position] > 0 else "takes"
         return f"any action {verb} {format_signed(exits[position])}"
     if options.forecast:
-        return f"{hexgrid.format_move_condition(options.forecast)}: chance of each hex"
+        return f"{hex_map.format_move_condition(options.forecast)}: chance of each hex"
     if options.regret is not None and not options.overlay:
-        return hexgrid.format_wall_regrets(view.problem.hexes, position, options)
+        return hex_map.format_wall_regrets(view.problem.hexes, position, options)
     ghost = ", & ghost" * (options.ghost_state is not None)
     keys = ", letters are keys" * options.show_keys
     rewards = exits.values()
-    good = hexgrid.GOOD_EXIT_LEGEND * any(reward > 0 for reward in rewards)
-    bad = hexgrid.BAD_EXIT_LEGEND * any(reward <= 0 for reward in rewards)
+    good = hex_map.GOOD_EXIT_LEGEND * any(reward > 0 for reward in rewards)
+    bad = hex_map.BAD_EXIT_LEGEND * any(reward <= 0 for reward in rewards)
     return f"@ {view.player_label}{ghost}{good}{bad}{keys}"
 
 
@@ -135,7 +135,7 @@ def _describe_last_move(view: View[HexWorld]) -> tuple[str, str]:
     if after is None:
         exit_text = f"exit {format_signed(dict(view.problem.rewards)[before])}"
         return exit_text, f"took {exit_text}"
-    return hexgrid.describe_move(view.problem.hexes, before, after, int(view.actions[-1]))
+    return hex_map.describe_move(view.problem.hexes, before, after, int(view.actions[-1]))
 
 
 def describe_keys(view: View[HexWorld]) -> dict[str, str]:
@@ -143,7 +143,7 @@ def describe_keys(view: View[HexWorld]) -> dict[str, str]:
     position = _find_position(view)
     if position is None or position in dict(view.problem.rewards):
         return {}
-    return hexgrid.describe_wall_keys(view.problem.hexes, position)
+    return hex_map.describe_wall_keys(view.problem.hexes, position)
 
 
 def goal_lines(view: View[HexWorld]) -> list[str]:
@@ -172,14 +172,14 @@ def lesson(view: View[HexWorld]) -> Lesson:
     """Return the three sentences that introduce the problem: role, objective and costs."""
     problem = view.problem
     cost = f"costs {problem.bump_cost:g}" if problem.bump_cost else "is free too"
-    slips = hexgrid.describe_slips(problem.slip) or "no step slips"
+    slips = hex_map.describe_slips(problem.slip) or "no step slips"
     return Lesson(
         "You walk from hex to hex; you always see where you are",
         f"You want to {' and '.join(_format_exit_goals(problem.rewards))}: "
         "on an exit, any action collects its reward and ends the game",
         f"A step is free, a bump into a wall {cost}, and {slips}",
         example_start="from hex {}",
-        chances=hexgrid.describe_step_chances(problem.slip),
+        chances=hex_map.describe_step_chances(problem.slip),
         map_mark="@",
     )
 
@@ -204,7 +204,7 @@ def describe_turn(view: View[HexWorld]) -> str:
     position = _find_position(view)
     move_text = _describe_last_move(view)[1]
     if position:
-        move_text = hexgrid.append_position(move_text, position)
+        move_text = hex_map.append_position(move_text, position)
     return f"chose {view.last_action_label.upper()}, {move_text}."
 
 
@@ -217,13 +217,13 @@ def describe_situation(view: View[HexWorld]) -> str:
     sentences = [f"at {format_hex(position)}."]
     if position in exits:
         sentences.append(f"exit {format_signed(exits[position])} here: any action takes it.")
-    sentences += hexgrid.describe_neighbours(
+    sentences += hex_map.describe_neighbours(
         problem.hexes,
         position,
         lambda hex_: f"exit {format_signed(exits[hex_])}" if hex_ in exits else "floor",
     )
     for hex_, pay in exits.items():
-        distance = hexgrid.format_distance(problem.hexes, position, hex_)
+        distance = hex_map.format_distance(problem.hexes, position, hex_)
         sentences.append(f"exit {format_signed(pay)} at {format_hex(hex_)}: {distance}.")
     return " ".join(sentences)
 

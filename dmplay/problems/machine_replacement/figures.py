@@ -4,9 +4,9 @@ import numpy as np
 
 from dmplay.core.spaces import Labels
 from dmplay.core.tabular import tabulate
+from dmplay.draw.panels import Plot, TablePanel
 from dmplay.game.plot_kinds import Figure
 from dmplay.plots import belief_values
-from dmplay.plots.plot_data import Plot, TablePanel
 from dmplay.plots.plotted_problem import PlottedProblem, describe_horizon
 from dmplay.solvers.pomdp import exact_pomdp
 

@@ -9,12 +9,7 @@ from rich.text import Text
 from dmplay.core.arrays import Reals
 from dmplay.core.best_actions import mark_best_actions
 from dmplay.core.session import View
-from dmplay.draw.options import DrawOptions
-from dmplay.problems.crying_baby import view as crying_baby
-from dmplay.solvers.pomdp.exact_pomdp import compute_action_values, solve_stages
-from dmplay.views.generic import format_last_observation
-from dmplay.views.protocol import FinishedGame, Lesson
-from dmplay.views.toolkit.action_hints_and_outcomes import (
+from dmplay.draw.action_hints import (
     format_forecast_rows,
     format_observation,
     format_regret_rows,
@@ -23,14 +18,19 @@ from dmplay.views.toolkit.action_hints_and_outcomes import (
     list_action_keys,
     rank_actions,
 )
-from dmplay.views.toolkit.belief_bars import (
+from dmplay.draw.bars import (
     draw_belief_bars,
     draw_belief_chart,
     draw_probability_history,
     draw_true_state,
     format_belief,
 )
-from dmplay.views.toolkit.canvas import Canvas, format_percent
+from dmplay.draw.canvas import Canvas, format_percent
+from dmplay.draw.options import DrawOptions
+from dmplay.problems.crying_baby import view as crying_baby
+from dmplay.solvers.pomdp.exact_pomdp import compute_action_values, solve_stages
+from dmplay.views.generic import format_last_observation
+from dmplay.views.protocol import FinishedGame, Lesson
 
 from .rules import MachineReplacement
 

@@ -2,11 +2,11 @@
 
 import numpy as np
 
+from dmplay.draw.axes import Axis
+from dmplay.draw.panels import GridPanel, Label, Plot, Polyline, Shape, ShapesPanel
 from dmplay.game.plot_kinds import Figure
-from dmplay.plots.plot_data import GridPanel, Label, Plot, Polyline, Shape, ShapesPanel
 from dmplay.plots.plotted_problem import VALUE_LABEL, PlottedProblem
 from dmplay.plots.state_values import EQUAL_LABEL, find_unique_best_actions
-from dmplay.views.toolkit.plots import Axis
 
 from .agents import VALUE_GRID, compute_action_values, solve_on_grid
 from .rules import LEFT_WALL, RIGHT_WALL, TOP_SPEED, MountainCar

@@ -14,20 +14,11 @@ from typing import NamedTuple
 from rich.text import Text
 
 from dmplay.core.session import View
+from dmplay.draw.action_hints import format_as_loss, format_condition, format_regret
+from dmplay.draw.canvas import Canvas, draw_text_rows
+from dmplay.draw.number_line import NumberLine, draw_gauge, draw_scale_labels, format_signed_fixed
 from dmplay.draw.options import DrawOptions
 from dmplay.views.protocol import Clock, FinishedGame, Lesson
-from dmplay.views.toolkit.action_hints_and_outcomes import (
-    format_as_loss,
-    format_condition,
-    format_regret,
-)
-from dmplay.views.toolkit.canvas import Canvas, draw_text_rows
-from dmplay.views.toolkit.number_line import (
-    NumberLine,
-    draw_gauge,
-    draw_scale_labels,
-    format_signed_fixed,
-)
 
 from .rules import LEFT_WALL, RIGHT_WALL, TOP_SPEED, MountainCar
 

@@ -3,8 +3,8 @@
 import numpy as np
 
 from dmplay.core.problem import initial_state_distribution
+from dmplay.draw.panels import HexPanel, Plot, PlottedHex
 from dmplay.game.plot_kinds import Figure
-from dmplay.plots.plot_data import HexPanel, Plot, PlottedHex
 from dmplay.plots.plotted_problem import PlottedProblem
 
 from .rules import PredatorPrey

@@ -9,15 +9,15 @@ from rich.text import Text
 from dmplay.core.hexgrid import DIRECTIONS, Hex, format_hex, hex_neighbours
 from dmplay.core.session import View
 from dmplay.core.text import format_count, format_reward
+from dmplay.draw import hex_map
+from dmplay.draw.action_hints import format_probability
+from dmplay.draw.hex_map import HexCell, HexSize
 from dmplay.draw.options import DrawOptions
 from dmplay.views.protocol import FinishedGame, Lesson
-from dmplay.views.toolkit import hexgrid
-from dmplay.views.toolkit.action_hints_and_outcomes import format_probability
-from dmplay.views.toolkit.hexgrid import HexCell, HexSize
 
 from .rules import DEVOURED_REWARD, MOVE_REWARD, PredatorPrey
 
-KEY_FAMILY, KEYS, SECOND_PLAYER_KEYS = hexgrid.KEY_FAMILY, hexgrid.KEYS, hexgrid.SECOND_PLAYER_KEYS
+KEY_FAMILY, KEYS, SECOND_PLAYER_KEYS = hex_map.KEY_FAMILY, hex_map.KEYS, hex_map.SECOND_PLAYER_KEYS
 PREDATOR_GLYPHS = ascii_uppercase  # keys on the map are never capitals
 PREDATOR_COLORS, PREY_COLOR = ("yellow", "magenta", "blue"), "cyan"
 
@@ -81,7 +81,7 @@ def iter_boards(view: View[PredatorPrey], options: DrawOptions) -> Iterator[Text
         """Return the content of a hex."""
         key_cell = HexCell("")
         if can_show_keys and hex_ in adjacent:
-            key_cell = hexgrid.make_direction_cell(options, adjacent.index(hex_), size)
+            key_cell = hex_map.make_direction_cell(options, adjacent.index(hex_), size)
         seats_on_hex = [seat for seat, agent_hex in enumerate(positions) if agent_hex == hex_]
         marks = [glyphs[seat] for seat in seats_on_hex]
         if len(marks) > 1:
@@ -105,10 +105,10 @@ def iter_boards(view: View[PredatorPrey], options: DrawOptions) -> Iterator[Text
         if arrival_cell.second_line:
             return arrival_cell
         if options.overlay:
-            return hexgrid.make_overlay_cell(options, find_state_at(hex_), size)
+            return hex_map.make_overlay_cell(options, find_state_at(hex_), size)
         return key_cell
 
-    yield from hexgrid.iter_maps(problem.hexes, make_cell, options, _format_caption(view, options))
+    yield from hex_map.iter_maps(problem.hexes, make_cell, options, _format_caption(view, options))
 
 
 def _forecast_hex_probabilities(
@@ -151,14 +151,14 @@ def _make_arrival_cell(
 def _format_caption(view: View[PredatorPrey], options: DrawOptions) -> str:
     """Return the caption of the map: the forecast, feeding, wall regrets or the agents' names."""
     if options.forecast:
-        return f"{hexgrid.format_move_condition(options.forecast)}: chance of each hex"
+        return f"{hex_map.format_move_condition(options.forecast)}: chance of each hex"
     is_caption_visible = options.allow_large or options.regret is not None
     if _mark_feeding_agents(view)[view.seat] and not view.end_reason and is_caption_visible:
         is_predator = view.seat in view.problem.predator_seats
         return "any action eats the prey" if is_predator else "caught: any key moves you away"
     if options.regret is not None and not options.overlay:
         position = _list_positions(view)[view.seat]
-        return hexgrid.format_wall_regrets(view.problem.hexes, position, options)
+        return hex_map.format_wall_regrets(view.problem.hexes, position, options)
     problem, player = view.problem, view.player_label
     player = player if player == "you" else f"the {player}"
     text = f"{get_agent_glyph(problem, view.seat)} is {player}"
@@ -182,13 +182,13 @@ def _describe_last_move(view: View[PredatorPrey], seat: int) -> tuple[str, str]:
         return "caught", "was caught, reappeared"
     before, after = _list_positions(view, -2)[seat], _list_positions(view)[seat]
     action = _get_last_action(view, seat)
-    return hexgrid.describe_move(view.problem.hexes, before, after, action)
+    return hex_map.describe_move(view.problem.hexes, before, after, action)
 
 
 def _describe_action_and_move(view: View[PredatorPrey], seat: int) -> str:
     """Return an agent's last action and its result, such as `chose NE, moved NE to (1,2)`."""
     move_text = _describe_last_move(view, seat)[1]
-    move_text = hexgrid.append_position(move_text, _list_positions(view)[seat])
+    move_text = hex_map.append_position(move_text, _list_positions(view)[seat])
     return f"chose {DIRECTIONS[_get_last_action(view, seat)].upper()}, {move_text}"
 
 
@@ -196,12 +196,12 @@ def describe_keys(view: View[PredatorPrey]) -> dict[str, str]:
     """Return the effect of the keys that move into a wall."""
     if _mark_feeding_agents(view)[view.seat]:
         return {}
-    return hexgrid.describe_wall_keys(view.problem.hexes, _list_positions(view)[view.seat])
+    return hex_map.describe_wall_keys(view.problem.hexes, _list_positions(view)[view.seat])
 
 
 def goal_lines(view: View[PredatorPrey]) -> list[str]:
     """Return the goal and the rewards of a predator or a prey, as clauses."""
-    problem, slips = view.problem, [*filter(None, [hexgrid.describe_slips(view.problem.slip)])]
+    problem, slips = view.problem, [*filter(None, [hex_map.describe_slips(view.problem.slip)])]
     if view.seat in problem.predator_seats:
         unit = "" if problem.prey == 1 else " per prey"
         sharing_clause = ", shared by the predators there" if problem.predators > 1 else ""
@@ -224,14 +224,14 @@ def goal_lines(view: View[PredatorPrey]) -> list[str]:
 def lesson(view: View[PredatorPrey]) -> Lesson:
     """Return the three sentences that introduce the problem: role, objective and costs."""
     problem = view.problem
-    slips = hexgrid.describe_slips(problem.slip) or "no step slips"
+    slips = hex_map.describe_slips(problem.slip) or "no step slips"
     start = f"with {' and '.join(f'{name} at {{}}' for name in problem.agents)}"
     role = (
         f"You are {problem.agents[view.seat]}; all agents see each other, move one hex at the same "
         "time, and can swap hexes"
     )
     chances = (
-        *hexgrid.describe_step_chances(problem.slip),
+        *hex_map.describe_step_chances(problem.slip),
         "A predator and a prey that begin a turn on the same hex take no step in it, whatever they "
         "choose",
         f"The predator stays, and the prey reappears on each of the {len(problem.hexes)} hexes "
@@ -330,12 +330,12 @@ def describe_situation(view: View[PredatorPrey]) -> str:
         names = [problem.agents[i] for i, agent_hex in enumerate(positions) if agent_hex == hex_]
         return " and ".join(names) or "free"
 
-    sentences += hexgrid.describe_neighbours(problem.hexes, position, describe_hex)
+    sentences += hex_map.describe_neighbours(problem.hexes, position, describe_hex)
     for seat, agent in enumerate(problem.agents):
         if seat != view.seat:
             distance, hex_ = "here", positions[seat]
             if hex_ != position:
-                distance = hexgrid.format_distance(problem.hexes, position, hex_)
+                distance = hex_map.format_distance(problem.hexes, position, hex_)
             sentences.append(f"{agent} at {format_hex(hex_)}: {distance}.")
     return " ".join(sentences)
 

@@ -2,8 +2,8 @@
 
 from dmplay.core.session import View
 from dmplay.core.text import format_count
+from dmplay.draw import payoff_table
 from dmplay.views.protocol import FinishedGame, Lesson
-from dmplay.views.toolkit import payoff_table
 
 from .rules import RockPaperScissors
 

@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from dmplay.draw.axes import Axis
+from dmplay.draw.panels import LinePanel, Plot, Series, make_value_axis
 from dmplay.game.plot_kinds import Figure
-from dmplay.plots.plot_data import LinePanel, Plot, Series, make_value_axis
 from dmplay.plots.plotted_problem import VALUE_LABEL, PlottedProblem
-from dmplay.views.toolkit.plots import Axis
 
 from .linear_policy_evaluation import OPTIMAL_POLICY, evaluate_policy
 from .rules import SimpleRegulator

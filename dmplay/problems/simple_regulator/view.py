@@ -15,11 +15,11 @@ from rich.text import Text
 
 from dmplay.core.session import View
 from dmplay.core.text import format_reward
+from dmplay.draw.action_hints import format_condition
+from dmplay.draw.canvas import Canvas, draw_text_rows, format_signed
+from dmplay.draw.number_line import NumberLine, format_signed_fixed
 from dmplay.draw.options import DrawOptions, Forecast
 from dmplay.views.protocol import FinishedGame, Lesson
-from dmplay.views.toolkit.action_hints_and_outcomes import format_condition
-from dmplay.views.toolkit.canvas import Canvas, draw_text_rows, format_signed
-from dmplay.views.toolkit.number_line import NumberLine, format_signed_fixed
 
 from .rules import START_DEVIATION, START_MEAN, SimpleRegulator
 

@@ -8,20 +8,19 @@ from rich.text import Text
 
 from dmplay.core.session import View
 from dmplay.core.text import format_count
-from dmplay.draw.options import DrawOptions
-from dmplay.views.protocol import FinishedGame, Lesson
-from dmplay.views.toolkit import payoff_table
-from dmplay.views.toolkit.action_hints_and_outcomes import (
+from dmplay.draw import payoff_table
+from dmplay.draw.action_hints import (
     MAX_NUMBER_COLUMNS,
     format_action_condition,
     format_regret_rows,
     format_significant,
     iter_with_and_without_rows,
 )
-from dmplay.views.toolkit.belief_bars import format_sparkline
-from dmplay.views.toolkit.canvas import Canvas
-from dmplay.views.toolkit.number_line import NumberLine
-from dmplay.views.toolkit.payoff_table import (
+from dmplay.draw.bars import format_sparkline
+from dmplay.draw.canvas import Canvas
+from dmplay.draw.number_line import NumberLine
+from dmplay.draw.options import DrawOptions
+from dmplay.draw.payoff_table import (
     describe_role_and_last_round,
     draw_paid_rounds,
     draw_rounds,
@@ -29,6 +28,7 @@ from dmplay.views.toolkit.payoff_table import (
     list_agent_names,
     list_marked_agent_names,
 )
+from dmplay.views.protocol import FinishedGame, Lesson
 
 from .rules import BONUS_DOLLARS, MAX_CLAIM, MIN_CLAIM, TravelersDilemma
 

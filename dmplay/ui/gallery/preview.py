@@ -10,6 +10,7 @@ from dmplay.core.problem import Problem
 from dmplay.core.session import Session, View
 from dmplay.core.text import escape_unprintable, format_count, format_score
 from dmplay.core.uniforms import SeededUniforms
+from dmplay.draw.canvas import split_rows
 from dmplay.draw.options import DrawOptions
 from dmplay.game.player_records import GameResult, ProblemRecord
 from dmplay.game.start_seeds import choose_daily_seed
@@ -17,7 +18,6 @@ from dmplay.registry import agents, problems
 from dmplay.transcript.reader import TranscriptOutline
 from dmplay.tutor.lesson_list import LessonOutline
 from dmplay.views.protocol import TooSmallNotice, ViewModule, fit_board, load_view_module
-from dmplay.views.toolkit.canvas import split_rows
 
 MAX_AGENTS_SHOWN = 8  # maximum number of agent names
 FIRST_GAME_SUMMARY = (

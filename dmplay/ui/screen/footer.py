@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 from rich.text import Text
 
+from dmplay.draw.canvas import BAR_LEVELS
 from dmplay.draw.options import BEST_LABEL, EQUALLY_GOOD_LABEL
 from dmplay.game.game import Game
 from dmplay.game.hints.hint_provider import Hint, choose_hint_decimals, format_fixed
@@ -14,7 +15,6 @@ from dmplay.game.playback import Playback
 from dmplay.ui.screen.frame_state import EMPTY_FRAME_STATE, FrameState, Viewport, fit_text
 from dmplay.ui.screen.post_game_timeline import GameTimeline
 from dmplay.ui.shell.commands import find_command
-from dmplay.views.toolkit.canvas import BAR_LEVELS
 
 COMMAND_KEY_HELP = ": command"
 WHY_KEY_HELP = "Tab why"  # after a hint; Y does the same without one, but y is an action on maps

@@ -9,6 +9,7 @@ from rich.text import Span, Text
 
 from dmplay.core.action_values import Accuracy
 from dmplay.core.text import escape_unprintable, format_reward
+from dmplay.draw.canvas import measure_text, split_styled_rows
 from dmplay.draw.options import BEST_LABEL, MIN_PANEL_COLUMNS, DrawOptions
 from dmplay.game.game import Game
 from dmplay.game.hints.hint_provider import Hint
@@ -20,7 +21,6 @@ from dmplay.ui.screen.frame_state import FrameState, Viewport, fit_line
 from dmplay.ui.screen.log_rows import MIN_LOG_ROWS, layout_log, list_verdict_lines
 from dmplay.ui.screen.text_wrapping import format_panel, wrap_lines
 from dmplay.views.protocol import TooSmallNotice
-from dmplay.views.toolkit.canvas import measure_text, split_styled_rows
 
 # rows from which the screen has a board; rows from which the goal has its own row
 MIN_BOARD_ROWS, MIN_GOAL_ROWS = 4, 20

@@ -5,11 +5,11 @@ from typing import NamedTuple
 
 from rich.text import Text
 
+from dmplay.draw.canvas import ASCII_TRANSLATION
 from dmplay.draw.options import Forecast
 from dmplay.game.hints.hint_provider import Hint
 from dmplay.terminal.painter import ScreenPosition
 from dmplay.terminal.styles import ScreenLine, to_plain_text, to_rich_text
-from dmplay.views.toolkit.canvas import ASCII_TRANSLATION
 
 NEXT_PAGE_KEYS = ("space", "down", "enter")  # keys that turn to the next page
 

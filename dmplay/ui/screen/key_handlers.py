@@ -4,6 +4,7 @@ from collections.abc import Callable, Sequence
 from math import copysign, inf, isinf
 from typing import NamedTuple
 
+from dmplay.draw.hex_map import KEY_FAMILY as HEX_KEY_FAMILY
 from dmplay.game.game import Game
 from dmplay.game.playback import Playback
 from dmplay.game.verdict import has_exact_verdict
@@ -32,7 +33,6 @@ from dmplay.ui.screen.replay_keys import (
     type_turn,
 )
 from dmplay.ui.shell.commands import COMMANDS, conceal_choice_errors, find_command, format_help_page
-from dmplay.views.toolkit.hexgrid import KEY_FAMILY as HEX_KEY_FAMILY
 
 HINT_KEY = "tab"
 SPEED_FACTOR = 1.5  # speed factor of one key press

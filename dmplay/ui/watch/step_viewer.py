@@ -8,6 +8,7 @@ from rich.text import Text
 from dmplay.core.text import escape_unprintable
 from dmplay.core.work_budget import ComputationStopped
 from dmplay.draw.options import DrawOptions
+from dmplay.draw.step_frame import compose_step_rows
 from dmplay.errors import DmplayError
 from dmplay.game.background_tasks import TaskInfo, run_cancellable
 from dmplay.game.watching import WatchedSteps
@@ -16,7 +17,6 @@ from dmplay.terminal.painter import Painter
 from dmplay.ui.screen.frame_state import Viewport, fit_text
 from dmplay.ui.screen.text_wrapping import wrap_lines
 from dmplay.ui.shell.commands import PlayerQuit
-from dmplay.views.algorithms.step_frame import compose_step_rows
 
 CHROME_ROWS = 3  # rows of title, message and keys
 MAX_DIGITS = 6  # digits of a typed step number

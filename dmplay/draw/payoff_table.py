@@ -8,14 +8,14 @@ from rich.text import Text
 from dmplay.core.matrix_game import MatrixGame
 from dmplay.core.session import View
 from dmplay.core.text import format_number
-from dmplay.draw.options import DrawOptions
-from dmplay.views.toolkit.action_hints_and_outcomes import (
+from dmplay.draw.action_hints import (
     format_as_loss,
     format_regret,
     format_regret_rows,
     iter_with_and_without_rows,
 )
-from dmplay.views.toolkit.canvas import Canvas, format_percent
+from dmplay.draw.canvas import Canvas, format_percent
+from dmplay.draw.options import DrawOptions
 
 INITIAL_COLUMNS = 2  # columns of an action's initial in the list of rounds
 # rows of a cell with the line above it; of the largest cell; below the table, with replies

@@ -8,11 +8,11 @@ from rich.text import Text
 from dmplay.algorithms.step import AlphaVectorSet, BeliefTable
 from dmplay.core.arrays import Reals
 from dmplay.core.text import format_count, format_score
+from dmplay.draw.axes import ROWS_AROUND_AREA, Axis, PlotArea
+from dmplay.draw.bars import format_bar
+from dmplay.draw.canvas import Canvas
 from dmplay.draw.options import DrawOptions
-from dmplay.views.toolkit.belief_bars import format_bar
-from dmplay.views.toolkit.belief_triangle import draw_belief_triangle, locate_belief
-from dmplay.views.toolkit.canvas import Canvas
-from dmplay.views.toolkit.plots import ROWS_AROUND_AREA, Axis, PlotArea
+from dmplay.draw.triangle import draw_belief_triangle, locate_belief
 
 MAX_BAR_COLUMNS, MIN_BAR_COLUMNS = 16, 4
 NUMBER_COLUMNS = 8  # columns of a probability in a belief table

@@ -15,7 +15,11 @@ from rich.text import Text
 from dmplay.core.arrays import Reals
 from dmplay.core.hexgrid import Hex
 from dmplay.core.text import format_score
-from dmplay.plots.plot_data import (
+from dmplay.draw import hex_map
+from dmplay.draw.axes import PlotArea
+from dmplay.draw.canvas import BAR_LEVELS, Canvas, format_to_width, measure_text, split_rows
+from dmplay.draw.hex_map import COMPACT_SIZE, DOT_SIZE, NORMAL_SIZE, HexSize
+from dmplay.draw.panels import (
     BoardPanel,
     Box,
     GridPanel,
@@ -31,17 +35,7 @@ from dmplay.plots.plot_data import (
     TablePanel,
     TrianglePanel,
 )
-from dmplay.views.toolkit import hexgrid
-from dmplay.views.toolkit.belief_triangle import belief_at, draw_belief_triangle
-from dmplay.views.toolkit.canvas import (
-    BAR_LEVELS,
-    Canvas,
-    format_to_width,
-    measure_text,
-    split_rows,
-)
-from dmplay.views.toolkit.hexgrid import COMPACT_SIZE, DOT_SIZE, NORMAL_SIZE, HexSize
-from dmplay.views.toolkit.plots import PlotArea
+from dmplay.draw.triangle import belief_at, draw_belief_triangle
 
 MIN_COLUMNS, MAX_COLUMNS = 36, 100
 AREA_ROWS = 15
@@ -259,28 +253,28 @@ def _draw_hexes(panel: HexPanel, columns: int) -> Text:
     """Return a map of hexes in the largest size that fits."""
     cells = {cell.hex: cell for cell in panel.cells}
 
-    def make_cell(hex_: Hex, size: HexSize) -> hexgrid.HexCell:
+    def make_cell(hex_: Hex, size: HexSize) -> hex_map.HexCell:
         """Return the content of a hex: an arrow and a value, or a text."""
         cell = cells[hex_]
         style = HEX_STYLES.get(cell.kind, "")
         if cell.directions:
-            arrows = [hexgrid.ARROWS[direction] for direction in cell.directions]
+            arrows = [hex_map.ARROWS[direction] for direction in cell.directions]
             arrow = " ".join(arrows) if len(arrows) <= MAX_ARROWS else MANY_ARROWS_GLYPH
             value = "" if cell.value is None else format_to_width(cell.value, size.width - 1)
             is_positive = cell.value is not None and cell.value > 0
-            return hexgrid.HexCell(
+            return hex_map.HexCell(
                 arrow, value or cell.text, arrows[0], "green" if is_positive else "yellow"
             )
         marks = {"gain": "◆", "loss": "✗", "hunter": "P", "prey": "o", "": ""}
         if not cell.kind:
-            return hexgrid.HexCell(cell.text if size.text_rows == 1 else "", cell.text)
+            return hex_map.HexCell(cell.text if size.text_rows == 1 else "", cell.text)
         mark = marks[cell.kind]
         text = "" if cell.kind in ("hunter", "prey") else cell.text
-        return hexgrid.HexCell(mark, text, mark, style)
+        return hex_map.HexCell(mark, text, mark, style)
 
     drawing, needed_columns = Text(), 0
     for size in (NORMAL_SIZE, COMPACT_SIZE, DOT_SIZE):
-        drawing = hexgrid.draw_map([cell.hex for cell in panel.cells], make_cell, size)
+        drawing = hex_map.draw_map([cell.hex for cell in panel.cells], make_cell, size)
         needed_columns = needed_columns or measure_text(drawing)[0]
         if measure_text(drawing)[0] <= columns:
             break

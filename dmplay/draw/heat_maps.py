@@ -10,8 +10,8 @@ from dmplay.algorithms.step import StateValues
 from dmplay.core.arrays import Array, Ints
 from dmplay.core.problem import Problem
 from dmplay.core.text import format_score
+from dmplay.draw.canvas import BAR_LEVELS, Canvas
 from dmplay.draw.options import DrawOptions
-from dmplay.views.toolkit.canvas import BAR_LEVELS, Canvas
 
 LABEL_COLUMNS = 8  # columns of the numbers at the left of a map
 CAPTION_ROWS = 3  # rows of the title, and of the numbers and names below a map

@@ -6,8 +6,8 @@ from rich.text import Text
 
 from dmplay.algorithms.step import TreeNode
 from dmplay.core.text import format_count, format_score
+from dmplay.draw.canvas import Canvas
 from dmplay.draw.options import DrawOptions
-from dmplay.views.toolkit.canvas import Canvas
 
 NUMBER_COLUMNS = 11  # columns of Q and of the score; "-1.234e-05" has 10
 LEGENDS = (  # the first that fits is drawn

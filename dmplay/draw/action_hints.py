@@ -15,10 +15,10 @@ from dmplay.core.arrays import Array, Reals
 from dmplay.core.problem import Problem
 from dmplay.core.session import View
 from dmplay.core.text import count_probability_decimals
+from dmplay.draw import bars
+from dmplay.draw.bars import format_likeliest_states
+from dmplay.draw.canvas import format_percent, strip_escapes
 from dmplay.draw.options import BEST_LABEL, EQUALLY_GOOD_LABEL, DrawOptions, Forecast
-from dmplay.views.toolkit import belief_bars
-from dmplay.views.toolkit.belief_bars import format_likeliest_states
-from dmplay.views.toolkit.canvas import format_percent, strip_escapes
 
 MAX_FORECAST_ROWS = 6  # outcomes
 MAX_STATE_COLUMNS = 4  # states that have a column each; also the minimum width of such a column
@@ -93,7 +93,7 @@ def _format_padded_bar(options: DrawOptions, action: int, width: int) -> str:
     """Format the regret of an action as a bar padded to `width` columns."""
     regrets = sort_regrets(options)
     fraction = regrets.get(action, 0.0) / (max(regrets.values(), default=0.0) or 1.0)
-    return belief_bars.format_bar(fraction, width, options.ascii)
+    return bars.format_bar(fraction, width, options.ascii)
 
 
 def format_regret_with_bar(options: DrawOptions, action: int, width: int) -> str:

@@ -9,8 +9,8 @@ import numpy as np
 from dmplay.core.arrays import Reals
 from dmplay.core.best_actions import VALUE_TOLERANCE
 from dmplay.core.hexgrid import NEIGHBOUR_OFFSETS, Hex
-from dmplay.plots.picture_styles import NOTE_SIZE, REGION_COLOURS, PictureStyles, colour_values
-from dmplay.plots.plot_data import (
+from dmplay.draw.axes import Axis
+from dmplay.draw.panels import (
     BoardPanel,
     Box,
     GridPanel,
@@ -25,7 +25,7 @@ from dmplay.plots.plot_data import (
     TablePanel,
     TrianglePanel,
 )
-from dmplay.views.toolkit.plots import Axis
+from dmplay.draw.picture_styles import NOTE_SIZE, REGION_COLOURS, PictureStyles, colour_values
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

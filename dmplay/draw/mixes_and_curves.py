@@ -8,10 +8,10 @@ from rich.text import Text
 
 from dmplay.algorithms.step import Curve, StrategyMixes
 from dmplay.core.text import format_score
+from dmplay.draw.axes import ROWS_AROUND_AREA, Axis, PlotArea
+from dmplay.draw.bars import format_bar, format_sparkline
+from dmplay.draw.canvas import Canvas
 from dmplay.draw.options import DrawOptions
-from dmplay.views.toolkit.belief_bars import format_bar, format_sparkline
-from dmplay.views.toolkit.canvas import Canvas
-from dmplay.views.toolkit.plots import ROWS_AROUND_AREA, Axis, PlotArea
 
 MAX_BAR_COLUMNS = 24
 MIN_AGENT_COLUMNS = 26  # columns of an agent's bars from which agents are beside each other

@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 
 from dmplay.core.arrays import Reals
-from dmplay.views.toolkit.canvas import Canvas
+from dmplay.draw.canvas import Canvas
 
 # The glyph and the style at a belief [3].
 GlyphFunction = Callable[[Reals], tuple[str, str]]

@@ -8,15 +8,10 @@ from dmplay.algorithms.step import StateValues
 from dmplay.core.hexgrid import Hex, HexMap, find_hex_map
 from dmplay.core.problem import Problem
 from dmplay.core.text import format_score
+from dmplay.draw.canvas import Canvas, format_to_width, measure_text
+from dmplay.draw.heat_maps import LABEL_COLUMNS, MIN_MAP_COLUMNS, draw_heat_maps, find_map_axes
+from dmplay.draw.hex_map import ARROWS, COMPASS, HexCell, HexSize, iter_maps
 from dmplay.draw.options import DrawOptions
-from dmplay.views.algorithms.heat_maps import (
-    LABEL_COLUMNS,
-    MIN_MAP_COLUMNS,
-    draw_heat_maps,
-    find_map_axes,
-)
-from dmplay.views.toolkit.canvas import Canvas, format_to_width, measure_text
-from dmplay.views.toolkit.hexgrid import ARROWS, COMPASS, HexCell, HexSize, iter_maps
 
 HEX_CAPTION = "* changed  > < formula"
 

@@ -19,9 +19,9 @@ from dmplay.algorithms.step import (
     WatchRequest,
 )
 from dmplay.draw.options import DrawOptions
+from dmplay.draw.step_frame import compose_step_rows, draw_algorithm_picture
 from dmplay.registry.builtin_names import problem_names
 from dmplay.registry.problems import load_problem
-from dmplay.views.algorithms.step_frame import compose_step_rows, draw_algorithm_picture
 from tests.support.glyphs import ASCII_CHARACTERS, GLYPHS
 
 SIZES = [(80, 21), (50, 11), (200, 57), (30, 6), (12, 3), (1, 1), (110, 30)]

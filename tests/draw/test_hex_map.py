@@ -2,10 +2,10 @@
 
 from rich.text import Text
 
+from dmplay.draw.canvas import measure_text as measured
+from dmplay.draw.hex_map import HexCell, HexSize, describe_move, format_distance, iter_maps
 from dmplay.draw.options import DrawOptions
 from dmplay.problems.hexworld.rules import HexWorld
-from dmplay.views.toolkit.canvas import measure_text as measured
-from dmplay.views.toolkit.hexgrid import HexCell, HexSize, describe_move, format_distance, iter_maps
 
 
 def test_a_move_is_straight_a_slip_or_a_bump() -> None:

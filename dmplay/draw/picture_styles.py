@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from dmplay.core.arrays import Reals
-from dmplay.plots.plot_data import GridPanel, HexPanel, LinePanel, Panel, Plot, TrianglePanel
+from dmplay.draw.panels import GridPanel, HexPanel, LinePanel, Panel, Plot, TrianglePanel
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist

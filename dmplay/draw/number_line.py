@@ -4,7 +4,7 @@ import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from dmplay.views.toolkit.canvas import Canvas
+from dmplay.draw.canvas import Canvas
 
 
 class NumberLine(NamedTuple):

@@ -7,8 +7,8 @@ import numpy as np
 from dmplay.core.arrays import Reals
 from dmplay.core.problem import Problem
 from dmplay.core.session import MAX_LISTED_STATES, View
+from dmplay.draw.canvas import BAR_LEVELS, Canvas
 from dmplay.draw.options import DrawOptions
-from dmplay.views.toolkit.canvas import BAR_LEVELS, Canvas
 
 MAX_NAMED_STATES = 10  # number of states listed if there are many
 BAR_EIGHTHS = " ▏▎▍▌▋▊▉"

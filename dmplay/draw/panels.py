@@ -1,6 +1,6 @@
 """The content of a plot, separate from its drawing: axes, series, regions, maps and tables.
 
-A plot has one or more panels. `terminal_drawing` and `picture_panels` draw each kind of panel.
+A plot has one or more panels. `plot_text` and `picture_panels` draw each kind of panel.
 """
 
 from collections.abc import Sequence
@@ -11,7 +11,7 @@ import numpy as np
 
 from dmplay.core.arrays import Array, Reals
 from dmplay.core.hexgrid import Hex
-from dmplay.views.toolkit.plots import Axis
+from dmplay.draw.axes import Axis
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,16 +17,16 @@ from rich.text import Span, Text
 from dmplay.core.best_actions import mark_best_actions
 from dmplay.core.hexgrid import DIRECTIONS, Hex, format_hex, hex_neighbours, path_lengths
 from dmplay.core.text import format_count
-from dmplay.draw.options import DrawOptions, Forecast
-from dmplay.views.toolkit.action_hints_and_outcomes import (
+from dmplay.draw.action_hints import (
     format_as_loss,
     format_condition,
     format_regret,
     format_regret_bar,
     sort_regrets,
 )
-from dmplay.views.toolkit.canvas import Canvas, format_percent, format_to_width
-from dmplay.views.toolkit.canvas import measure_text as measured
+from dmplay.draw.canvas import Canvas, format_percent, format_to_width
+from dmplay.draw.canvas import measure_text as measured
+from dmplay.draw.options import DrawOptions, Forecast
 
 ARROWS = ("→", "↗", "↖", "←", "↙", "↘")
 COMPASS = ("E", "NE", "NW", "W", "SW", "SE")

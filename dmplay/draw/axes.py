@@ -8,7 +8,7 @@ from rich.text import Text
 
 from dmplay.core.arrays import Reals
 from dmplay.core.text import format_number
-from dmplay.views.toolkit.canvas import Canvas
+from dmplay.draw.canvas import Canvas
 
 TICK_STEPS = (1.0, 2.0, 5.0, 10.0)
 ROWS_AROUND_AREA = 4  # the label of the vertical axis, the horizontal axis, its numbers and label

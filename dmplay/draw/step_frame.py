@@ -16,16 +16,16 @@ from dmplay.algorithms.step import (
 )
 from dmplay.core.problem import Problem
 from dmplay.core.text import escape_unprintable, format_count
-from dmplay.draw.options import DrawOptions
-from dmplay.views.algorithms.beliefs_and_alpha_vectors import (
+from dmplay.draw.beliefs_and_alpha_vectors import (
     draw_alpha_vectors,
     draw_belief_table,
     measure_belief_table,
 )
-from dmplay.views.algorithms.mixes_and_curves import draw_curve, draw_strategy_mixes
-from dmplay.views.algorithms.search_tree import draw_search_tree
-from dmplay.views.algorithms.state_values import draw_state_values
-from dmplay.views.toolkit.canvas import measure_text, split_rows, to_ascii
+from dmplay.draw.canvas import measure_text, split_rows, to_ascii
+from dmplay.draw.mixes_and_curves import draw_curve, draw_strategy_mixes
+from dmplay.draw.options import DrawOptions
+from dmplay.draw.search_tree import draw_search_tree
+from dmplay.draw.state_values import draw_state_values
 
 MIN_SECOND_COLUMNS, MAX_SECOND_COLUMNS = 30, 60  # columns of a second picture beside the first
 MIN_WIDE_COLUMNS = 110  # columns from which the first picture leaves space beside it
