@@ -18,11 +18,13 @@ ASCII_SPARK_LEVELS = "_.:-=+*#"
 def format_bar(fraction: float, width: int, ascii_only: bool) -> str:
     """Return a bar of `width` columns with eighths of a cell and dots for the empty part.
 
-    Callers draw the number beside it.
+    Callers draw the number beside it. The last digits of a probability depend on the processor, so
+    that a fraction between two lengths is rounded before.
     """
+    cells = round(fraction * width, 9)
     if ascii_only:
-        return ("#" * round(fraction * width)).ljust(width, ".")
-    eighths = round(fraction * width * 8)
+        return ("#" * round(cells)).ljust(width, ".")
+    eighths = round(cells * 8)
     full_cells, remainder = divmod(eighths, 8)
     return ("█" * full_cells + (BAR_EIGHTHS[remainder] if remainder else "")).ljust(width, "·")
 
