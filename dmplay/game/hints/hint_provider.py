@@ -203,14 +203,13 @@ class Hint:
     def regrets(self) -> Reals | None:
         """The best value minus the value of each action `[A]`; nan for illegal actions.
 
-        Differences of ratings within their errors are 0. None if the agent has no values, if they
+        Differences within the errors of the values are 0. None if the agent has no values, if they
         assume how the other agents play, or if they have sampling errors.
         """
         if self.values is None or self.values.errors is not None:
             return None
         basis, regrets = self.values.basis, self.values.regrets
-        if basis.accuracy is Accuracy.RATING:
-            regrets = np.where(regrets <= basis.resolution, 0.0, regrets)
+        regrets = np.where(regrets <= basis.resolution, 0.0, regrets)
         return regrets if basis.has_regrets else None
 
     @property
