@@ -152,9 +152,9 @@ def test_the_description_for_a_blind_predator_lists_the_likeliest_hexes() -> Non
         "(16%)."
     )
     assert collaborative_predator_prey.describe_situation(make_view_after("e w", sighted=True)) == (
-        "sensed nothing (2,0). likeliest prey hexes: (0,2) (16%), (-1,1) (15%), (3,1) (15%), "
-        "(4,0) (15%). your likeliest hexes: (2,0) (100%). at (2,0). E (3,0) prey 0%. NE wall. NW "
-        "(1,1) prey 0%. W (1,0) prey 0%. SW wall. SE wall. predator2 is hidden; "
+        "sensed nothing on (2,0) or beside it. likeliest prey hexes: (0,2) (16%), (-1,1) (15%), "
+        "(3,1) (15%), (4,0) (15%). your likeliest hexes: (2,0) (100%). at (2,0). E (3,0) prey 0%. "
+        "NE wall. NW (1,1) prey 0%. W (1,0) prey 0%. SW wall. SE wall. predator2 is hidden; "
         "the belief assumes uniformly random actions."
     )
     description = collaborative_predator_prey.describe_situation(
@@ -171,8 +171,8 @@ def test_without_a_belief_a_sighted_predator_sees_its_own_hex() -> None:
         assert board.count("@") == 1
     assert board.endswith("sensed nothing (2,0). belief: not shown")
     assert collaborative_predator_prey.describe_situation(view) == (
-        "sensed nothing (2,0). at (2,0). E (3,0) floor. NE wall. NW (1,1) floor. W (1,0) floor. "
-        "SW wall. SE wall. the belief is not shown."
+        "sensed nothing on (2,0) or beside it. at (2,0). E (3,0) floor. NE wall. NW (1,1) floor. "
+        "W (1,0) floor. SW wall. SE wall. the belief is not shown."
     )
 
 

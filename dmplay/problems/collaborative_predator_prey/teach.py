@@ -12,8 +12,10 @@ from dmplay.core.text import format_count
 from dmplay.errors import BadParameter, BudgetExceeded
 from dmplay.game.position import Position
 
-from .agents import MIN_DIFFERENCE, PLAN_RESOLUTION, PlansWithPartner, Qmdp
+from .agents import MIN_DIFFERENCE, PLAN_RESOLUTION, PlansWithPartner
 from .rules import CollaborativePredatorPrey
+
+MIN_LOOKAHEAD = 3  # turns left from which a value counts more than the next turn's reward
 
 
 class MoveFacts(NamedTuple):
@@ -53,8 +55,10 @@ def give_reasons(position: Position, action: int) -> list[str]:
         end = end if is_ahead else f"; after other moves {others_text}"
         reasons.append(f"After {label}, {text.format(facts[action][index])}{end}.")
     is_ahead = (ranks[action] > others.max(axis=0)).any()
-    if not is_ahead and position.agent and isinstance(position.agent.policy, Qmdp):
-        reasons.append(f"None of this favours {label}: its value also counts later turns.")
+    has_later_turns = (position.turns_left or MIN_LOOKAHEAD) >= MIN_LOOKAHEAD
+    if not is_ahead and has_later_turns and label in position.best_actions():
+        text = "Another move looks as good or better next turn"
+        reasons.append(f"{text}; the value of {label} also counts later turns.")
     if position.agent and isinstance(position.agent.policy, PlansWithPartner):
         text = f"Differences of values up to {PLAN_RESOLUTION:g} may be errors of the plans"
         reasons.append(f"{text}, and judge no choice.")

@@ -195,7 +195,7 @@ def _format_caption(
                 for map_row, observation, p in events
             ),
         ]
-    if options.regret is not None:
+    if options.regret is not None and np.nanmax(options.regret) > 0.0:
         columns = options.width
         if options.columns_beside_panel >= REGRET_ROW_COLUMNS:
             columns = options.columns_beside_panel
@@ -305,23 +305,34 @@ def _describe_partners(view: View[CollaborativePredatorPrey]) -> str:
     return f" {' and '.join(others)} {verb} hidden; the belief assumes uniformly random actions."
 
 
+def _get_possessive(view: View[CollaborativePredatorPrey]) -> str:
+    """Return the possessive pronoun of the viewer."""
+    return "your" if view.player_label == "you" else "its"
+
+
+def _describe_sense(view: View[CollaborativePredatorPrey]) -> str:
+    """Describe the last observation: whether the prey is on the viewer's hex or beside it."""
+    sense, _, own_hex = format_last_observation(view).partition(" ")
+    where = own_hex or f"{_get_possessive(view)} hex"
+    if sense != "prey":
+        return f"sensed nothing{f' on {where} or beside it' * bool(own_hex)}"
+    return f"sensed the prey on {where} or beside it"
+
+
 def goal_lines(view: View[CollaborativePredatorPrey]) -> list[str]:
     """Return the goal: the rewards of the team, and the information it lacks."""
-    slips = hex_map.describe_slips(view.problem.slip)
-    is_you = view.player_label == "you"
-    verb, possessive, be = ("sense", "your", "are") if is_you else ("senses", "its", "is")
-    sees = f"nobody sees where anybody is{', not even yourself' * is_you}"
-    if view.problem.sighted:
-        sees = "nobody sees the prey or the others"
+    slips, player = hex_map.describe_slips(view.problem.slip), view.player_label
+    see, sense, be = ("see", "sense", "are") if player == "you" else ("sees", "senses", "is")
+    own_hex = f"{_get_possessive(view)} own hex"
     is_blind, share = not view.problem.sighted, " each" * (len(view.problem.agents) > 1)
-    likely = f"the map shows how likely {view.player_label} and the prey are at each hex"
+    likely = f"the map shows how likely {player} and the prey are at each hex"
     return [
-        "step onto the hidden prey",
-        sees,
-        f"a catch pays {CAPTURE_REWARD:g}{share}",
+        "step onto the hidden, moving prey",
+        f"{player} {see} {'neither it nor' if is_blind else 'only'} {own_hex}",
+        f"one turn later, a catch pays {CAPTURE_REWARD:g}{share}, and the prey reappears",
         f"other turns cost {-MOVE_REWARD:g}",
-        *([f"keys step from wherever {view.player_label} {be}"] * is_blind),
-        f"{view.player_label} {verb} it on {possessive} hex or next to it",
+        *([f"keys step from wherever {player} {be}"] * is_blind),
+        f"{player} {sense} it on {own_hex} or beside it",
         *([slips] if slips else []),
         *([likely] * is_blind),
         *(["catches and score are told at the end"] * (view.rewards is None)),
@@ -367,7 +378,7 @@ def panel_rows(view: View[CollaborativePredatorPrey]) -> list[tuple[str, str]]:
 def describe_turn(view: View[CollaborativePredatorPrey]) -> str:
     """Describe the last action and observation, a catch if it may be known, and likely hexes."""
     stay = "stayed (caught), " if _has_certainly_caught(view) else ""
-    turn = f"chose {view.last_action_label.upper()}, {stay}sensed {format_last_observation(view)}."
+    turn = f"chose {view.last_action_label.upper()}, {stay}{_describe_sense(view)}."
     if view.rewards and view.rewards[-1] == CAPTURE_REWARD:
         hunter = "the team" if len(view.problem.agents) > 1 else view.player_label
         turn += f" {hunter} caught the prey."
@@ -408,7 +419,7 @@ def describe_situation(view: View[CollaborativePredatorPrey]) -> str:
     """Describe the last observation, the belief, the own hex if certain, and the partners."""
     problem, hex_beliefs = view.problem, compute_marginals(view)
     belief_text = _describe_belief(view, MAX_DESCRIBED_HEXES)
-    sentences = [f"sensed {format_last_observation(view)}.", belief_text]
+    sentences = [f"{_describe_sense(view)}.", belief_text]
     own_hex = _find_own_hex(view, hex_beliefs)
     if own_hex:
 
@@ -440,4 +451,5 @@ def describe_end(game: FinishedGame[CollaborativePredatorPrey]) -> str:
     catches += ["..."] * (len(turns) > MAX_LISTED_CATCHES)
     where = f": {', '.join(catches)}" if turns else ""
     caught = f"{game.team} caught the prey in {len(turns)} of {game.turns}{where}"
-    return f"{caught}; a catch pays {CAPTURE_REWARD:g}, any other turn costs {-MOVE_REWARD:g}"
+    pays = f"a turn that begins on its hex pays {CAPTURE_REWARD:g}"
+    return f"{caught}; {pays}, any other costs {-MOVE_REWARD:g}"

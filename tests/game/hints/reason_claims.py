@@ -641,8 +641,15 @@ def check_move(session: Session, action: int, match: re.Match[str]) -> Iterator[
 
 
 def check_no_lead(session: Session, action: int, match: re.Match[str]) -> Iterator[bool]:
-    """Yield whether the sentence is about this move."""
+    """Yield whether no chance is clearly greater, and the distance not clearly less, than after
+    every other move.
+    """
     yield match[1] == session.action_labels(0)[action]
+    for kind, samples in sample_moves(session).items():
+        sign = -1 if kind == "you are" else 1
+        means = [sign * part.mean() for part in samples]
+        error = max(5 * part.std() / len(part) ** 0.5 + 0.006 for part in samples)
+        yield means[action] <= max(np.delete(means, action)) + error
 
 
 SLIDES = ("left", "down", "right", "up")
@@ -720,6 +727,7 @@ CLAIMS: dict[str, dict[str, Claim]] = {
         r"you sense the prey with probability) (\d\.\d\d)(?: steps from the prey on average)?"
         r"(, more than after any other move|, nearer than after any other move|; after other moves)"
         r" \(?(\d\.\d\d) to (\d\.\d\d)\)?\.": check_move,
-        r"None of this favours ([a-z]+): its value also counts later turns\.": check_no_lead,
+        r"Another move looks as good or better next turn; the value of ([a-z]+) also counts later "
+        r"turns\.": check_no_lead,
     },
 }  # fmt: skip
