@@ -4,13 +4,14 @@ Gold is for at most 1 % of the loss of random play, silver for at most the loss 
 and bronze for less than that of random play. Where random play is absurd, a problem names another
 careless agent in its place. The loss is the regret if it is known exactly, else the score that a
 strong agent reaches more on average. Where random play is about as good as the best, luck decides,
-and there is no medal.
+and there is no medal; nor where half of the random games score as much as gold demands.
 """
 
 import math
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
+from dmplay.core.text import format_count
 from dmplay.game.hints.hint_provider import choose_decimals, format_fixed
 
 MEDALS = ("gold", "silver", "bronze")
@@ -30,6 +31,7 @@ class AgentValue(NamedTuple):
     is_exact: bool
     error: float = 0.0  # the standard error of the mean score
     rule: str = ""  # a clause on how it plays
+    median: float = -math.inf  # the median score of these games
 
     def __str__(self) -> str:
         """Return the agent as a player in a sentence: its name, and how it plays."""
@@ -60,6 +62,11 @@ class Medal(NamedTuple):
     missing: Mapping[str, str] = NO_REASONS  # by medal that cannot be won here: the reason
     rule: AgentValue | None = None  # the rule of thumb
 
+    @property
+    def is_best(self) -> bool:
+        """True if it is gold."""
+        return self.name == MEDALS[0]
+
     def __str__(self) -> str:
         """Return the medal with its limit, and the limit of the next better one, as one line."""
         if not self.limits:
@@ -77,7 +84,7 @@ class Medal(NamedTuple):
         score = format_fixed(result, decimals)
         line = f"{self.name or 'no'} medal: "
         line += f"your choices lost {lost}" if is_regret else f"you scored {score}"
-        if is_regret and not self.loss and self.name == MEDALS[0]:
+        if is_regret and not self.loss and self.is_best:
             return line
         for name, number in zip(names, numbers, strict=True):
             degree = f"at {'most' if is_regret else 'least'}"
@@ -91,11 +98,14 @@ class Medal(NamedTuple):
             line += "".join(f"; no {name}: {self.missing[name]}" for name in better)
         return f"{line}; averages of {self.game_count} games" if self.game_count else line
 
-    def describe_score(self) -> str:
-        """Return the rank of the score among the mean scores of agents."""
+    def describe_score(self, limit_turns: int = 0) -> str:
+        """Return the rank of the score among the mean scores of agents.
+
+        `limit_turns` are those of a game that its turn limit ended.
+        """
         best = self.best.agent
         if not self.limits:
-            return self._describe_luck()
+            return self._describe_luck(limit_turns)
         has_rule = "silver" in self.limits and self.rule is not None
         rule = str(self.rule) if has_rule else best
         if self.rule and self.rule.agent == best:
@@ -110,17 +120,22 @@ class Medal(NamedTuple):
             ranks["silver"] = ranks["gold"]
         return ranks.get(self.name, f"score not above the average of {self.random}")
 
-    def _describe_luck(self) -> str:
+    def _describe_luck(self, limit_turns: int) -> str:
         """Return the small difference of the scores of the best agent and of random play."""
         best, random = self.best.score, self.random.score
+        turns = format_count(limit_turns, "turn")
+        period = f"in {turns}, " if limit_turns else ""
         is_same = abs(best - random) <= LOSS_TOLERANCE * self.scale
         if self.best.is_exact or (is_same and not (self.best.error or self.random.error)):
-            return "every way to play is about as good here"
+            return f"{period}every way to play is about as good{' here' * (not period)}"
         decimals = choose_decimals([best, random], self.scale)
         means = f"{self.random} scored {format_fixed(random, decimals)}"
         rule = self.rule if self.rule and self.rule.agent == self.best.agent else self.best.agent
         means += f", {rule} {format_fixed(best, decimals)}"
-        return f"luck decides: on average of {self.game_count} games, {means}"
+        judgment = f"{period}luck decides"
+        if limit_turns and not self.best.error:  # every game of the best agent scores the same
+            judgment = f"{turns} are too few to tell good play from bad"
+        return f"{judgment}: on average of {self.game_count} games, {means}"
 
     @property
     def data(self) -> dict[str, object]:
@@ -152,13 +167,17 @@ def award_medal(  # noqa: PLR0913, PLR0917 - the values of the players
 ) -> Medal:
     """Return the medal for a loss, without limits if random play loses hardly anything.
 
+    Nor are there limits if half of the random games reach the score for gold.
+
     A rule of thumb that is worse than random play, or worth gold, gives no limit. `game_count` is
     that of the mean scores; the medal says so if one of them is used.
     """
     tolerance = LOSS_TOLERANCE * max(scale, abs(best.score))
     stake = best.score - random.score
     error = CLEAR_STANDARD_ERRORS * math.hypot(best.error, random.error)
-    if stake <= max(error, tolerance if best.is_exact else 0.0, NEGLIGIBLE_SHARE * scale):
+    is_common = random.median >= best.score - GOLD_SHARE * stake and not best.is_exact
+    least = max(error, tolerance if best.is_exact else 0.0, NEGLIGIBLE_SHARE * scale)
+    if is_common or stake <= least:
         return Medal("", loss, best, {}, game_count, scale, random, rule=rule)
     limits, missing = {"gold": (GOLD_SHARE * stake, "")}, {}
     if rule and rule.agent == best.agent:

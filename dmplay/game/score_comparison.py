@@ -208,7 +208,8 @@ class ScoreComparer:
             return None
         scores = games.returns[:, seat]
         error = float(scores.std(ddof=1)) / math.sqrt(len(scores))
-        return AgentValue(name, float(scores.mean()), is_exact=False, error=error, rule=rule)
+        mean, median = float(scores.mean()), float(np.median(scores))
+        return AgentValue(name, mean, is_exact=False, error=error, rule=rule, median=median)
 
     def _list_starts(self, seat: int) -> tuple[Array, Reals]:
         """Return the start as the seat knows it: states `[K, ...]` and probabilities `[K]`."""

@@ -246,10 +246,7 @@ class Verdict:
             return f"{period} no choice changes the score"
         if self.medal and self.medal.loss > 0 and self.matched_ghost == self.medal.best.agent != "":
             return f"score as good as that of {self.matched_ghost} with the same start and luck"
-        text = self.medal.describe_score() if self.medal else ""
-        if self.limit_turns and self.medal and not self.medal.limits:
-            text = f"in {format_count(self.limit_turns, 'turn')}, {text.removesuffix(' here')}"
-        return text
+        return self.medal.describe_score(self.limit_turns) if self.medal else ""
 
     @property
     def _is_score_fixed(self) -> bool:
@@ -277,8 +274,13 @@ class Verdict:
 
     @cached_property
     def costly_choices(self) -> list[ReviewedAction]:
-        """The choices that lost so much that they are worth another look."""
-        return list_costly_choices(self.moves)
+        """The choices that lost so much that they are worth another look.
+
+        If none did, they are those that together cost a gold medal.
+        """
+        costly = list_costly_choices(self.moves)
+        is_short_of_gold = self.medal and self.medal.best.is_exact and not self.medal.is_best
+        return costly or [move for move in self.moves if is_short_of_gold and move.loss > 0]
 
     @cached_property
     def marks(self) -> dict[int, str]:
@@ -414,7 +416,11 @@ def _compare_score(verdict: Verdict, comparer: ScoreComparer) -> Verdict:
     regret = choices.regret if choices and is_complete else None
     start_value = max(verdict.moves[0].values.values()) if verdict.moves else 0.0
     medal = comparer.find_medal(regret, start_value)
-    return replace(verdict, comparisons=comparer.compare_score(), medal=medal)
+    verdict = replace(verdict, comparisons=comparer.compare_score(), medal=medal)
+    if not (choices and verdict.costly_choices):
+        return verdict
+    worst = max(verdict.costly_choices, key=lambda move: move.loss)
+    return replace(verdict, choices=(replace(choices, worst=choices.worst or worst),))
 
 
 @contextmanager

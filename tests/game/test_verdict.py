@@ -260,6 +260,23 @@ def test_a_game_too_short_for_a_choice_to_matter_says_so() -> None:
     assert not any(line.startswith("choices: ") for line in verdict.lines)
 
 
+def test_a_score_that_most_random_games_reach_earns_no_medal() -> None:
+    verdict = judge(play("cart-pole", ["right", "left"] * 6, turns=12))
+    assert verdict.medal is not None
+    assert not verdict.medal.name
+    assert not verdict.medal.limits
+    assert verdict.summary.startswith("12 turns are too few")
+
+
+@pytest.mark.parametrize("push", ["0.3", "0.005"])
+def test_a_medal_below_gold_names_a_choice_that_cost_it(push: str) -> None:
+    verdict = judge(play("simple-regulator", [push] * 3))
+    assert verdict.medal is not None
+    (choices,) = verdict.choices
+    assert (verdict.medal.is_best, choices.worst is None) in {(True, True), (False, False)}
+    assert choices.near_count == 0
+
+
 def test_a_careless_player_measures_choices_where_random_play_is_absurd() -> None:
     verdict = judge(play("simple-regulator", ["-0.5"] * 4))
     assert verdict.summary.startswith("choices no better than the rule no-push (never pushes)")

@@ -92,6 +92,7 @@ class ReviewedAction(NamedTuple):
     errors: dict[str, float] | None = None  # the standard errors of values that are sampled
     regret_bounds: tuple[float, float] | None = None  # if the regret is not known exactly
     stated_belief: StatedBelief | None = None
+    is_number: bool = False  # The values are those of real numbers.
 
     @property
     def is_too_close(self) -> bool:
@@ -117,8 +118,7 @@ class ReviewedAction(NamedTuple):
     @property
     def is_mistake(self) -> bool:
         """True if the choice lost more than a choice that counts as right may lose."""
-        values = [*self.values.values()] or [0.0]
-        limit = (max(values) - min(values)) * RIGHT_LOSS_PERCENT / 100
+        limit = self._spread * RIGHT_LOSS_PERCENT / 100
         return (self.regret or 0.0) > max(limit, VALUE_TOLERANCE * self.scale)
 
     @property
@@ -150,8 +150,16 @@ class ReviewedAction(NamedTuple):
     @property
     def discounted_spread(self) -> float:
         """The best value minus the worst one, discounted as the regret is."""
+        return self.discount_factor * self._spread
+
+    @property
+    def _spread(self) -> float:
+        """The best value minus the worst one.
+
+        Of real numbers it is the size of the best value: the ends of an interval may be absurd.
+        """
         values = [*self.values.values()] or [0.0]
-        return self.discount_factor * (max(values) - min(values))
+        return abs(max(values)) if self.is_number else max(values) - min(values)
 
     @property
     def decimal_count(self) -> int:
@@ -163,7 +171,7 @@ class ReviewedAction(NamedTuple):
         """The review of this choice as data, with the basis of its values in words."""
         facts = self._asdict()
         last = {name: facts.pop(name) for name in ("about", "scale", "discount_factor")}
-        del facts["basis"]
+        del facts["basis"], facts["is_number"]
         errors = facts.pop("errors")
         last |= {} if errors is None else {"standard_errors": errors}
         belief = facts.pop("stated_belief")
@@ -402,6 +410,7 @@ def _review_real_action(
         regret_bounds=None if is_exact else (low, high),
         values=dict(zip(numbers, lower, strict=True)),
         basis=agent.basis._replace(accuracy=accuracy),
+        is_number=True,
     )
 
 

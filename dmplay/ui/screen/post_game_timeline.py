@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from contextlib import suppress
+from dataclasses import replace
 
 import numpy as np
 
@@ -45,7 +46,7 @@ class GameTimeline(Game):
         session = game.session.copy_at_start()
         session.reroll_counts = game.session.reroll_counts
         super().__init__(game.problem_name, session, game.player_names, game.keyboard)
-        self.verdict = Verdict(tuple(moves))
+        self.verdict = replace(game.verdict, moves=tuple(moves))
 
     @property
     def reveal(self) -> bool:
@@ -172,14 +173,16 @@ class GameTimeline(Game):
     @property
     def no_worst_turn_reason(self) -> str:
         """The reason why there are no worst turns."""
-        moves = [move for moves in self._moves_by_turn for move in moves]
+        moves, medal = self.verdict.moves, self.verdict.medal
         if any(move.basis.accuracy.is_bound for move in moves):
             return "no choice is judged, because only bounds are known; ← and → show each turn"
         ratings = [move for move in moves if move.basis.accuracy is Accuracy.RATING]
         if moves and all(move.regret is not None or move in ratings for move in moves):
             are_clear = not any(move.is_too_close or move.lost_something for move in moves)
             clear = "every choice was right" if are_clear else "no choice clearly lost much"
-            return f"nothing to improve: {clear}"
+            if medal and not medal.is_best:
+                return f"{clear}; {medal if medal.limits else self.verdict.summary}"
+            return f"nothing to improve: {clear}" if are_clear else clear
         return "no choice has a known regret; ← and → show each turn"
 
     def find_next_worst_turn(self, current: int) -> int:
