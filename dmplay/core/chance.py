@@ -98,18 +98,11 @@ class DiscreteUniform:
 
 @dataclass(frozen=True)
 class Uniform:
-    """A uniform distribution over the real numbers between two bounds `[B]`.
-
-    Raise ValueError if a lower bound is above the upper one.
-    """
+    """A uniform distribution over the real numbers between two bounds `[B]`, the lower first."""
 
     low: Reals  # [B]
     high: Reals  # [B]
     uniform_count: ClassVar[int] = 1
-
-    def __post_init__(self) -> None:
-        if np.any(np.greater(self.low, self.high)):
-            raise ValueError(f"got {self}, expected the lower bound first")
 
     def sample_events(self, u: Reals) -> Reals:
         """Return events `[B]` from uniforms `[B, 1]`."""

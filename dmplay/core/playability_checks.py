@@ -495,7 +495,8 @@ def _can_be_sampled(chance: object) -> bool:
         case DiscreteUniform(n, max_n):
             return bool(((np.asarray(n) >= 1) & (np.asarray(n) <= max_n)).all())
         case Uniform(low, high):
-            return bool(np.isfinite(low).all() and np.isfinite(high).all())
+            is_finite = np.isfinite(low).all() and np.isfinite(high).all()
+            return bool(is_finite and np.less_equal(low, high).all())
         case Normal():
             return all(np.isfinite(array).all() for array in vars(chance).values())
     return True

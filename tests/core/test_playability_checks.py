@@ -151,6 +151,7 @@ def test_text_observations_must_be_printable(text: str) -> None:
         Categorical(np.full((1, 1), np.nan)),
         DiscreteUniform(np.zeros(2, int), 2),
         Uniform(np.zeros(2), np.full(2, np.inf)),
+        Uniform(np.full(2, 4.0), np.full(2, 2.0)),
         Normal(np.full(2, np.nan), np.ones(2)),
         7,
     ],
