@@ -417,10 +417,16 @@ def _compare_score(verdict: Verdict, comparer: ScoreComparer) -> Verdict:
     start_value = max(verdict.moves[0].values.values()) if verdict.moves else 0.0
     medal = comparer.find_medal(regret, start_value)
     verdict = replace(verdict, comparisons=comparer.compare_score(), medal=medal)
-    if not (choices and verdict.costly_choices):
-        return verdict
-    worst = max(verdict.costly_choices, key=lambda move: move.loss)
-    return replace(verdict, choices=(replace(choices, worst=choices.worst or worst),))
+    seats = tuple(_name_worst_choice(seat, verdict.costly_choices) for seat in verdict.choices)
+    return replace(verdict, choices=seats)
+
+
+def _name_worst_choice(choices: SeatChoices, costly: Sequence[ReviewedAction]) -> SeatChoices:
+    """Return the choices with the costliest one of the seat as the worst, if regrets are exact."""
+    own = [move for move in costly if move.seat == choices.seat]
+    if choices.regret is None or not own:
+        return choices
+    return replace(choices, worst=max(own, key=lambda move: move.loss))
 
 
 @contextmanager

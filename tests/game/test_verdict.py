@@ -268,6 +268,13 @@ def test_a_score_that_most_random_games_reach_earns_no_medal() -> None:
     assert verdict.summary.startswith("12 turns are too few")
 
 
+def test_a_verdict_keeps_the_choices_of_both_people() -> None:
+    verdict = judge(play("collaborative-predator-prey", ["e", "w"] * 4, "human", turns=4))
+    assert verdict.comparisons
+    assert [choices.seat for choices in verdict.choices] == ["predator1", "predator2"]
+    assert all(choices.worst is None for choices in verdict.choices)  # their regret is unknown
+
+
 @pytest.mark.parametrize("push", ["0.3", "0.005"])
 def test_a_medal_below_gold_names_a_choice_that_cost_it(push: str) -> None:
     verdict = judge(play("simple-regulator", [push] * 3))
