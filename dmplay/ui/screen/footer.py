@@ -204,6 +204,8 @@ def _iter_ranked_keys(actions: Sequence[ActionKey], hint: Hint | None) -> Iterat
     max_regret = ranking[-1][1]
     decimals = choose_hint_decimals([regret for _, regret in ranking], hint.values.scale)
     for with_names, with_bars, with_numbers in RANKED_KEY_FORMS:
+        if not (with_names or max_regret):
+            continue  # among equals, the names of the keys tell more
         ranked = []
         for action, regret in ranking:
             is_equally_good = with_names and hint.action not in {None, action}
