@@ -181,7 +181,7 @@ class GameTimeline(Game):
             are_clear = not any(move.is_too_close or move.lost_something for move in moves)
             clear = "every choice was right" if are_clear else "no choice clearly lost much"
             if medal and not medal.is_best:
-                return f"{clear}; {medal if medal.limits else self.verdict.summary}"
+                return f"{clear}; {medal}"
             return f"nothing to improve: {clear}" if are_clear else clear
         return "no choice has a known regret; ← and → show each turn"
 
