@@ -73,6 +73,13 @@ class SeatChoices:
     has_hidden_states: bool = False
     others: tuple[str, ...] = ()  # the other players, whose choices are luck to this one
 
+    def name_worst_choice(self, costly: Sequence[ReviewedAction]) -> "SeatChoices":
+        """Return the choices with the seat's costliest one as the worst, if the regret is known."""
+        own = [move for move in costly if move.seat == self.seat]
+        if self.regret is None or not own:
+            return self
+        return replace(self, worst=max(own, key=lambda move: move.loss))
+
     def format_choice_lines(self, prefix: str = "", stake: float = 0.0) -> list[str]:
         """Return a line on the choices; with exact values also one each on luck and worst turn.
 
@@ -417,16 +424,8 @@ def _compare_score(verdict: Verdict, comparer: ScoreComparer) -> Verdict:
     start_value = max(verdict.moves[0].values.values()) if verdict.moves else 0.0
     medal = comparer.find_medal(regret, start_value)
     verdict = replace(verdict, comparisons=comparer.compare_score(), medal=medal)
-    seats = tuple(_name_worst_choice(seat, verdict.costly_choices) for seat in verdict.choices)
+    seats = tuple(seat.name_worst_choice(verdict.costly_choices) for seat in verdict.choices)
     return replace(verdict, choices=seats)
-
-
-def _name_worst_choice(choices: SeatChoices, costly: Sequence[ReviewedAction]) -> SeatChoices:
-    """Return the choices with the costliest one of the seat as the worst, if regrets are exact."""
-    own = [move for move in costly if move.seat == choices.seat]
-    if choices.regret is None or not own:
-        return choices
-    return replace(choices, worst=max(own, key=lambda move: move.loss))
 
 
 @contextmanager

@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -268,11 +269,12 @@ def test_a_score_that_most_random_games_reach_earns_no_medal() -> None:
     assert verdict.summary.startswith("12 turns are too few")
 
 
-def test_a_verdict_keeps_the_choices_of_both_people() -> None:
-    verdict = judge(play("collaborative-predator-prey", ["e", "w"] * 4, "human", turns=4))
-    assert verdict.comparisons
-    assert [choices.seat for choices in verdict.choices] == ["predator1", "predator2"]
-    assert all(choices.worst is None for choices in verdict.choices)  # their regret is unknown
+def test_a_worst_choice_is_the_seats_own_and_needs_a_known_regret() -> None:
+    judged = judge(play("simple-regulator", ["0.3"] * 3))
+    own = replace(judged.choices[0], worst=None)
+    assert own.name_worst_choice(judged.moves).worst in judged.moves
+    assert replace(own, seat="another").name_worst_choice(judged.moves).worst is None
+    assert replace(own, regret=None).name_worst_choice(judged.moves).worst is None
 
 
 @pytest.mark.parametrize("push", ["0.3", "0.005"])
