@@ -75,10 +75,10 @@ class SeatChoices:
 
     def name_worst_choice(self, costly: Sequence[ReviewedAction]) -> "SeatChoices":
         """Return the choices with the seat's costliest one as the worst, if the regret is known."""
-        own = [move for move in costly if move.seat == self.seat]
-        if self.regret is None or not own:
+        seat_moves = [move for move in costly if move.seat == self.seat]
+        if self.regret is None or not seat_moves:
             return self
-        return replace(self, worst=max(own, key=lambda move: move.loss))
+        return replace(self, worst=max(seat_moves, key=lambda move: move.loss))
 
     def format_choice_lines(self, prefix: str = "", stake: float = 0.0) -> list[str]:
         """Return a line on the choices; with exact values also one each on luck and worst turn.

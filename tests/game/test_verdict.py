@@ -271,10 +271,10 @@ def test_a_score_that_most_random_games_reach_earns_no_medal() -> None:
 
 def test_a_worst_choice_is_the_seats_own_and_needs_a_known_regret() -> None:
     judged = judge(play("simple-regulator", ["0.3"] * 3))
-    own = replace(judged.choices[0], worst=None)
-    assert own.name_worst_choice(judged.moves).worst in judged.moves
-    assert replace(own, seat="another").name_worst_choice(judged.moves).worst is None
-    assert replace(own, regret=None).name_worst_choice(judged.moves).worst is None
+    choices = replace(judged.choices[0], worst=None)
+    assert choices.name_worst_choice(judged.moves).worst in judged.moves
+    assert replace(choices, seat="another").name_worst_choice(judged.moves).worst is None
+    assert replace(choices, regret=None).name_worst_choice(judged.moves).worst is None
 
 
 @pytest.mark.parametrize("push", ["0.3", "0.005"])
