@@ -4,10 +4,12 @@ from bisect import bisect_right
 from collections.abc import Iterable, Sequence
 from functools import lru_cache
 from itertools import accumulate, groupby
+from textwrap import TextWrapper
 
 from rich.style import Style
 from rich.text import Span, Text
 
+from dmplay.core.text import escape_unprintable
 from dmplay.core.work_budget import Budget
 
 ASCII_TRANSLATION = str.maketrans(
@@ -148,6 +150,22 @@ def split_styled_rows(plain: str, spans: Sequence[Span]) -> list[Text]:
             row_spans[y].append(Span(max(start - x, 0), min(end - x, len(rows[y])), style))
             y += 1
     return [_make_row(row, (*pieces,)) for row, pieces in zip(rows, row_spans, strict=True)]
+
+
+def join_beside(drawings: Sequence[Sequence[Text]], columns: Sequence[int]) -> list[Text]:
+    """Return the rows of drawings beside each other, each drawing from its column on."""
+    rows = [Text() for _ in range(max(map(len, drawings), default=0))]
+    for drawing, column in zip(drawings, columns, strict=True):
+        for row, piece in zip(rows, drawing, strict=False):
+            if piece.plain:
+                row.append(" " * (column - len(row.plain))).append_text(piece)
+    return rows
+
+
+def wrap_text(text: str, columns: int, style: str = "") -> list[Text]:
+    """Wrap text to rows without splitting words at hyphens; unprintable characters are escaped."""
+    wrapper = TextWrapper(max(columns, 1), break_on_hyphens=False)
+    return [Text(row, style=style) for row in wrapper.wrap(escape_unprintable(text))]
 
 
 def to_ascii(text: Text) -> Text:

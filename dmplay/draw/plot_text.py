@@ -6,7 +6,6 @@ the same. Neither draws hexes, triangles, tables or regions.
 """
 
 import itertools
-import textwrap
 from collections.abc import Sequence
 
 import numpy as np
@@ -17,7 +16,15 @@ from dmplay.core.hexgrid import Hex
 from dmplay.core.text import format_score
 from dmplay.draw import hex_map
 from dmplay.draw.axes import PlotArea
-from dmplay.draw.canvas import BAR_LEVELS, Canvas, format_to_width, measure_text, split_rows
+from dmplay.draw.canvas import (
+    BAR_LEVELS,
+    Canvas,
+    format_to_width,
+    join_beside,
+    measure_text,
+    split_rows,
+    wrap_text,
+)
 from dmplay.draw.hex_map import COMPACT_SIZE, DOT_SIZE, NORMAL_SIZE, HexSize
 from dmplay.draw.panels import (
     BoardPanel,
@@ -65,29 +72,12 @@ def draw_plot(plot: Plot, columns: int) -> Text:
     drawings = [_draw_panel(panel, columns, actions, is_small=is_small) for panel in plot.panels]
     width = max(measure_text(drawing)[0] for drawing in drawings) + PANEL_GAP
     per_row = max((columns + PANEL_GAP) // width, 1)
-    groups = [drawings[first : first + per_row] for first in range(0, len(drawings), per_row)]
-    lines = [_wrap(plot.title, columns, "bold"), *(_join_beside(group, width) for group in groups)]
+    lines = wrap_text(plot.title, columns, "bold")
+    for first in range(0, len(drawings), per_row):
+        group = list(map(split_rows, drawings[first : first + per_row]))
+        lines += join_beside(group, range(0, len(group) * width, width))
     lines += [_draw_action_legend(actions)] if actions else []
-    lines += [_wrap(note, columns, "dim") for note in plot.notes]
-    return Text("\n").join(lines)
-
-
-def _wrap(text: str, columns: int, style: str) -> Text:
-    """Return text wrapped at spaces, in one style."""
-    return Text("\n".join(textwrap.wrap(text, columns)), style=style)
-
-
-def _join_beside(drawings: Sequence[Text], width: int) -> Text:
-    """Return drawings beside each other, each `width` columns wide."""
-    rows_of_drawings = [split_rows(drawing) for drawing in drawings]
-    lines = []
-    for y in range(max(map(len, rows_of_drawings))):
-        line = Text()
-        for number, rows in enumerate(rows_of_drawings):
-            line.append(" " * (number * width - len(line.plain)))
-            line.append_text(rows[y] if y < len(rows) else Text())
-        line.rstrip()
-        lines.append(line)
+    lines += [row for note in plot.notes for row in wrap_text(note, columns, "dim")]
     return Text("\n").join(lines)
 
 

@@ -1,7 +1,5 @@
 """A step of an algorithm as rows: title, sentences, formula, and as many pictures as fit."""
 
-from textwrap import TextWrapper
-
 from rich.text import Text
 
 from dmplay.algorithms.step import (
@@ -15,13 +13,13 @@ from dmplay.algorithms.step import (
     TreeNode,
 )
 from dmplay.core.problem import Problem
-from dmplay.core.text import escape_unprintable, format_count
+from dmplay.core.text import format_count
 from dmplay.draw.beliefs_and_alpha_vectors import (
     draw_alpha_vectors,
     draw_belief_table,
     measure_belief_table,
 )
-from dmplay.draw.canvas import measure_text, split_rows, to_ascii
+from dmplay.draw.canvas import join_beside, measure_text, split_rows, to_ascii, wrap_text
 from dmplay.draw.mixes_and_curves import draw_curve, draw_strategy_mixes
 from dmplay.draw.options import DrawOptions
 from dmplay.draw.search_tree import draw_search_tree
@@ -53,12 +51,12 @@ def draw_algorithm_picture(picture: Picture, problem: Problem, options: DrawOpti
 
 def compose_step_rows(step: Step, problem: Problem, options: DrawOptions) -> list[Text]:
     """Return exactly `options.height` rows: the sentences, the formula and the pictures."""
-    formula = _wrap(step.formula, options.width, "bold")
+    formula = wrap_text(step.formula, options.width, "bold")
     max_rows, sentence_count = options.height - len(formula) - MIN_PICTURE_ROWS, len(step.sentences)
-    sentences = _wrap(" ".join(step.sentences), options.width)
+    sentences = wrap_text(" ".join(step.sentences), options.width)
     while sentence_count > 1 and len(sentences) > max_rows:
         sentence_count -= 1  # The most important sentences come first.
-        sentences = _wrap(" ".join(step.sentences[:sentence_count]), options.width)
+        sentences = wrap_text(" ".join(step.sentences[:sentence_count]), options.width)
     rows = [*sentences, *formula]
     space = options.height - len(rows)
     if space > MIN_PICTURE_ROWS + 2:
@@ -88,7 +86,7 @@ def compose_pictures(step: Step, problem: Problem, options: DrawOptions) -> list
             size = size._replace(width=width, height=min(options.height, MAX_SECOND_ROWS))
         if free_columns >= minimum or not rows:
             drawing = split_rows(draw_algorithm_picture(picture, problem, size))
-            rows = _join_beside(rows, drawing, columns)
+            rows = join_beside([rows, drawing], [0, columns])
         elif free_rows >= MIN_SECOND_ROWS or (free_rows > 0 and isinstance(picture, Curve)):
             size = options._replace(height=min(free_rows, MAX_SECOND_ROWS))
             rows += [Text(""), *split_rows(draw_algorithm_picture(picture, problem, size))]
@@ -105,20 +103,3 @@ def _minimum_columns(picture: Picture) -> int:
     if isinstance(picture, BeliefTable):
         return max(measure_belief_table(picture), MIN_SECOND_COLUMNS)
     return MIN_SECOND_COLUMNS
-
-
-def _join_beside(left: list[Text], right: list[Text], column: int) -> list[Text]:
-    """Return the rows of two drawings beside each other, the second from a column on."""
-    rows = []
-    for index in range(max(len(left), len(right))):
-        row = left[index].copy() if index < len(left) else Text("")
-        if index < len(right) and right[index].plain:
-            row.append(" " * (column - len(row.plain))).append_text(right[index])
-        rows.append(row)
-    return rows
-
-
-def _wrap(text: str, width: int, style: str = "") -> list[Text]:
-    """Wrap a text to rows; unprintable characters are escaped."""
-    wrapper = TextWrapper(max(width, 1), break_on_hyphens=False)
-    return [Text(row, style=style) for row in wrapper.wrap(escape_unprintable(text))]

@@ -8,6 +8,7 @@ from rich.text import Text
 
 from dmplay.core.text import escape_unprintable, format_count
 from dmplay.core.work_budget import ComputationStopped
+from dmplay.draw.canvas import wrap_text
 from dmplay.errors import DmplayError
 from dmplay.game import saves
 from dmplay.game.background_tasks import TaskInfo, run_cancellable
@@ -25,7 +26,6 @@ from dmplay.ui.gallery.preview import (
     ProblemPreview,
     make_first_game_preview,
     make_preview,
-    wrap_text,
     your_game_rows,
 )
 from dmplay.ui.gallery.problem_entries import ProblemEntry, find_next_problem

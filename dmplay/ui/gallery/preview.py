@@ -1,7 +1,6 @@
 """The gallery's preview of a problem: first board, goal, agents, and the player's games."""
 
 from datetime import date
-from textwrap import TextWrapper
 from typing import NamedTuple
 
 from rich.text import Text
@@ -10,7 +9,7 @@ from dmplay.core.problem import Problem
 from dmplay.core.session import Session, View
 from dmplay.core.text import escape_unprintable, format_count, format_score
 from dmplay.core.uniforms import SeededUniforms
-from dmplay.draw.canvas import split_rows
+from dmplay.draw.canvas import split_rows, wrap_text
 from dmplay.draw.options import DrawOptions
 from dmplay.game.player_records import GameResult, ProblemRecord
 from dmplay.game.start_seeds import choose_daily_seed
@@ -80,12 +79,6 @@ class ProblemPreview(NamedTuple):
         if len(self.agents) > MAX_AGENTS_SHOWN:
             suffix = f" and {len(self.agents) - MAX_AGENTS_SHOWN} more"
         return f"agents: {', '.join(self.agents[:MAX_AGENTS_SHOWN])}{suffix}"
-
-
-def wrap_text(text: str, width: int, style: str = "") -> list[Text]:
-    """Wrap text to rows without splitting words at hyphens; unprintable characters are escaped."""
-    rows = TextWrapper(max(width, 1), break_on_hyphens=False).wrap(escape_unprintable(text))
-    return [Text(row, style=style) for row in rows]
 
 
 def make_preview(problem_name: str, today: date, seed: int | None = None) -> ProblemPreview:
