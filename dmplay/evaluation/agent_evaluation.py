@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import NamedTuple, cast
 
 from dmplay.agents.base import AdviceQuestion
-from dmplay.core.policy import Policy
+from dmplay.core.policy import Policy, is_policy_sequence
 from dmplay.core.problem import Problem, check_problem, find_seat
 from dmplay.core.return_bounds import count_weighty_turns
 from dmplay.core.session import Session
@@ -17,11 +17,13 @@ from dmplay.core.work_budget import ProgressCallback, report_progress_to, scale_
 from dmplay.errors import BadParameter, DmplayError, Forfeit
 from dmplay.evaluation.interruptible_rollouts import check_episode_count
 from dmplay.evaluation.player_evaluation import EvaluatedGame, Evaluation, PlayerEvaluation
+from dmplay.evaluation.sweep import expand_entrants
 from dmplay.external.bots.shutdown import close_bots
 from dmplay.game.hints.lost_value import ValueMeter, explain_missing_parts
 from dmplay.game.manual_game import ManualGame
 from dmplay.game.recorded_games import PathLike, read
-from dmplay.game.seats import list_judged_seats
+from dmplay.game.seats import HUMAN, list_judged_seats
+from dmplay.game.session_files import find_recorded_name
 from dmplay.registry.agents import (
     AgentLike,
     assign_entrant,
@@ -29,7 +31,7 @@ from dmplay.registry.agents import (
     format_agent_label,
     load_agents,
 )
-from dmplay.registry.problems import ProblemLike, load_problem, resolve_problem
+from dmplay.registry.problems import ProblemLike, list_problems, load_problem, resolve_problem
 from dmplay.simulation.worker_pool import WorkerCount, run_blocks
 from dmplay.transcript.format import resolve_turn_limit
 
@@ -52,6 +54,7 @@ class EvaluatedLineup:
     seed: int = 0
     episodes: int = DEFAULT_EPISODES
     folder: Path | None = None  # for transcripts
+    player_number: int | None = None  # in the names of transcripts, if there are several players
     _meters: Meters = field(default_factory=dict)
 
     @cached_property
@@ -74,9 +77,18 @@ class EvaluatedLineup:
         name = find_agent_name(self.problem, self.seat, policy)
         return format_agent_label(agent) if name == type(policy).__name__ else name
 
+    @property
+    def _unrecorded_player(self) -> str:
+        """The name of the evaluated agent if it is the only one that no name loads again."""
+        seated = enumerate(zip(self.policies, self.agents, strict=True))
+        names = [find_recorded_name(self.problem, seat, *agent) for seat, agent in seated]
+        is_only = names[self.seat] == HUMAN and names.count(HUMAN) == 1
+        return self.player if is_only else ""
+
     def path(self, episode: int) -> Path:
         """Return the path of an episode's transcript; raise BadParameter if there is a file."""
-        stem = "".join(c if c.isalnum() else "-" for c in self.title).strip("-")
+        title = self.title if self.player_number is None else f"{self.title} {self.player_number}"
+        stem = "".join(c if c.isalnum() else "-" for c in title).strip("-")
         number = f"{episode:0{len(str(self.episodes - 1))}}"
         path = (self.folder or Path()) / f"{stem}-{number}.dmt"
         if path.exists():
@@ -118,13 +130,13 @@ class EvaluatedLineup:
         except Forfeit:
             session.end("forfeit")
         if self.folder is not None:
-            game.save(self.path(episode))
+            game.save(self.path(episode), player=self._unrecorded_player)
         question = game.advice_question(self.seat)
         return measure_game(f"episode {episode}", session, question, self._meters)
 
 
 def evaluate(  # noqa: PLR0913 - each is the caller's to choose
-    agent: AgentLike | Sequence[AgentLike],
+    agent: AgentLike | Sequence[AgentLike | Sequence[AgentLike]],
     problems: ProblemLike | Sequence[ProblemLike],
     episodes: int = DEFAULT_EPISODES,
     *,
@@ -137,30 +149,47 @@ def evaluate(  # noqa: PLR0913 - each is the caller's to choose
     folder: PathLike | None = None,
     progress: ProgressCallback | None = None,
 ) -> Evaluation:
-    """Play games of an agent in each problem, and return where it lost value.
+    """Play games of one or several agents in each problem, and return where each lost value.
 
-    The agent has one `seat`, and `others` play the other seats, by default the usual agents; a
-    sequence has an agent for each seat. The games are those of `run`, whatever the workers and the
-    executor. If a `folder` is given, their transcripts are written there, and
-    `evaluate_transcripts` computes the same numbers from them. Raise BadParameter if one of the
-    files exists.
+    The agents are those of `compare`: each plays `seat`, or is itself a sequence with an agent for
+    each seat. If it is one agent, `others` play the other seats, by default the usual agents. A
+    range in a name makes several agents. Each plays the games of `run`, whatever the workers and
+    the executor.
+
+    If a `folder` is given, transcripts are written there, and `evaluate_transcripts` computes the
+    same numbers from them. Raise BadParameter if one of the files exists, and if a problem stands
+    where an agent is expected.
     """
     is_list = isinstance(problems, list | tuple)
+    items = agent if is_policy_sequence(agent) else [agent]
+    entrants = expand_entrants(cast("Sequence[AgentLike | Sequence[AgentLike]]", items))
+    _check_order(entrants)
     lineups = []
     for item in cast("list[ProblemLike]", problems if is_list else [problems]):
         name = resolve_problem(item, {}).name if isinstance(item, str) else ""
-        problem = load_problem(item)
+        problem, meters = load_problem(item), Meters()
         check_problem(problem, turns)
         index = find_seat(problem, seat)
-        agents = assign_entrant(problem, agent, index, others)
         title = name or type(problem).__name__
-        lineups.append(
-            EvaluatedLineup(
-                problem, agents, index, title, name, turns, seed, episodes,
-                None if folder is None else Path(folder),
-            )
-        )  # fmt: skip
+        for number, entrant in enumerate(entrants, 1):
+            agents = assign_entrant(problem, entrant, index, others)
+            lineups.append(
+                EvaluatedLineup(
+                    problem, agents, index, title, name, turns, seed, episodes,
+                    None if folder is None else Path(folder),
+                    number if len(entrants) > 1 else None, meters,
+                )
+            )  # fmt: skip
     return evaluate_lineups(lineups, workers, executor, progress)
+
+
+def _check_order(entrants: Sequence[object]) -> None:
+    """Raise BadParameter if the problems stand where the agents are expected."""
+    for entrant in entrants:
+        is_class = isinstance(entrant, type) and issubclass(entrant, Problem)
+        if is_class or isinstance(entrant, Problem) or entrant in list_problems():
+            expected = "expected evaluate(agent, problems)"
+            raise BadParameter(f"agent: got the problem {format_agent_label(entrant)}, {expected}")
 
 
 def evaluate_lineups(

@@ -156,10 +156,16 @@ class ManualGame(NotebookDisplay):
         """Return the rows as a data frame of pandas, or of the `library` polars."""
         return make_frame(self.list_rows(review=review), library)
 
-    def save(self, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
-        """Write the game as a transcript, as `dmplay.save` does; the names of agents are kept."""
+    def save(
+        self, path: str | os.PathLike[str], *, player: str = "", overwrite: bool = False
+    ) -> None:
+        """Write the game as a transcript, as `dmplay.save` does; the names of agents are kept.
+
+        `player` is your name, or that of an agent that is recorded as a person.
+        """
         loaded = resolve_problem(self._problem_name, {}) if self._problem_name else None
-        write_session(self.session, Path(path), self._recorded_players, loaded, overwrite=overwrite)
+        names = self._recorded_players
+        write_session(self.session, Path(path), names, loaded, player=player, overwrite=overwrite)
 
     @property
     def returns(self) -> dict[str, float]:

@@ -50,12 +50,13 @@ def find_recorded_name(
     return agent if isinstance(agent, str) else HUMAN
 
 
-def write_session(
+def write_session(  # noqa: PLR0913 - facts of a header
     session: Session,
     path: Path,
     players: Sequence[str],
     loaded: LoadedProblem | None = None,
     *,
+    player: str = "",
     overwrite: bool = False,
 ) -> None:
     """Write a session with the names of its players; by default, its problem is identified."""
@@ -69,6 +70,7 @@ def write_session(
         seed=uniforms.seed,
         episode=uniforms.episode,
         turns=session.turn_limit if has_own_limit else None,
+        player=player,
     )
     header = make_header(loaded, players, request, path)
     is_private = session.problem.partially_observable and not session.over

@@ -156,6 +156,35 @@ def test_the_command_prints_rows_for_problems_settings_or_games(tmp_path: Path) 
     assert [row["choosing"] for row in again] == [row["choosing"] for row in settings]
 
 
+def test_several_players_are_evaluated_on_the_same_games(tmp_path: Path) -> None:
+    def feed(view: dmplay.View[dmplay.Problem]) -> str:
+        return "feed"
+
+    def ignore(view: dmplay.View[dmplay.Problem]) -> str:
+        return "ignore"
+
+    folder, options = tmp_path / "games", {"turns": 5}
+    names = ["optimal:horizon=2:4:2", feed, ignore]
+    evaluation = dmplay.evaluate(names, "crying-baby", 2, folder=folder, **options)  # type: ignore[arg-type]
+    rows = evaluation.list_rows()
+    players = ["optimal:horizon=2", "optimal:horizon=4", "feed", "ignore"]
+    assert [row["player"] for row in rows] == players
+    (alone,) = dmplay.evaluate(ignore, "crying-baby", 2, **options).list_rows()  # type: ignore[arg-type]
+    assert rows[3] == alone
+    assert dmplay.evaluate_transcripts(folder).list_rows() == rows
+    lineup = dmplay.evaluate([["grim", "random"]], "prisoners-dilemma", 3)
+    assert lineup == dmplay.evaluate("grim", "prisoners-dilemma", 3, others="random")
+
+
+@pytest.mark.parametrize("problem", ["hexworld", dmplay.load_problem("catch"), dmplay.MatrixGame])
+def test_a_problem_in_the_place_of_the_agent_is_an_error_that_says_the_order(
+    problem: object,
+) -> None:
+    for agents in problem, ["random", problem]:
+        with pytest.raises(BadParameter, match=r"expected evaluate\(agent, problems\)"):
+            dmplay.evaluate(agents, "optimal")  # type: ignore[arg-type]
+
+
 @pytest.mark.parametrize("columns", [50, 80])
 def test_the_table_fits_the_terminal_and_names_what_it_leaves_out(
     tmp_path: Path, columns: int
