@@ -253,7 +253,7 @@ def _bound_difference(
     if bounds is None:
         raise BadParameter(
             "decide: the returns of this problem have no known bounds; give the smallest and the "
-            "largest return with --bounds, or use --asymptotic"
+            "largest return as bounds, or ask for an asymptotic decision"
         )
     return bounds[1] - bounds[0]
 

@@ -63,7 +63,7 @@ def test_more_work_tightens_bounds_and_is_suggested_while_it_helps(
         fine.bounds.upper_bound - fine.bounds.lower_bound
         < coarse.bounds.upper_bound - coarse.bounds.lower_bound
     )
-    assert suggest_closer_bounds(coarse.bounds, 1.0, "--work ") == "; for closer bounds: --work 10"
+    assert suggest_closer_bounds(coarse.bounds, 1.0, "work=") == "; for closer bounds: work=10"
     assert suggest_closer_bounds(fine.bounds, 30.0, "work=").endswith(": work=100")
     assert not suggest_closer_bounds(fine.bounds, 100.0, "work=")
     assert not suggest_closer_bounds(fine.bounds._replace(is_gap_closed=True), 1.0, "work=")

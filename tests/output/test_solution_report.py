@@ -104,7 +104,7 @@ def test_throws_that_the_discount_makes_endless_are_solved_without_end() -> None
 
 @pytest.mark.parametrize(("discount", "where"), [(1.0, " without a discount"), (0.99, "")])
 def test_too_many_throws_are_refused_in_one_line(discount: float, where: str) -> None:
-    text = f"^--turns: got 2000, expected at most 1000{where}$"
+    text = f"^turns: got 2000, expected at most 1000{where}$"
     with pytest.raises(BadParameter, match=text):
         solve_catch(2000, discount=discount)
 

@@ -304,7 +304,7 @@ def test_a_long_game_without_a_discount_is_bounded() -> None:
     assert solution.result.startswith("value ")
     with (
         use_solve_options(SolveOptions(turns=2000)),
-        pytest.raises(BadParameter, match=r"^--turns: got 2000, expected"),
+        pytest.raises(BadParameter, match=r"^turns: got 2000, expected"),
     ):
         solve.solve_problem(make_four_by_three(1.0))
 
@@ -320,7 +320,7 @@ def test_solving_uses_the_requested_amount_of_work(monkeypatch: pytest.MonkeyPat
     monkeypatch.setattr(solver, "DEFAULT_WORK_LIMIT", 2e7)
     with use_solve_options(SolveOptions(work=2.0)):
         result = solve.solve_problem(make_four_by_three(0.95)).result
-    assert result.endswith("; for closer bounds: --work 20")
+    assert result.endswith("; for closer bounds: work=20")
     with (
         use_solve_options(options := SolveOptions(work=2.0)),
         pytest.raises(
@@ -353,7 +353,7 @@ def test_more_turns_than_can_be_solved_are_refused_with_the_maximum() -> None:
         use_solve_options(SolveOptions(turns=20_000)),
         pytest.raises(
             BadParameter,
-            match=r"^--turns: got 20000, expected at most 10000 for 2 states; without --turns",
+            match=r"^turns: got 20000, expected at most 10000 for 2 states; without turns",
         ),
     ):
         solve.solve_problem(Lamp(discount=0.999999))

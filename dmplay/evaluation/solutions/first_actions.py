@@ -117,7 +117,7 @@ def _make_agent_for_turns(agent: PointBasedPolicy, turns: int | None) -> PointBa
         return agent  # The method names the infinite horizon.
     if turns > MAX_HORIZON and problem.discount**MAX_HORIZON >= MIN_PLANNED_WEIGHT:
         where = "" if is_discounted else " without a discount"
-        raise BadParameter(f"--turns: got {turns}, expected at most {MAX_HORIZON}{where}")
+        raise BadParameter(f"turns: got {turns}, expected at most {MAX_HORIZON}{where}")
     return replace(agent, horizon=min(turns, MAX_HORIZON))
 
 
@@ -137,7 +137,7 @@ def _solve_bounds(agent: PointBasedPolicy, turns: int | None) -> Solution:
     marks = np.asarray(upper[legal] >= lower[legal].max() - bounds.min_gap)
     rows = _build_action_rows(problem, {"lower bound": lower, "upper bound": upper}, marks, legal)
     span = format_count(agent.game_turns, "turn") if agent.game_turns else "infinite horizon"
-    remedy = suggest_closer_bounds(bounds, agent.work, "--work ")
+    remedy = suggest_closer_bounds(bounds, agent.work, "work=")
     if bounds.upper_bound - bounds.lower_bound > bounds.min_gap and marks.sum() > 1:
         remedy = f"; the bounds of {marks.sum()} actions overlap{remedy}"
     beliefs = format_count(bounds.expanded_belief_count, "belief")

@@ -78,8 +78,8 @@ def _check_planned_turns(problem: Problem, turns: int) -> None:
     max_turns = min(backward_induction.MAX_TURNS, MAX_STATE_TURNS // state_count)
     if turns > max_turns:
         raise BadParameter(
-            f"--turns: got {turns}, expected at most {max_turns} "
-            f"for {format_count(state_count, 'state')}; without --turns the horizon is infinite"
+            f"turns: got {turns}, expected at most {max_turns} "
+            f"for {format_count(state_count, 'state')}; without turns the horizon is infinite"
         )
 
 

@@ -102,11 +102,11 @@ def solve_problem(problem: Problem, method_name: str = "") -> Solution:
 def _find_named_solver(problem: Problem, name: str) -> str:
     """Return the function of a named solver; raise BadParameter unless it fits the problem."""
     if name not in NAMED_SOLVERS:
-        raise UnknownName("method", name, list_solvers(problem), "--method")
+        raise UnknownName("method", name, list_solvers(problem))
     if name not in (fitting := list_solvers(problem)):
         expected = f"expected {'one of ' * (len(fitting) > 1)}{', '.join(fitting)}"
         title = get_problem_name(problem)
-        raise BadParameter(f"--method: {name} does not fit {title}, {expected}")
+        raise BadParameter(f"method: {name} does not fit {title}, {expected}")
     return NAMED_SOLVERS[name][1]
 
 
