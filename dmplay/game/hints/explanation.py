@@ -183,7 +183,7 @@ class _ValueExplainer:
             return f"{beginning}."
         reward = self._format(parts.reward)
         if parts.is_last_turn:
-            return f"{beginning}, the expected reward of this turn; no later turn counts."
+            return f"{beginning}, the expected reward of this turn; {self._describe_last_turn()}."
         if self._hint.values_basis.accuracy is Accuracy.RATING:
             beginning += "; ratings compare actions, and are not points"
         if not self._adds_up_as_printed(parts):
@@ -193,6 +193,13 @@ class _ValueExplainer:
         product = f" (discount {parts.discount:g} x mean value {self._format(parts.value_after)})"
         product = product if parts.discount < 1.0 else ""
         return f"{text}{product}."
+
+    def _describe_last_turn(self) -> str:
+        """Return why no later turn counts: in a repeated game, the others can no longer answer."""
+        others, position = self._format_other_names(), self._provider.position
+        if position.turns_left == 1 and position.problem.state_count == 1 and others:
+            return f"it is the last turn, so {others} cannot answer it"
+        return "no later turn counts"
 
     def _describe_outcomes(self, parts: ActionBreakdown) -> str:
         """Return a sentence on the possible outcomes: a list of few, or the range of many."""
@@ -473,7 +480,8 @@ class _ValueExplainer:
             belief = self._describe_changed_belief(best, other, later)
             for cause in filter(None, (reply, *self._iter_decisive_states(best, other), belief)):
                 yield f"it brings {difference}{cause}"
-        yield f"it brings {difference}"
+        if not best.is_last_turn:  # else it is the difference of the values
+            yield f"it brings {difference}"
 
     def _describe_changed_reply(self, best: ActionBreakdown, other: ActionBreakdown) -> str:
         """Return the other agent's next action if it differs from that after the best action."""
@@ -574,7 +582,9 @@ class _ValueExplainer:
         if not self._round_as_printed(other.later_value - best.later_value):
             reward_change = gap
         later = self._round_as_printed(gap - reward_change)
-        if best.is_last_turn or not later:
+        if best.is_last_turn:
+            return f"{self._describe_difference(reward_change)} now", 0.0
+        if not later:
             return (
                 f"{self._describe_difference(reward_change)} now, and later turns bring as much",
                 0.0,

@@ -429,7 +429,14 @@ def test_in_the_last_turn_no_later_turn_counts() -> None:
         "You observe quiet with probability 0.52 (P(sated) = 0.79) or crying with probability "
         "0.48 (P(sated) = 0.09).",
         "The action sing, the next best, is worth -5.50, 0.50 less than ignore.",
-        "It brings 0.50 less now, and later turns bring as much.",
+    )
+
+
+def test_in_the_last_round_of_a_repeated_game_the_other_agent_cannot_answer() -> None:
+    game = make_game("prisoners-dilemma", "human", "tit-for-tat", turns=1)
+    assert explain_action(game.hint_provider).sentences[0] == (
+        "The best action defect is worth 0.00, the expected reward of this turn; it is the last "
+        "turn, so agent2 cannot answer it."
     )
 
 
