@@ -13,6 +13,7 @@ from dmplay.draw.options import DrawOptions
 MAX_NAMED_STATES = 10  # number of states listed if there are many
 BAR_EIGHTHS = " ▏▎▍▌▋▊▉"
 ASCII_SPARK_LEVELS = "_.:-=+*#"
+ASCII_COLUMN_LEVELS = "__--==##"  # by height, without the glyphs of marks that stand on columns
 
 
 def format_bar(fraction: float, width: int, ascii_only: bool) -> str:
@@ -27,6 +28,21 @@ def format_bar(fraction: float, width: int, ascii_only: bool) -> str:
     eighths = round(cells * 8)
     full_cells, remainder = divmod(eighths, 8)
     return ("█" * full_cells + (BAR_EIGHTHS[remainder] if remainder else "")).ljust(width, "·")
+
+
+def count_eighths(fraction: float, rows: int) -> int:
+    """Return the height of an upright bar in eighths of a row, at most those of all `rows`.
+
+    A positive fraction has at least one.
+    """
+    return min(round(round(fraction * rows * 8, 9)) or int(fraction > 0), 8 * rows)
+
+
+def format_column(eighths: int, ascii_only: bool = False) -> str:
+    """Return an upright bar of this height from the bottom up, one glyph for each row."""
+    levels = ASCII_COLUMN_LEVELS if ascii_only else BAR_LEVELS
+    full_rows, part = divmod(eighths, 8)
+    return levels[-1] * full_rows + (levels[part - 1] if part else "")
 
 
 def draw_belief_bars(  # noqa: PLR0913 - a canvas, a position and the content
@@ -119,17 +135,12 @@ def draw_belief_chart(  # noqa: PLR0913 - a canvas, a position and the content
     bar_columns = max(len(label) for _, labels in label_rows for label in ["", *labels])
     heading_columns = max(len(heading) for heading, _ in label_rows) + 1
     count = max((columns - heading_columns) // (bar_columns + 1), 1)
-    levels = "#" if ascii_only else BAR_LEVELS
     for row, number in ((0, "1.0"), (rows // 2, "0.5"), (rows - 1, "0.0")):
         canvas.write_text(0, y + row, number.rjust(heading_columns - 1), "dim")
     for index, probability in enumerate(probabilities[-count:]):
         x = heading_columns + index * (bar_columns + 1)
-        full_rows, part = divmod(round(probability * rows * len(levels)), len(levels))
-        for row in range(full_rows):
-            canvas.write_text(x, y + rows - 1 - row, levels[-1] * bar_columns, "cyan")
-        if part or not full_rows:
-            glyph = levels[part - 1] if part else "_" if ascii_only else BAR_LEVELS[0]
-            canvas.write_text(x, y + rows - 1 - full_rows, glyph * bar_columns, "cyan")
+        for row, glyph in enumerate(format_column(count_eighths(probability, rows), ascii_only), 1):
+            canvas.write_text(x, y + rows - row, glyph * bar_columns, "cyan")
     canvas.write_text(heading_columns, y + rows, "─" * (columns - heading_columns), "dim")
     for row, (heading, labels) in enumerate(label_rows, y + rows + 1):
         canvas.write_text(0, row, heading, "dim")

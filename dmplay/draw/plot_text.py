@@ -16,6 +16,7 @@ from dmplay.core.hexgrid import Hex
 from dmplay.core.text import format_score
 from dmplay.draw import hex_map
 from dmplay.draw.axes import PlotArea
+from dmplay.draw.bars import count_eighths, format_column
 from dmplay.draw.canvas import (
     BAR_LEVELS,
     Canvas,
@@ -182,16 +183,11 @@ def _draw_bars(area: PlotArea, series: Series, style: str) -> None:
     step = float(steps.min(initial=np.inf))
     unit = area.columns / (area.x.high - area.x.low)
     width = max(round(step * unit) - 1, 1) if np.isfinite(step) else 3
-    levels = len(BAR_LEVELS)
     for x, y in zip(series.x.tolist(), series.y.tolist(), strict=True):
-        height = round(y / area.y.high * area.rows * levels) or int(y > 0)
-        full, part = divmod(height, levels)
-        for column in range(width):
-            position = area.column_of(x) - width // 2 + column
-            for row in range(full):
-                area.draw_cell(position, area.rows - 1 - row, BAR_LEVELS[-1], style)
-            if part:
-                area.draw_cell(position, area.rows - 1 - full, BAR_LEVELS[part - 1], style)
+        left = area.column_of(x) - width // 2
+        glyphs = format_column(count_eighths(y / area.y.high, area.rows))
+        for row, column in np.ndindex(len(glyphs), width):
+            area.draw_cell(left + column, area.rows - 1 - row, glyphs[row], style)
 
 
 def _draw_regions(panel: LinePanel, area: PlotArea) -> Text:

@@ -14,7 +14,14 @@ from dmplay.draw.action_hints import (
     format_significant,
     iter_with_and_without_rows,
 )
-from dmplay.draw.bars import draw_belief_bars, format_bar, format_belief, format_sparkline
+from dmplay.draw.bars import (
+    count_eighths,
+    draw_belief_bars,
+    format_bar,
+    format_belief,
+    format_column,
+    format_sparkline,
+)
 from dmplay.draw.canvas import Canvas, format_percent
 from dmplay.draw.options import DrawOptions
 from dmplay.views.protocol import FinishedGame, Lesson
@@ -143,11 +150,10 @@ def _draw_column_chart(  # noqa: PLR0913 - a canvas, a position and the content
     ascii_only: bool,
 ) -> int:
     """Draw a column for each distance, a fraction of `chart_rows` high; return the next row."""
-    for row in range(chart_rows):
-        fills = (chart_rows * fractions - (chart_rows - 1 - row)).clip(0.0, 1.0).tolist()
-        glyph_fills = zip(format_sparkline(fills, ascii_only), fills, strict=True)
-        bars = [(cell_columns - 2) * glyph if fill > 0.0 else "" for glyph, fill in glyph_fills]
-        _draw_distance_cells(canvas, y + row, bars, style, cell_columns)
+    for number, fraction in enumerate(fractions.tolist()):
+        x = HEAT_LABEL_COLUMNS + cell_columns * number + 2
+        for row, glyph in enumerate(format_column(count_eighths(fraction, chart_rows), ascii_only)):
+            canvas.write_text(x, y + chart_rows - 1 - row, glyph * (cell_columns - 2), style)
     return y + chart_rows
 
 

@@ -15,6 +15,7 @@ from rich.text import Text
 
 from dmplay.core.session import View
 from dmplay.draw.action_hints import format_as_loss, format_condition, format_regret
+from dmplay.draw.bars import count_eighths, format_column
 from dmplay.draw.canvas import Canvas, draw_text_rows
 from dmplay.draw.number_line import NumberLine, draw_gauge, draw_scale_labels, format_signed_fixed
 from dmplay.draw.options import DrawOptions
@@ -26,8 +27,6 @@ KEYS = {
     "h": "left", "j": "coast", "l": "right", "left": "left", "down": "coast", "right": "right",
     "space": "coast", "a": "left", "s": "coast", "d": "right",
 }  # fmt: skip
-BLOCKS = " ▁▂▃▄▅▆▇"
-ASCII_BLOCKS = " __--==#"  # without the glyphs of the car and of its previous position in ASCII
 ACTION_PHRASES = ("drive left", "coast", "drive right")  # indexed by action
 # column offset from the car and arrow, by the last action
 ENGINE_ARROWS = {"left": (-1, "←"), "right": (1, "→")}
@@ -78,7 +77,7 @@ def compute_hill_height(x: float) -> float:
 
 def _compute_hill_eighths(x: float, rows: int) -> int:
     """Return the height of the hill in eighths of a row, at least one."""
-    return max(round((compute_hill_height(x) + 1) / 2 * rows * 8), 1)
+    return max(count_eighths((compute_hill_height(x) + 1) / 2, rows), 1)
 
 
 def iter_boards(view: View[MountainCar], options: DrawOptions) -> Iterator[Text]:
@@ -88,7 +87,7 @@ def iter_boards(view: View[MountainCar], options: DrawOptions) -> Iterator[Text]
         forecast_states = [tuple(map(float, state)) for state in options.forecast.outcomes]
     for layout in _list_layouts(options):
         scale = NumberLine(LEFT_WALL, RIGHT_WALL, 1, layout.width - 1)
-        canvas = _draw_hill(scale, layout, ASCII_BLOCKS if options.ascii else BLOCKS).copy()
+        canvas = _draw_hill(scale, layout, options.ascii).copy()
         _draw_flag_and_car(canvas, view, scale, layout, options)
         _draw_action_regrets(canvas, options, scale, view)
         y = layout.hill_rows + layout.sky_rows
@@ -138,18 +137,16 @@ def _draw_position_and_speed(
 
 
 @lru_cache(len(LAYOUTS))
-def _draw_hill(scale: NumberLine, layout: HillLayout, blocks: str) -> Canvas:
+def _draw_hill(scale: NumberLine, layout: HillLayout, ascii_only: bool) -> Canvas:
     """Return a canvas with the left wall and the hill, to be copied: it is the same each turn."""
     canvas = Canvas()
     for y in range(layout.sky_rows + layout.hill_rows):
         canvas.write_text(0, y, "│", "dim")
-    columns = range(scale.left, scale.right + 1)
-    column_eighths = [
-        _compute_hill_eighths(scale.value_at(column), layout.hill_rows) for column in columns
-    ]
-    for y in range(layout.hill_rows):
-        row = "".join(f"{blocks}█"[min(max(eighths - 8 * y, 0), 8)] for eighths in column_eighths)
-        canvas.write_text(scale.left, layout.sky_rows + layout.hill_rows - 1 - y, row, "green")
+    bottom = layout.sky_rows + layout.hill_rows - 1
+    for column in range(scale.left, scale.right + 1):
+        eighths = _compute_hill_eighths(scale.value_at(column), layout.hill_rows)
+        for row, glyph in enumerate(format_column(eighths, ascii_only).ljust(layout.hill_rows)):
+            canvas.write_text(column, bottom - row, glyph, "green")
     return canvas
 
 

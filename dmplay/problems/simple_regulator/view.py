@@ -16,6 +16,7 @@ from rich.text import Text
 from dmplay.core.session import View
 from dmplay.core.text import format_reward
 from dmplay.draw.action_hints import format_condition
+from dmplay.draw.bars import count_eighths, format_column
 from dmplay.draw.canvas import Canvas, draw_text_rows, format_signed
 from dmplay.draw.number_line import NumberLine, format_signed_fixed
 from dmplay.draw.options import DrawOptions, Forecast
@@ -28,7 +29,6 @@ NUMBER_NAME = "push"
 NUMBER_STEPS = {"left": -0.05, "right": 0.05, "down": -0.5, "up": 0.5}
 NUMBER_LINE_LIMITS = (1.0, 2.0, 5.0)  # limits of the number line, and these times 10, 100, ...
 LEGEND = "● number, ▄█▄ where it could {verb}, → push to its aim"
-BLOCKS = " ▁▂▃▄▅▆▇█"
 
 
 class RegulatorLayout(NamedTuple):
@@ -160,7 +160,8 @@ def _draw_forecast_distribution(
         column_probabilities[column] = column_probabilities.get(column, 0.0) + float(probability)
     largest = max(column_probabilities.values())
     for column, probability in column_probabilities.items():
-        _draw_distribution_column(canvas, column, layout, probability / largest, "cyan")
+        eighths = count_eighths(probability / largest, layout.distribution_rows)
+        _draw_distribution_column(canvas, column, layout, eighths, "cyan")
 
 
 def _make_number_line(limit: float, width: int) -> NumberLine:
@@ -187,17 +188,18 @@ def _draw_normal_distribution(
         offset = scale.value_at(column) - scale.value_at(middle)
         z_score = offset / deviation if deviation else math.inf * offset if offset else 0.0
         density = math.exp(-z_score * z_score / 2)  # `**` raises OverflowError for large numbers
-        _draw_distribution_column(canvas, column, layout, density, "blue")
+        # A density is positive everywhere; only a large one is drawn.
+        eighths = round(density * layout.distribution_rows * 8)
+        _draw_distribution_column(canvas, column, layout, eighths, "blue")
 
 
 def _draw_distribution_column(
-    canvas: Canvas, column: int, layout: RegulatorLayout, fraction: float, style: str
+    canvas: Canvas, column: int, layout: RegulatorLayout, eighths: int, style: str
 ) -> None:
-    """Draw one column of the distribution, in eighths of a row."""
-    full_rows, eighths = divmod(round(fraction * layout.distribution_rows * 8), 8)
+    """Draw one column of the distribution, `eighths` of a row high."""
     bottom = layout.shown_turns + layout.distribution_rows - 1
-    for row in range(full_rows + (eighths > 0)):
-        canvas.write_text(column, bottom - row, BLOCKS[8 if row < full_rows else eighths], style)
+    for row, glyph in enumerate(format_column(eighths)):
+        canvas.write_text(column, bottom - row, glyph, style)
 
 
 def _draw_number_line(
