@@ -47,7 +47,7 @@ def test_a_belief_chart_has_a_bar_for_each_turn_and_labels_below() -> None:
         "  1.0             #####",
         "                  #####",
         "  0.5 #####       #####",
-        "  0.0 ##### _____ #####",
+        "  0.0 #####       #####",
         "      ──────────────────",
         "turn      0     1     2",
         "heard       quiet cries",
