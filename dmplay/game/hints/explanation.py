@@ -479,9 +479,9 @@ class _ValueExplainer:
             reply = self._describe_changed_reply(best, other)
             belief = self._describe_changed_belief(best, other, later)
             for cause in filter(None, (reply, *self._iter_decisive_states(best, other), belief)):
-                yield f"it brings {difference}{cause}"
+                yield f"it {difference}{cause}"
         if not best.is_last_turn:  # else it is the difference of the values
-            yield f"it brings {difference}"
+            yield f"it {difference}"
 
     def _describe_changed_reply(self, best: ActionBreakdown, other: ActionBreakdown) -> str:
         """Return the other agent's next action if it differs from that after the best action."""
@@ -551,8 +551,12 @@ class _ValueExplainer:
         """
         if best.mean_belief is None or other.mean_belief is None:
             return ""
-        change = other.mean_belief - best.mean_belief
-        state = int(np.abs(change).argmax())
+        described, reference = (best, other) if self._action == other.action else (other, best)
+        assert described.mean_belief is not None
+        assert reference.mean_belief is not None
+        change = described.mean_belief - reference.mean_belief
+        # Of states that change as much, the one that becomes likelier is the consequence.
+        state = int((np.abs(change) + SAME_BELIEF * (change > 0.0)).argmax())
         is_alone = len(self._session.problem.agents) == 1
         goes_on = not any(item.ends_problem for item in (*best.outcomes, *other.outcomes))
         if abs(change[state]) < SAME_BELIEF and is_alone and goes_on and later:
@@ -560,9 +564,6 @@ class _ValueExplainer:
         name = self._name_state_probability(state)
         if abs(change[state]) < MIN_BELIEF_CHANGE or not name:
             return ""
-        described, reference = (best, other) if self._action == other.action else (other, best)
-        assert described.mean_belief is not None
-        assert reference.mean_belief is not None
         return (
             f", as {name} becomes {described.mean_belief[state]:.2f} on average, "
             f"not {reference.mean_belief[state]:.2f}"
@@ -573,33 +574,31 @@ class _ValueExplainer:
     ) -> tuple[str, float]:
         """Return the differences of the reward now and of later turns, and that of later turns.
 
-        The printed numbers sum to the printed difference of the values. They are those of the best
-        action if the sentence explains the worse one.
+        They are called costs if no reward is positive. The printed numbers sum to the printed
+        difference of the values. They are those of the best action if the sentence explains the
+        worse one.
         """
+        parts = best.reward, best.later_value, other.reward, other.later_value
+        verb = "bring" if max(parts) > 0.0 else "cost"
+        sign_of_more = 1.0 if verb == "bring" else -1.0
         sign = -1.0 if self._action == other.action else 1.0
         gap = sign * self._round_as_printed(other.value - best.value)
         reward_change = sign * self._round_as_printed(other.reward - best.reward)
         if not self._round_as_printed(other.later_value - best.later_value):
             reward_change = gap
         later = self._round_as_printed(gap - reward_change)
+        more_now, more_later = (
+            f"{self._format(abs(change))} {'more' if sign_of_more * change > 0 else 'less'}"
+            for change in (reward_change, later)
+        )
         if best.is_last_turn:
-            return f"{self._describe_difference(reward_change)} now", 0.0
+            return f"{verb}s {more_now} now", 0.0
         if not later:
-            return (
-                f"{self._describe_difference(reward_change)} now, and later turns bring as much",
-                0.0,
-            )
+            return f"{verb}s {more_now} now, and later turns {verb} as much", 0.0
         if not self._round_as_printed(reward_change):
-            return f"the same now and {self._describe_difference(later)} later", later
+            return f"{verb}s the same now and {more_later} later", later
         conjunction = "but" if reward_change * later < 0 else "and"
-        return (
-            f"{self._describe_difference(reward_change)} now {conjunction} "
-            f"{self._describe_difference(later)} later"
-        ), later
-
-    def _describe_difference(self, difference: float) -> str:
-        """Return a difference in words, such as `0.30 more`."""
-        return f"{self._format(abs(difference))} {'more' if difference > 0 else 'less'}"
+        return f"{verb}s {more_now} now {conjunction} {more_later} later", later
 
     # The numbers as data
 

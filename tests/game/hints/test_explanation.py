@@ -189,8 +189,9 @@ def assert_printed_numbers_sum(sentences: tuple[str, ...]) -> None:
     total = re.search(rf"{number} (more|less)\.$", sentences[-2]) if len(sentences) > 1 else None
     if match and total:
         signs = {"more": 1, "less": -1}
+        sign = -1 if "It costs" in sentences[-1] else 1
         difference = Decimal(match[1]) * signs[match[2]] + Decimal(match[3]) * signs[match[4]]
-        assert difference == Decimal(total[1]) * signs[total[2]], sentences[-1]
+        assert sign * difference == Decimal(total[1]) * signs[total[2]], sentences[-1]
 
 
 def test_a_slip_onto_a_bad_hex_explains_why_the_straight_way_is_worse() -> None:
@@ -371,7 +372,7 @@ def test_defection_pays_now_and_is_punished_by_tit_for_tat() -> None:
         "The best action cooperate is worth -9.00: reward -1.00 now and -8.00 later.",
         "Agent2 is expected to choose cooperate now and cooperate next turn.",
         "The action defect, which pays the most now, is worth -11.00, 2.00 less than cooperate.",
-        "It brings 1.00 more now but 3.00 less later, as agent2 then chooses defect.",
+        "It costs 1.00 less now but 3.00 more later, as agent2 then chooses defect.",
     )
 
 
@@ -400,7 +401,7 @@ def test_later_turns_are_worth_less_if_the_observation_tells_less_of_the_same_st
     provider = game.hint_provider
     sing = provider.position.labels.index("sing")
     assert explain_action(provider, sing).sentences[-1] == (
-        "It brings 0.50 more now but 0.35 less later, as what you then observe tells less."
+        "It costs 0.50 less now but 0.35 more later, as what you then observe tells less."
     )
 
 
@@ -417,7 +418,7 @@ def test_another_action_is_explained_against_the_best_one() -> None:
     game = make_game("prisoners-dilemma", "human", "tit-for-tat", turns=10)
     assert explain_action(game.hint_provider, 1).sentences[-2:] == (
         "The best action cooperate is worth 2.00 more.",
-        "It brings 1.00 less now but 3.00 more later, as agent2 then chooses cooperate.",
+        "It costs 1.00 more now but 3.00 less later, as agent2 then chooses cooperate.",
     )
 
 
