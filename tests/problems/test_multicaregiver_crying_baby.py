@@ -8,10 +8,12 @@ from dmplay.core import belief
 from dmplay.core.policy import Percept
 from dmplay.core.session import Session
 from dmplay.errors import BadParameter, BadPolicy, UnknownName
+from dmplay.game.hints.explanation import explain_action
 from dmplay.problems._shared.baby_care import FEED, IGNORE, SING
 from dmplay.problems.multicaregiver_crying_baby.agents import BestResponse
 from dmplay.problems.multicaregiver_crying_baby.rules import MulticaregiverCryingBaby
 from dmplay.registry.agents import load_roster
+from tests.support.screens import make_game
 
 PROBLEM = MulticaregiverCryingBaby()
 SATED, HUNGRY = 0, 1
@@ -196,3 +198,13 @@ def test_a_partner_who_deviates_is_treated_as_random_for_that_turn() -> None:
         percept = Percept(np.array([IGNORE]), np.array([CRYING]), None, None)
         memory = policy.update_memory(memory, percept)
     assert memory[0][0].reshape(3, 2)[1].tolist() == [0, 1]  # hungry and heard crying
+
+
+def test_the_reason_tells_how_likely_the_baby_is_sated_after_each_action() -> None:
+    game = make_game("multicaregiver-crying-baby", "human", "feed-when-crying", turns=2)
+    assert explain_action(game.hint_provider, FEED).sentences[0] == (
+        "With feed-when-crying, the baby is then sated with probability 1.00 if you feed, 0.25 if "
+        "you sing and 0.25 if you ignore."
+    )
+    game.choose(FEED)
+    assert "reasons" not in explain_action(game.hint_provider).data  # no later turn counts
