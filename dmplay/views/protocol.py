@@ -92,7 +92,7 @@ class ViewModule(Protocol):
 
     A view module may also define NUMBER_STEPS, keys that add a fixed amount to a typed number;
     NUMBER_NAME, the noun for that number; HIDDEN_FACT, what a hidden reward would tell, such as
-    `whether the baby is hungry`; `describe_keys`, a function that returns the effects of
+    `the baby's hunger`; `describe_keys`, a function that returns the effects of
     some keys in a view, such as `wall`, by the label of the action;
     SECOND_PLAYER_KEYS, the keys of a second player; KEY_FAMILY, the name under which a player sets
     its keys, if it is not the problem's name; `clock`, a function that returns a Clock, if a

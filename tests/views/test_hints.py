@@ -60,7 +60,7 @@ sated   ####.................................... 0.093
 hungry  ####################################.... 0.907
 chance of hunger, turn by turn =#
 
-mean reward now  hunger  effort     sum  value below best
+this turn only   hunger  effort  reward  value below best
 s sing            -9.07   -0.50   -9.57  best
 f feed            -9.07   -5.00  -14.07  #......... -0.4
 i ignore          -9.07   +0.00   -9.07  ########## -3.25
@@ -80,7 +80,7 @@ sated   ████████████████████████
 hungry  ········································ 0.000
 chance of hunger, turn by turn ▅▁
 
-mean reward now  hunger  effort     sum
+this turn only   hunger  effort  reward
 f feed            +0.00   -5.00   -5.00
 s sing            +0.00   -0.25   -0.25
 i ignore          +0.00   +0.00   +0.00

@@ -40,7 +40,7 @@ WIDE_BAR_COLUMNS, REGRET_BAR_COLUMNS = 40, 10
 # rows of a board from which it has a chart of the belief; maximum rows and columns of the chart
 MIN_CHART_HEIGHT, MAX_CHART_ROWS, MAX_CHART_COLUMNS = 34, 24, 64
 KEYS = {"f": "feed", "s": "sing", "i": "ignore"}
-HIDDEN_FACT = "whether the baby is hungry"
+HIDDEN_FACT = "the baby's hunger"
 
 
 def iter_boards(view: View[CaregiverProblem], options: DrawOptions) -> Iterator[Text]:
@@ -160,7 +160,7 @@ def _draw_expected_rewards(
     The columns are the expected cost of hunger under the belief, the cost of effort and their sum.
     With hints, a bar shows the regret and the best action comes first.
     """
-    heading = "mean reward now  hunger  effort     sum"
+    heading = "this turn only   hunger  effort  reward"
     canvas.write_text(0, y, heading, "dim")
     regret_heading = "value below best" if options.regret is not None else ""
     canvas.write_text(len(heading) + 2, y, regret_heading, "dim")
@@ -182,7 +182,7 @@ def _format_expected_rewards(view: View[CaregiverProblem], options: DrawOptions)
     efforts = view.problem.action_rewards[view.seat]
     pairs = zip(list_action_keys(KEYS, options), efforts, strict=True)
     rewards = [f"{key} {format_signed_fixed(hunger + effort, 2)}" for key, effort in pairs]
-    return "  ".join(["mean reward now:", *rewards])
+    return "  ".join(["this turn only:", *rewards])
 
 
 def _describe_cry_probabilities(view: View[CaregiverProblem]) -> list[str]:
@@ -214,7 +214,7 @@ def goal_lines(view: View[CaregiverProblem]) -> list[str]:
     return [
         goal,
         f"hunger costs {-problem.hungry_reward:g}, feeding {-feeding:g}, singing {-singing:g}",
-        "crying is the only clue",
+        f"crying is the only clue{', clearer after singing' * _is_song_informative(problem)}",
     ]
 
 

@@ -133,17 +133,17 @@ def remaining_goal_lines(
 
 
 def _explain_terms(game: Game, snapshot: SeatSnapshot, *, has_panel: bool) -> Iterator[str]:
-    """Yield clauses on terms of the screen: a discount, a belief, and a hidden score.
+    """Yield clauses on terms of the screen: a hidden score, a discount, and a belief.
 
     The side panel explains a hidden score, if there is one.
     """
+    if not (snapshot.rewards_visible or has_panel):
+        yield f"score hidden: {explain_hidden_reward(game)}"
     discount = game.problem.discount
     if discount < 1.0:
         yield f"discounted: a reward counts {discount:g} as much for each turn before it"
     if snapshot.view.beliefs is not None:
         yield "belief: how likely each state is"
-    if not (snapshot.rewards_visible or has_panel):
-        yield f"score hidden: {explain_hidden_reward(game)}"
 
 
 def explain_hidden_reward(game: Game) -> str:

@@ -158,7 +158,7 @@ sated   #######################################. 0.973     exact values
 hungry  #....................................... 0.027     2 turns left
 chance of hunger, turn by turn =___                          ignore -1.38
                                                              sing   -1.88
-mean reward now  hunger  effort     sum  value below best    feed   -5.27
+this turn only   hunger  effort  reward  value below best    feed   -5.27
 i ignore          -0.27   +0.00   -0.27  best
 s sing            -0.27   -0.50   -0.77  #......... -0.5
 f feed            -0.27   -5.00   -5.27  ########## -3.88
