@@ -27,7 +27,7 @@ def make_collided_game() -> Session:
     )
 
 
-CLEAR_DESCRIPTION = "clear course: at this rate 301 m above the intruder."
+CLEAR_DESCRIPTION = "clear course: at this rate 301 m above aircraft A."
 
 
 @pytest.mark.parametrize(
@@ -35,9 +35,9 @@ CLEAR_DESCRIPTION = "clear course: at this rate 301 m above the intruder."
     [
         (
             make_collided_game(),
-            "kept the advisory: climb. height -30 m, rate -2.0 m/s, 0 s left. "
-            "collision: passed 30 m below the intruder.",
-            "collision: passed 30 m below the intruder. "
+            "kept the advisory: climb (free). height -30 m, rate -2.0 m/s, 0 s left. "
+            "collision: passed 30 m below aircraft A.",
+            "collision: passed 30 m below aircraft A. "
             "height -30 m, rate -2.0 m/s, 0 s left. advisory climb.",
         ),
         (
@@ -52,8 +52,8 @@ CLEAR_DESCRIPTION = "clear course: at this rate 301 m above the intruder."
             make_session_from_state("collision-avoidance", [300.0, 0.0, 0.0, 20.0], [0], [0.9]),
             "changed the advisory to descend (costs 0.01); a gust raised the rate by 2 m/s. "
             "height +300 m, rate +1.0 m/s, 19 s left. "
-            "clear course: at this rate 319 m above the intruder.",
-            "clear course: at this rate 319 m above the intruder. "
+            "clear course: at this rate 319 m above aircraft A.",
+            "clear course: at this rate 319 m above aircraft A. "
             "height +300 m, rate +1.0 m/s, 19 s left. advisory descend.",
         ),
     ],

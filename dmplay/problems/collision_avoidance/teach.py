@@ -8,7 +8,6 @@ from dmplay.core.arrays import Array, Reals
 from dmplay.core.problem import enumerate_possible_outcomes
 from dmplay.core.spaces import Labels
 from dmplay.core.text import format_count, join_words
-from dmplay.game.hints.action_simulation import play_on
 from dmplay.game.position import Position
 from dmplay.tutor.positions import PositionInGame
 from dmplay.tutor.quantity import Quantity
@@ -23,7 +22,6 @@ from .rules import (
 )
 
 MIDDLE_SHARE = (0.05, 0.95)  # of the heights between which 9 of 10 cases are
-SIMULATED_GAMES = 1000
 MIN_CROSSING_PROBABILITY = 0.95  # less probable crossings are not told
 MIN_PROBABILITY = 0.001  # smaller probabilities are not told apart
 MIN_STATE_PROBABILITY = 1e-8  # less probable states together have less than 0.0002
@@ -100,14 +98,14 @@ def _describe_advisories(
     chances = [_sum_collisions(*case) for case in cases]
     for label, (heights, p) in zip(labels, cases, strict=True):
         if p[heights * s[0] < 0].sum() >= MIN_CROSSING_PROBABILITY:
-            yield f"Kept until then, {label} crosses the intruder's height."
+            yield f"Kept until the pass, {label} crosses the height of A."
     if max(chances) < MIN_PROBABILITY:
         limit = f"a probability under {MIN_PROBABILITY:g}"
-        yield f"Each advisory, kept until then, collides with {limit}."
+        yield f"Each advisory, kept until the pass, collides with {limit}."
     else:
         texts = [f"{label} {number:.3f}" for label, number in zip(labels, chances, strict=True)]
         probabilities = join_words(texts).replace(" ", " collides with probability ", 1)
-        yield f"Kept until then, {probabilities}."
+        yield f"Kept until the pass, {probabilities}."
     safest = int(np.argmin(chances))
     if chances[action] - chances[safest] >= MIN_PROBABILITY:
         later = [action, *[safest] * (count - 1)]
@@ -120,7 +118,7 @@ def _describe_advisories(
 
 
 def give_reasons(position: Position, action: int) -> list[str]:
-    """Return the height at the pass, the probabilities of a collision, and the mean costs."""
+    """Return the height at the pass, the probabilities of a collision, and the costs."""
     problem, labels = position.problem, position.labels
     assert isinstance(problem, CollisionAvoidance)
     height, rate, advised, seconds = position.state.tolist()
@@ -135,7 +133,7 @@ def give_reasons(position: Position, action: int) -> list[str]:
         reasons = [f"You pass {time} at {distance}: no advisory changes that any more; {limit}."]
     else:
         reasons = [
-            f"Without gusts and advisories you pass {distance} {side} the intruder in "
+            f"Without gusts and advisories you pass {distance} {side} aircraft A in "
             f"{format_count(count, 'second')}{is_clear * ', which is clear'}; {limit}."
         ]
     if ends_before:
@@ -145,14 +143,6 @@ def give_reasons(position: Position, action: int) -> list[str]:
     present_text = f"The advisory is now {present}" if advised else "There is no advisory now"
     costs_text = f"a change costs {ADVISORY_CHANGE_COST:g}, and a collision {COLLISION_COST:g}"
     reasons.append(f"{present_text}: {costs_text}.")
-    if position.agent is not None:
-        costs = 0.0 - play_on(position, SIMULATED_GAMES).returns.mean(axis=1)
-        pairs = zip(costs, labels, strict=True)
-        text = join_words([f"{cost:.4f} with {label}" for cost, label in pairs])
-        reasons.append(
-            f"If {position.agent.base_name} plays on, the mean cost of {SIMULATED_GAMES} simulated "
-            f"games is {text}."
-        )
     return reasons
 
 

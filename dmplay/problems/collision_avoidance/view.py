@@ -317,22 +317,24 @@ def _describe_pass_outcome(view: View[CollisionAvoidance]) -> str:
     """Describe the outcome of the pass, or the predicted one, in words."""
     outcome = "collision" if _is_collision(view) else "clear"
     suffix = "" if has_passed_intruder(view) else " course"
-    return f"{outcome}{suffix}: {_format_miss_distance(view)} the intruder"
+    return f"{outcome}{suffix}: {_format_miss_distance(view)} aircraft A"
 
 
-def describe_keys(_: View[CollisionAvoidance]) -> dict[str, str]:
-    """Return the effect of the key that gives no advisory."""
-    return {"no-advisory": "keep rate"}
+def describe_keys(view: View[CollisionAvoidance]) -> dict[str, str]:
+    """Return the cost of each advisory that is not that of the last turn."""
+    costs = np.where(view.observation[2] == ADVISED_RATES, "", f"-{ADVISORY_CHANGE_COST:g}")
+    return {name: cost for name, cost in zip(ACTION_NAMES, costs.tolist(), strict=True) if cost}
 
 
 def goal_lines(view: View[CollisionAvoidance]) -> list[str]:
-    """Return the goal: the distance to keep from the intruder, an action's effect, the costs."""
+    """Return the goal: the distance to keep from the intruder, the role, the costs, the effects."""
     return [
-        f"pass the intruder A at least {COLLISION_DISTANCE:g} m above or below",
-        "advise every second",
-        "climb and descend change the rate, which then stays",
-        f"a collision costs {COLLISION_COST:g}",
-        f"each change of the advisory costs {ADVISORY_CHANGE_COST:g}",
+        f"pass aircraft A at least {COLLISION_DISTANCE:g} m above or below",
+        "each second, advise the pilot",
+        f"a collision costs {COLLISION_COST:g}, each change of the advisory "
+        f"{ADVISORY_CHANGE_COST:g}",
+        "climb and descend change the rate, no-advisory lets it stay",
+        "gusts change it too",
     ]
 
 
@@ -378,8 +380,8 @@ def describe_turn(view: View[CollisionAvoidance]) -> str:
     has_changed = view.observation[2] != view.observations[-2][2]
     verb = "changed the advisory to" if has_changed else "kept the advisory:"
     advisory = f"{verb} {_get_current_advisory(view)}"
-    cost = f" (costs {ADVISORY_CHANGE_COST:g})" if has_changed else ""
-    advisory += f"{cost}{f'; {effect}' * (abs(gust) > 1)}"
+    cost = f"costs {ADVISORY_CHANGE_COST:g}" if has_changed else "free"
+    advisory += f" ({cost}){f'; {effect}' * (abs(gust) > 1)}"
     return f"{advisory}. {_describe_state(view)}. {_describe_pass_outcome(view)}."
 
 
@@ -404,4 +406,4 @@ def describe_end(game: FinishedGame[CollisionAvoidance]) -> str:
     if not game.is_terminal:
         return f"{game.player} had {game.turns}, {advice}; the aircraft have not passed yet"
     verb = "collided with" if distance < COLLISION_DISTANCE else "passed"
-    return f"{game.player} {verb} the intruder at {distance:.0f} m, {advice}"
+    return f"{game.player} {verb} aircraft A at {distance:.0f} m, {advice}"
