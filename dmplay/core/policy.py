@@ -1,6 +1,7 @@
 """The interface of policies: what a seat perceives, remembers and chooses."""
 
 from collections.abc import Callable, Collection, Sequence
+from inspect import getattr_static
 from typing import NamedTuple, Protocol, TypeGuard, TypeVar
 
 import numpy as np
@@ -81,6 +82,21 @@ def required_fields(follower: GameFollower) -> Collection[str]:
     return field_names
 
 
+def check_members(policy: object, label: str) -> None:
+    """Raise BadPolicy if an object lacks members of a policy, or only inherits their interface.
+
+    No property is computed: that of a program would start it.
+    """
+    missing = []
+    for name in ("uniform_count", "initial_memory", "update_memory", "choose"):
+        member = getattr_static(policy, name, None)
+        is_interface = member is getattr_static(Policy, name)
+        if is_interface or (member is None and not hasattr(policy, name)):
+            missing.append(name)
+    if missing:
+        raise BadPolicy(f"{label}: not a policy, because it lacks {', '.join(missing)}")
+
+
 def check_policy(policy: object, seat: int) -> None:
     """Raise BadPolicy if this is not a policy, for example an agent's name or a class."""
     if isinstance(policy, type):
@@ -90,6 +106,7 @@ def check_policy(policy: object, seat: int) -> None:
     if not hasattr(policy, "choose"):
         expected = f"expected a policy, such as dmplay.load_agent(problem, {seat}, NAME)"
         raise BadPolicy(f"seat {seat}: got {policy!r}, {expected}")
+    check_members(policy, f"seat {seat}, {type(policy).__name__}")
 
 
 def check_policies(agents: Sequence[str], policies: object) -> None:

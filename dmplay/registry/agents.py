@@ -31,7 +31,7 @@ from dmplay.core.arrays import Array, Bools, Reals
 from dmplay.core.best_actions import VALUE_TOLERANCE
 from dmplay.core.parameter_parsing import parse_parameter
 from dmplay.core.parameters import INTEGER_TYPES
-from dmplay.core.policy import Memory, Policy, forbid_exit, is_policy_sequence
+from dmplay.core.policy import Memory, Policy, check_members, forbid_exit, is_policy_sequence
 from dmplay.core.problem import Problem, check_problem, find_seat, initial_state_distribution
 from dmplay.core.text import format_count
 from dmplay.core.user_code_locations import describe_error_location
@@ -266,7 +266,7 @@ def load_agent(
     check_problem(problem, turns)
     seat = find_seat(problem, seat)
     if not is_single_agent(agent):
-        expected = "expected an agent: its name, class, function or object"
+        expected = "expected an agent: its name, class, function or object with choose or act"
         raise BadPolicy(f"{problem.agents[seat]}: got {agent!r}, {expected}")
     if not isinstance(agent, str):
         return _make_policy(problem, seat, format_agent_label(agent), agent, {}, turns)
@@ -356,7 +356,7 @@ def assign_entrant(
 
 def is_single_agent(agents: object) -> bool:
     """Return whether this is one agent, not a sequence with one for each seat."""
-    has_method = hasattr(agents, "choose") or hasattr(agents, "act")
+    has_method = any(hasattr(agents, name) for name in ("choose", "act", "initial_memory"))
     return isinstance(agents, str) or callable(agents) or has_method
 
 
@@ -387,7 +387,7 @@ def _make_policy(  # noqa: PLR0913, PLR0917 - of one agent
     if is_plain_agent(agent):
         turn_limit = problem.horizon if turns is None else turns
         return ViewPolicy(problem, seat, name, agent, turn_limit, parameters)
-    if isinstance(agent, type) or not hasattr(agent, "choose"):
+    if isinstance(agent, type) or (callable(agent) and not hasattr(agent, "choose")):
         make: Any = agent
         try:
             agent = forbid_exit(make, problem, seat, **parameters)
@@ -395,17 +395,14 @@ def _make_policy(  # noqa: PLR0913, PLR0917 - of one agent
             if describe_error_location(error):  # raised on a line of user code
                 raise
             _raise_if_for_other_problems(problem, seat, name.partition(":")[0])
-            raise BadPolicy(f"{name}: cannot construct a policy from (problem, seat)") from None
-    policy: Any = agent
-    members = ("uniform_count", "initial_memory", "update_memory", "choose")
-    missing = [member for member in members if not hasattr(policy, member)]
-    if missing:
-        raise BadPolicy(f"{name}: not a policy, because it lacks {', '.join(missing)}")
+            reason = f"cannot construct a policy from (problem, seat), {error}"
+            raise BadPolicy(f"{name}: {reason}") from None
+    check_members(agent, name)
+    policy = cast("Policy", agent)
     if not isinstance(policy.uniform_count, INTEGER_TYPES) or policy.uniform_count < 0:
         got = f"{name}: uniform_count: got {policy.uniform_count!r}"
         raise BadPolicy(f"{got}, expected a whole number, 0 or more")
-    checked_policy: Policy = policy
-    return checked_policy
+    return policy
 
 
 def names_user_code(problem: Problem, seat: int, name: str) -> bool:

@@ -2,6 +2,7 @@
 
 from itertools import product
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -182,7 +183,8 @@ def test_an_agent_for_other_problems_is_refused_even_if_a_module_has_its_name(
 
 @pytest.mark.parametrize("name", ["os:path", "os:getcwd", "os:sep", "fractions:Fraction"])
 def test_an_object_that_constructs_no_policy_is_refused(name: str) -> None:
-    with pytest.raises(BadPolicy, match=f"^{name}: cannot construct a policy from"):
+    reason = "cannot construct a policy from|not a policy, because it lacks"
+    with pytest.raises(BadPolicy, match=f"^{name}: {reason}"):
         dmplay.load_agent(dmplay.load_problem("hexworld"), 0, name)
 
 
@@ -205,6 +207,39 @@ def test_an_agent_in_a_file_plays(tmp_path: Path) -> None:
         match="not a policy, because it lacks uniform_count, initial_memory, update_memory, choose",
     ):
         dmplay.load_agent(problem, 0, f"{tmp_path}/bots.py:Nothing")
+
+
+class Half:
+    """Part of a policy."""
+
+    uniform_count = 0
+
+    def __init__(self, problem: object, seat: int) -> None:
+        pass
+
+    def initial_memory(self, observation: object) -> tuple[object]:
+        return (observation,)
+
+
+class Abstract(dmplay.ReactivePolicy):
+    """A policy that inherits `choose` from the interface alone."""
+
+
+@pytest.mark.parametrize(
+    ("kind", "missing"), [(Half, "update_memory, choose"), (Abstract, "choose")]
+)
+def test_an_error_names_what_an_object_lacks_to_be_a_policy(kind: Any, missing: str) -> None:
+    problem = dmplay.load_problem("hexworld")
+    for agent in kind, kind(problem, 0):
+        with pytest.raises(BadPolicy, match=f": not a policy, because it lacks {missing}$"):
+            dmplay.run(problem, agent)
+
+
+def test_a_session_names_what_its_policy_lacks() -> None:
+    policy: Any = Abstract
+    problem = dmplay.load_problem("hexworld")
+    with pytest.raises(BadPolicy, match=r"^seat 0, Abstract: .* lacks choose$"):
+        dmplay.Session(problem, dmplay.SeededUniforms(7), [policy(problem, 0)])
 
 
 @pytest.mark.parametrize(
