@@ -1,27 +1,28 @@
 """Belief updates as columns of bars, and alpha vectors over the belief."""
 
 import math
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from rich.text import Text
 
 from dmplay.algorithms.step import AlphaVectorSet, BeliefTable
-from dmplay.core.arrays import Reals
 from dmplay.core.text import format_count, format_score
 from dmplay.draw.axes import ROWS_AROUND_AREA, Axis, PlotArea
 from dmplay.draw.bars import format_bar
 from dmplay.draw.canvas import Canvas
 from dmplay.draw.options import DrawOptions
-from dmplay.draw.triangle import draw_belief_triangle, locate_belief
+from dmplay.draw.panels import BeliefMarks, TrianglePanel
+from dmplay.draw.theme import assign_letters, choose_style
+from dmplay.draw.triangle import draw_triangle
 
 MAX_BAR_COLUMNS, MIN_BAR_COLUMNS = 16, 4
 NUMBER_COLUMNS = 8  # columns of a probability in a belief table
 MAX_LISTED_VECTORS = 8  # vectors whose numbers the legend lists
 VECTOR_GLYPHS = "ox+*#%&="
-VECTOR_STYLES = ("green", "cyan", "yellow", "magenta", "blue", "red")
 DOMINATED_GLYPH = "·"
 MIN_PLOT_COLUMNS, MIN_PLOT_ROWS = 16, 4
-MIN_TRIANGLE_ROWS = 7  # with the names of its corners
+MIN_TRIANGLE_ROWS, TRIANGLE_NAME_ROWS = 7, 3  # with the names of its corners, and of these
 MAX_PLOT_COLUMNS = 72
 MIN_NOTED_COLUMNS = 28  # columns of a plot that a legend beside it leaves
 MIN_NOTE_COLUMNS = 12
@@ -82,22 +83,25 @@ def draw_alpha_vectors(alphas: AlphaVectorSet, options: DrawOptions) -> Text:
     return _draw_vector_table(alphas, options)
 
 
-def _choose_vector_glyph(alphas: AlphaVectorSet, index: int) -> tuple[str, str]:
-    """Return the glyph and the style of a vector: those of its action, or of a dominated one."""
-    if alphas.dominated[index]:
-        return DOMINATED_GLYPH, "dim"
-    number = list(dict.fromkeys(alphas.action_labels)).index(alphas.action_labels[index])
-    return VECTOR_GLYPHS[number % len(VECTOR_GLYPHS)], VECTOR_STYLES[number % len(VECTOR_STYLES)]
+def _choose_line_glyphs(alphas: AlphaVectorSet) -> dict[str, tuple[str, str]]:
+    """Return the glyph and the style of the lines of each action."""
+    names = dict.fromkeys(alphas.action_labels)
+    return {
+        name: (VECTOR_GLYPHS[number % len(VECTOR_GLYPHS)], choose_style(number))
+        for number, name in enumerate(names)
+    }
 
 
-def _list_legend_entries(alphas: AlphaVectorSet) -> list[tuple[str, str]]:
+def _list_legend_entries(
+    alphas: AlphaVectorSet, glyphs: Mapping[str, tuple[str, str]]
+) -> list[tuple[str, str]]:
     """Return the legend: a text and a style for each vector or action, and for the belief."""
     indices = np.flatnonzero(~alphas.dominated).tolist()
     labels = [alphas.action_labels[index] for index in indices]
     is_short = len(indices) <= MAX_LISTED_VECTORS
     notes = [(f"({', '.join(alphas.state_labels)}):", "dim")] if is_short else []
     for index, label in zip(indices, labels, strict=True):
-        glyph, style = _choose_vector_glyph(alphas, index)
+        glyph, style = glyphs[label]
         if is_short:
             numbers = ", ".join(map(format_score, alphas.vectors[index].tolist()))
             notes.append((f"{glyph} {label} ({numbers})", style))
@@ -112,7 +116,8 @@ def _draw_lines(alphas: AlphaVectorSet, options: DrawOptions) -> Text:
     """Return the vectors as lines over the probability of the second state."""
     low, high = float(alphas.vectors.min()), float(alphas.vectors.max())
     low, high = (low - 1.0, high + 1.0) if low == high else (low, high)
-    notes = _list_legend_entries(alphas)
+    glyphs = _choose_line_glyphs(alphas)
+    notes = _list_legend_entries(alphas, glyphs)
     note_columns = max((len(text) for text, _ in notes), default=0) + 3
     has_notes_beside = options.width - note_columns >= MIN_NOTED_COLUMNS
     columns = min(options.width - note_columns * has_notes_beside, MAX_PLOT_COLUMNS)
@@ -124,23 +129,24 @@ def _draw_lines(alphas: AlphaVectorSet, options: DrawOptions) -> Text:
         for row in range(plot.rows):
             plot.draw_cell(column, row, "│", "bold")
     for index in sorted(range(len(alphas.vectors)), key=lambda row: not alphas.dominated[row]):
-        plot.draw_line(
-            np.array([0.0, 1.0]), alphas.vectors[index], *_choose_vector_glyph(alphas, index)
-        )
+        line_style = glyphs[alphas.action_labels[index]]
+        if alphas.dominated[index]:
+            line_style = DOMINATED_GLYPH, "dim"
+        plot.draw_line(np.array([0.0, 1.0]), alphas.vectors[index], *line_style)
     if alphas.belief is not None:
         best = float((alphas.vectors @ alphas.belief).max())
         plot.draw_point(float(alphas.belief[1]), best, "●", "bold")
     if not has_notes_beside:
-        return plot.to_text().append("\n").append_text(_format_legend_row(alphas, options.width))
+        return plot.to_text().append("\n").append_text(_format_legend_row(notes, options.width))
     for row, (text, style) in enumerate(notes[: plot.rows + 1]):
         plot.write_note(row, text, style)
     return plot.to_text()
 
 
-def _format_legend_row(alphas: AlphaVectorSet, width: int) -> Text:
+def _format_legend_row(notes: Sequence[tuple[str, str]], width: int) -> Text:
     """Return the glyphs and actions of the vectors that are best at some belief, in one row."""
     row = Text()
-    notes = [note for note in _list_legend_entries(alphas) if not note[0].endswith(":")]
+    notes = [note for note in notes if not note[0].endswith(":")]
     for text, style in dict.fromkeys((text.partition(" (")[0], style) for text, style in notes):
         row.append(f"{text}  ", style)
     row.truncate(width)
@@ -148,28 +154,18 @@ def _format_legend_row(alphas: AlphaVectorSet, width: int) -> Text:
 
 
 def _draw_triangle(alphas: AlphaVectorSet, options: DrawOptions) -> Text:
-    """Return the triangle of beliefs; each point shows which vector is best there."""
-    notes = _list_legend_entries(alphas)
-    rows = max(min(options.height - 2, (options.width - MIN_NOTE_COLUMNS) // 2), 3)
-    canvas = Canvas()
-
-    def choose_glyph(belief: Reals) -> tuple[str, str]:
-        """Return the glyph of the best vector at a belief."""
-        return _choose_vector_glyph(alphas, int(np.argmax(alphas.vectors @ belief)))
-
-    top, left, right = alphas.state_labels
-    canvas.write_text(max(rows - 1 - len(top) // 2, 0), 0, top)
-    draw_belief_triangle(canvas, 0, 1, rows, choose_glyph)
-    canvas.write_text(0, rows + 1, left[: rows - 1])
-    canvas.write_text(2 * rows - 1 - len(right[: rows - 1]), rows + 1, right[: rows - 1])
-    if alphas.belief is not None:
-        column, row = locate_belief(alphas.belief, rows)
-        canvas.write_text(column, row + 1, "●", "bold reverse")
-    note_columns = options.width - (2 * rows + 2)
-    if note_columns < MIN_NOTE_COLUMNS:
-        return canvas.to_text()
+    """Return the triangle of beliefs with the best action at each, and a legend beside it."""
+    size = min(options.height - TRIANGLE_NAME_ROWS, (options.width - MIN_NOTE_COLUMNS) // 2 - 1)
+    marks = [] if alphas.belief is None else [BeliefMarks(alphas.belief)]
+    panel = TrianglePanel(
+        "", alphas.state_labels, alphas.vectors, alphas.action_labels, marks=marks
+    )
+    canvas, glyphs = Canvas(), assign_letters(alphas.action_labels)
+    draw_triangle(canvas, 0, panel, size, glyphs)
+    notes = _list_legend_entries(alphas, glyphs)
+    note_columns = options.width - (2 * size + 3)
     for y, (text, style) in enumerate(notes[: options.height]):
-        canvas.write_text(2 * rows + 2, y, text[:note_columns], style)
+        canvas.write_text(2 * size + 3, y, text[:note_columns], style)
     return canvas.to_text()
 
 

@@ -10,6 +10,7 @@ from typing import Literal
 import numpy as np
 
 from dmplay.core.arrays import Array, Reals
+from dmplay.core.best_actions import mark_best_actions
 from dmplay.core.hexgrid import Hex
 from dmplay.draw.axes import Axis
 
@@ -93,6 +94,14 @@ class HexPanel:
 
 
 @dataclass(frozen=True, eq=False)
+class BeliefMarks:
+    """Beliefs `[N, 3]` that are marked in a triangle: past ones, the current one, or a forecast."""
+
+    beliefs: Reals
+    kind: Literal["past", "now", "forecast"] = "now"
+
+
+@dataclass(frozen=True, eq=False)
 class TrianglePanel:
     """The beliefs over three states as a triangle, with alpha vectors and their actions.
 
@@ -101,9 +110,10 @@ class TrianglePanel:
 
     title: str
     corners: Sequence[str]
-    alpha_vectors: Reals  # [N, 3]
+    alpha_vectors: Reals  # [N, 3]; without vectors, the triangle is blank
     actions: Sequence[str]  # [N], first actions of the vectors
     value_label: str = ""  # '' if only the actions are drawn
+    marks: Sequence[BeliefMarks] = ()  # later ones are drawn over earlier ones
 
     @property
     def shows_values(self) -> bool:
@@ -115,9 +125,14 @@ class TrianglePanel:
         """The different first actions, in the order of the vectors."""
         return list(dict.fromkeys(self.actions))
 
-    def best_action(self, belief: Reals) -> str:
-        """Return the first action that is best at a belief `[3]`."""
-        return self.actions[int(np.argmax(self.alpha_vectors @ belief))]
+    def compute_values(self, beliefs: Reals) -> Reals:
+        """Return the greatest value `[B]` of the vectors at beliefs `[B, 3]`."""
+        return np.asarray((beliefs @ self.alpha_vectors.T).max(axis=1))
+
+    def find_best_actions(self, beliefs: Reals) -> list[str]:
+        """Return the first action that is best at each of the beliefs `[B, 3]`."""
+        best = mark_best_actions(beliefs @ self.alpha_vectors.T).argmax(axis=1)
+        return [self.actions[index] for index in best.tolist()]
 
     def region_corners(self, index: int) -> Reals:
         """Return the corners `[K, 3]` of the beliefs at which a vector is the greatest.

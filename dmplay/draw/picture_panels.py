@@ -53,6 +53,7 @@ LABEL_OFFSETS = {  # of a text from its point, in points, with its alignment
     "above": (0, 6, "center", "bottom"),
     "below": (0, -6, "center", "top"),
 }
+BELIEF_MARKERS = {"past": (3, "#000000"), "forecast": (7, "none"), "now": (7, "#000000")}
 TRIANGLE_STEPS = 60  # points along a side at which values are drawn
 
 
@@ -282,6 +283,13 @@ def _draw_triangle(ax: "Axes", panel: TrianglePanel, styles: PictureStyles) -> N
                 )
     outline = np.vstack([TRIANGLE_CORNERS, TRIANGLE_CORNERS[:1]])
     ax.plot(*outline.T, "-", color="#000000", linewidth=1.0)
+    for mark in panel.marks:
+        size, fill = BELIEF_MARKERS[mark.kind]
+        points = np.reshape(mark.beliefs, (-1, 3)) @ TRIANGLE_CORNERS
+        ax.plot(
+            *points.T, "o", markersize=size, markerfacecolor=fill, markeredgecolor="#000000",
+            clip_on=False, zorder=4,
+        )  # fmt: skip
     spec = ax.get_subplotspec()
     if spec and spec.get_gridspec().ncols > 1:
         return  # the panels are too small for the names of the corners

@@ -7,18 +7,17 @@ the same. Neither draws hexes, triangles, tables or regions.
 
 import itertools
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from rich.text import Text
 
 from dmplay.core.arrays import Reals
 from dmplay.core.hexgrid import Hex
-from dmplay.core.text import format_score
 from dmplay.draw import hex_map
 from dmplay.draw.axes import PlotArea
-from dmplay.draw.bars import count_eighths, format_column
+from dmplay.draw.bars import VALUE_LEVELS, count_eighths, format_column, format_value_legend
 from dmplay.draw.canvas import (
-    BAR_LEVELS,
     Canvas,
     format_to_width,
     join_beside,
@@ -43,18 +42,17 @@ from dmplay.draw.panels import (
     TablePanel,
     TrianglePanel,
 )
-from dmplay.draw.triangle import belief_at, draw_belief_triangle
+from dmplay.draw.theme import assign_letters, choose_style
+from dmplay.draw.triangle import draw_triangle
 
 MIN_COLUMNS, MAX_COLUMNS = 36, 100
 AREA_ROWS = 15
 MAX_GRID_COLUMNS, MAX_GRID_ROWS = 72, 21
-LARGE_TRIANGLE_ROWS, SMALL_TRIANGLE_ROWS = 18, 8
+LARGE_TRIANGLE_SIZE, SMALL_TRIANGLE_SIZE = 17, 8
 PANEL_GAP = 3  # columns between panels
 SERIES_GLYPHS = "●○◆✗=%"
 THIN_GLYPH = "·"
 MAX_ARROWS, MANY_ARROWS_GLYPH = 2, "*"  # best directions that a hex shows
-VALUE_LEVELS = f" {BAR_LEVELS}"
-STYLES = ("cyan", "yellow", "green", "magenta", "blue", "red")
 HEX_STYLES = {"gain": "bold green", "loss": "bold red", "hunter": "bold red", "prey": "bold blue"}
 MARK_GLYPH, POINT_GLYPH = "✗", "#"
 MIN_TILE_COLUMNS = 4
@@ -62,6 +60,7 @@ MIN_SHAPES_ROWS = 8
 ROWS_PER_COLUMN = 0.5  # a row is as high as two columns are wide
 DOT_GLYPH, BOX_GLYPH, DASH_GLYPH, EMPTY_GLYPH = "●", "▒", "·", "·"
 FLAT_SLOPE, STEEP_SLOPE = 0.5, 2.0  # rows per column, of lines drawn as ─ and as │
+ActionGlyphs = dict[str, tuple[str, str]]  # the glyph and the style of each action
 DIRECTION_GLYPHS = {(0, -1): "←", (0, 1): "→", (-1, 0): "↑", (1, 0): "↓"}  # by rows and columns
 
 
@@ -82,33 +81,21 @@ def draw_plot(plot: Plot, columns: int) -> Text:
     return Text("\n").join(lines)
 
 
-def _assign_action_letters(plot: Plot) -> dict[str, str]:
-    """Return the one-letter glyph of each action that a grid or a triangle of the plot shows.
-
-    It is the first letter of the action that no earlier action has, or else a digit.
-    """
+def _assign_action_letters(plot: Plot) -> dict[str, tuple[str, str]]:
+    """Return the glyph and style of each action that a grid or a triangle of the plot shows."""
     used: dict[str, None] = {}
     for panel in plot.panels:
         if isinstance(panel, GridPanel):
             used |= dict.fromkeys(panel.used_categories)
         elif isinstance(panel, TrianglePanel) and not panel.shows_values:
             used |= dict.fromkeys(panel.distinct_actions)
-    names = [name for name in dict.fromkeys([*plot.actions, *used]) if name in used]
-    glyphs: dict[str, str] = {}
-    for number, name in enumerate(names):
-        letters = [c for c in name if c.isalnum() and c not in glyphs.values()]
-        glyphs[name] = letters[0] if letters else str(number % 10)
-    return glyphs
+    return assign_letters(name for name in [*plot.actions, *used] if name in used)
 
 
-def _draw_action_legend(actions: dict[str, str]) -> Text:
+def _draw_action_legend(actions: ActionGlyphs) -> Text:
     """Return the legend of the letters of actions."""
-    return _join_legend(
-        [
-            Text(f"{glyph} {name}", _choose_style(i))
-            for i, (name, glyph) in enumerate(actions.items())
-        ]
-    )
+    entries = [Text(f"{glyph} {name}", style) for name, (glyph, style) in actions.items()]
+    return _join_legend(entries)
 
 
 def _join_legend(entries: Sequence[Text]) -> Text:
@@ -116,12 +103,7 @@ def _join_legend(entries: Sequence[Text]) -> Text:
     return Text("   ").join(entries)
 
 
-def _choose_style(index: int) -> str:
-    """Return the style of a series or an action."""
-    return STYLES[index % len(STYLES)]
-
-
-def _draw_panel(panel: Panel, columns: int, actions: dict[str, str], *, is_small: bool) -> Text:
+def _draw_panel(panel: Panel, columns: int, actions: ActionGlyphs, *, is_small: bool) -> Text:
     """Return a panel as text with its title."""
     match panel:
         case LinePanel():
@@ -149,7 +131,7 @@ def _draw_lines(panel: LinePanel, columns: int) -> Text:
     lines = [area.to_text()]
     lines += [_draw_regions(panel, area)] if panel.regions else []
     entries = [
-        Text(f"{_choose_glyph(series)} {series.label}", _choose_style(series.style))
+        Text(f"{_choose_glyph(series)} {series.label}", choose_style(series.style))
         for series in panel.series
         if series.label
     ]
@@ -167,7 +149,7 @@ def _choose_glyph(series: Series) -> str:
 
 def _draw_series(area: PlotArea, series: Series) -> None:
     """Draw a series as a line, as points or as bars."""
-    glyph, style = _choose_glyph(series), _choose_style(series.style)
+    glyph, style = _choose_glyph(series), choose_style(series.style)
     if series.kind == "points":
         for x, y in zip(series.x.tolist(), series.y.tolist(), strict=True):
             area.draw_cell(area.column_of(x), area.row_of(y), glyph, "bold")
@@ -195,11 +177,11 @@ def _draw_regions(panel: LinePanel, area: PlotArea) -> Text:
     lines = []
     for index, region in enumerate(panel.regions):
         interval = f"{region.low:.3f} to {region.high:.3f}"
-        lines.append(Text(f"{panel.x.label} {interval}: {region.label}", _choose_style(index)))
+        lines.append(Text(f"{panel.x.label} {interval}: {region.label}", choose_style(index)))
     return Text("\n").join(lines)
 
 
-def _draw_grid(panel: GridPanel, columns: int, actions: dict[str, str]) -> Text:
+def _draw_grid(panel: GridPanel, columns: int, actions: ActionGlyphs) -> Text:
     """Return a heat map of nine levels, or letters for regions."""
     x_count, y_count = panel.values.shape
     area = PlotArea(panel.x, panel.y, min(columns, MAX_GRID_COLUMNS), min(y_count, MAX_GRID_ROWS))
@@ -212,9 +194,7 @@ def _draw_grid(panel: GridPanel, columns: int, actions: dict[str, str]) -> Text:
             if not np.isfinite(value):
                 continue
             if panel.categories:
-                name = panel.categories[int(value)]
-                index = list(actions).index(name)
-                area.draw_cell(column, row, actions[name], _choose_style(index))
+                area.draw_cell(column, row, *actions[panel.categories[int(value)]])
             else:
                 share = (value - low) / (high - low) if high > low else 1.0
                 level = VALUE_LEVELS[round(share * (len(VALUE_LEVELS) - 1))]
@@ -223,16 +203,10 @@ def _draw_grid(panel: GridPanel, columns: int, actions: dict[str, str]) -> Text:
         area.draw_cell(area.column_of(x), area.row_of(y), MARK_GLYPH, "bold red")
     lines = [area.to_text()]
     if not panel.categories:
-        lines.append(_draw_value_legend(panel.value_label, low, high))
+        lines.append(Text(format_value_legend(panel.value_label, low, high), "cyan"))
     if panel.marks:
         lines.append(Text(f"{MARK_GLYPH} {panel.mark_label}", "bold red"))
     return Text("\n").join(lines)
-
-
-def _draw_value_legend(label: str, low: float, high: float) -> Text:
-    """Return the numbers of the lowest and the highest level."""
-    numbers = f"blank {format_score(low)} to {VALUE_LEVELS[-1]} {format_score(high)}"
-    return Text(f"{label}: {numbers}", "cyan")
 
 
 def _draw_hexes(panel: HexPanel, columns: int) -> Text:
@@ -273,32 +247,13 @@ def _draw_hexes(panel: HexPanel, columns: int) -> Text:
     return drawing
 
 
-def _draw_triangle(panel: TrianglePanel, actions: dict[str, str], *, is_small: bool) -> Text:
+def _draw_triangle(panel: TrianglePanel, actions: ActionGlyphs, *, is_small: bool) -> Text:
     """Return a triangle of beliefs, where each point shows the best action or the value."""
-    rows = SMALL_TRIANGLE_ROWS if is_small else LARGE_TRIANGLE_ROWS
-    points = [belief_at(row, column, rows) for row in range(rows) for column in range(2 * row + 1)]
-    values = [float((panel.alpha_vectors @ belief).max()) for belief in points]
-    low, high = min(values), max(values)
-
-    def choose_glyph(belief: Reals) -> tuple[str, str]:
-        """Return the level of the value at a belief, or the letter of the best action."""
-        if panel.shows_values:
-            value = float((panel.alpha_vectors @ belief).max())
-            share = (value - low) / (high - low) if high > low else 1.0
-            return VALUE_LEVELS[round(share * (len(VALUE_LEVELS) - 1))], "cyan"
-        name = panel.best_action(belief)
-        return actions[name], _choose_style(list(actions).index(name))
-
+    size = SMALL_TRIANGLE_SIZE if is_small else LARGE_TRIANGLE_SIZE
+    corners = panel.corners if is_small else [f"P({name}) = 1" for name in panel.corners]
     canvas = Canvas()
-    draw_belief_triangle(canvas, 0, 0, rows, choose_glyph)
-    if is_small:
-        return canvas.to_text()
-    top, left, right = (f"P({name}) = 1" for name in panel.corners)
-    lines = [Text(f"top: {top}", "dim"), canvas.to_text()]
-    lines.append(Text(f"left: {left}; right: {right}", "dim"))
-    if panel.shows_values:
-        lines.append(_draw_value_legend(panel.value_label, low, high))
-    return Text("\n").join(lines)
+    draw_triangle(canvas, 0, replace(panel, corners=corners), size, actions)
+    return canvas.to_text()
 
 
 def _draw_table(panel: TablePanel) -> Text:

@@ -1,38 +1,68 @@
 """Beliefs over three states as points of a triangle: each corner is certainty of one state."""
 
-from collections.abc import Callable
+from collections.abc import Mapping
+from itertools import product
 
 import numpy as np
 
-from dmplay.core.arrays import Reals
+from dmplay.core.arrays import Ints, Reals
+from dmplay.draw.bars import VALUE_LEVELS, format_value_legend
 from dmplay.draw.canvas import Canvas
+from dmplay.draw.panels import TrianglePanel
 
-# The glyph and the style at a belief [3].
-GlyphFunction = Callable[[Reals], tuple[str, str]]
+MIN_SPACED_SIZE = 9  # size from which on a triangle has glyphs in every second column only
+MARK_STYLES = {"past": ("·", "cyan"), "forecast": ("○", "bold yellow"), "now": ("●", "bold cyan")}
 
 
-def draw_belief_triangle(
-    canvas: Canvas, x: int, y: int, rows: int, choose_glyph: GlyphFunction
+def draw_triangle(
+    canvas: Canvas, x: int, panel: TrianglePanel, size: int, glyphs: Mapping[str, tuple[str, str]]
 ) -> None:
-    """Draw a triangle of beliefs, `rows` rows high and 2 * rows - 1 columns wide.
+    """Draw a triangle 2 * size + 1 columns wide and size + 3 rows high, with the corners' names.
 
-    The top is certainty of the first state, the left corner of the second, the right of the third.
+    Inside it are the values, or the glyph and style of the best action at each point. The names of
+    the corners at the base are cut if they do not fit.
     """
-    for row in range(rows):
-        for column in range(2 * row + 1):
-            glyph, style = choose_glyph(belief_at(row, column, rows))
-            canvas.write_text(x + rows - 1 - row + column, y + row, glyph, style)
+    for row in range(1, size):
+        canvas.write_text(x + size - row, row + 1, "╱", "dim")
+        canvas.write_text(x + size + row, row + 1, "╲", "dim")
+    canvas.write_text(x, size + 1, "─" * (2 * size + 1), "dim")
+    top, left, right = panel.corners
+    canvas.write_text(x + max(size - len(top) // 2, 0), 0, top)
+    canvas.write_text(x, size + 2, left[:size])
+    canvas.write_text(x + 2 * size + 1 - len(right[:size]), size + 2, right[:size])
+    if len(panel.alpha_vectors):
+        _fill_triangle(canvas, x, panel, size, glyphs)
+    for mark in panel.marks:
+        for column, row in np.unique(_locate_beliefs(mark.beliefs, size), axis=0).tolist():
+            canvas.write_text(x + column, 1 + row, *MARK_STYLES[mark.kind])
 
 
-def belief_at(row: int, column: int, rows: int) -> Reals:
-    """Return the belief `[3]` at a point of a triangle, in one of the 2 * row + 1 columns."""
-    p_first = 1.0 - row / (rows - 1)
-    p_third = (1.0 - p_first) * (column / (2 * row) if row else 0.0)
-    return np.array([p_first, 1.0 - p_first - p_third, p_third])
+def _fill_triangle(
+    canvas: Canvas, x: int, panel: TrianglePanel, size: int, glyphs: Mapping[str, tuple[str, str]]
+) -> None:
+    """Draw the values inside the triangle with their legend below it, or the best actions."""
+    step = 1 if panel.shows_values or size < MIN_SPACED_SIZE else 2
+    points = np.array(
+        [(row, offset) for row, offset in product(range(size), range(1 - size, size))
+         if abs(offset) <= row - step and (row - offset) % step == 0]
+    )  # fmt: skip
+    failed, skew = points.T / size
+    beliefs = np.stack([1.0 - failed, (failed - skew) / 2, (failed + skew) / 2], axis=1)
+    if panel.shows_values:
+        values = panel.compute_values(beliefs)
+        corner_values = panel.alpha_vectors.max(axis=0)
+        low, high = min(values.min(), corner_values.min()), corner_values.max()
+        shares = (values - low) / ((high - low) or 1.0)
+        levels = np.rint(shares * (len(VALUE_LEVELS) - 1)).astype(int).tolist()
+        cells = [(VALUE_LEVELS[level], "cyan") for level in levels]
+        canvas.write_text(x, size + 3, format_value_legend(panel.value_label, low, high), "cyan")
+    else:
+        cells = [glyphs[action] for action in panel.find_best_actions(beliefs)]
+    for (row, offset), (glyph, style) in zip(points.tolist(), cells, strict=True):
+        canvas.write_text(x + size + offset, row + 1, glyph, style)
 
 
-def locate_belief(belief: Reals, rows: int) -> tuple[int, int]:
-    """Return the column and the row of a belief `[3]` in a triangle."""
-    row = round((1.0 - float(belief[0])) * (rows - 1))
-    share = float(belief[2]) / (1.0 - float(belief[0])) if belief[0] < 1.0 else 0.0
-    return rows - 1 - row + round(share * 2 * row), row
+def _locate_beliefs(beliefs: Reals, size: int) -> Ints:
+    """Return the column and the row `[N, 2]` of beliefs `[N, 3]` in a triangle."""
+    top, left, right = np.reshape(beliefs, (-1, 3)).T
+    return np.rint(size * np.stack([1.0 + (right - left), 1.0 - top], axis=1)).astype(np.int64)

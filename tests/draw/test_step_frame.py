@@ -162,14 +162,15 @@ def test_alpha_vectors_of_three_states_are_a_triangle() -> None:
         np.zeros(3, bool),
         np.array([0.0, 0.0, 1.0]),
     )
-    assert draw(vectors, 40, 7, ascii_=True) == [
-        "  good      (good, worn, bad):",
-        "    o       o use (4, 0, 0)",
-        "   ooo      x examine (0, 4, 0)",
-        "  ooooo     + replace (0, 0, 4)",
-        " xxxx+++    * belief",
-        "xxxxx+++*",
-        "worn  bad",
+    assert draw(vectors, 40, 8, ascii_=True) == [
+        "   good      (good, worn, bad):",
+        "             u use (4, 0, 0)",
+        "    /u\\      e examine (0, 4, 0)",
+        "   /uuu\\     r replace (0, 0, 4)",
+        "  /euuur\\    * belief",
+        " /eeeerrr\\",
+        "----------*",
+        "worn    bad",
     ]
 
 

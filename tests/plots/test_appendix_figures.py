@@ -229,8 +229,9 @@ def test_figure_f10_has_the_ten_turn_and_the_infinite_horizon_function() -> None
 def test_figure_f11_has_two_regions_of_manufacture() -> None:
     (panel,) = draw_cached_figure("F.11").panels
     assert isinstance(panel, TrianglePanel)
-    assert panel.best_action(np.array([1.0, 0.0, 0.0])) == "manufacture"
-    edge = [panel.best_action(np.array([p, 0.0, 1.0 - p])) for p in np.linspace(0.0, 1.0, 201)]
+    assert panel.find_best_actions(np.array([[1.0, 0.0, 0.0]])) == ["manufacture"]
+    p = np.linspace(0.0, 1.0, 201)
+    edge = panel.find_best_actions(np.stack([p, np.zeros(201), 1.0 - p], axis=1))
     changes = [edge[0]]
     changes += [name for before, name in itertools.pairwise(edge) if name != before]
     assert changes == ["replace", "manufacture", "examine", "manufacture"]

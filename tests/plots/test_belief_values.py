@@ -93,7 +93,7 @@ def test_the_regions_of_a_triangle_cover_it_and_have_their_best_action() -> None
     area = 0.0
     for index, action in enumerate(panel.actions):
         corners = panel.region_corners(index)
-        assert panel.best_action(corners.mean(axis=0)) == action
+        assert panel.find_best_actions(corners.mean(axis=0, keepdims=True)) == [action]
         x, y = corners[:, 1], corners[:, 2]
         area += float(abs(x @ np.roll(y, -1) - y @ np.roll(x, -1))) / 2
     assert area == pytest.approx(0.5)

@@ -11,6 +11,7 @@ import pytest
 from dmplay.draw.axes import Axis
 from dmplay.draw.canvas import measure_text, to_ascii
 from dmplay.draw.panels import (
+    BeliefMarks,
     BoardPanel,
     Box,
     GridPanel,
@@ -109,13 +110,27 @@ def test_a_table_stars_its_marked_cells() -> None:
     )
 
 
-def test_a_triangle_shows_the_best_action_at_each_corner() -> None:
+def test_a_triangle_shows_the_best_action_near_each_corner() -> None:
     panel = TrianglePanel("", ("s0", "s1", "s2"), np.eye(3), ("top", "left", "right"))
     rows = draw_plot(Plot("triangle", [panel]), 60).plain.splitlines()
-    assert rows[1] == "top: P(s0) = 1"
-    assert rows[2].strip() == "t"
-    assert (rows[-3][0], rows[-3][-1]) == ("l", "r")
-    assert rows[-2:] == ["left: P(s1) = 1; right: P(s2) = 1", "t top   l left   r right"]
+    assert rows[1].strip() == "P(s0) = 1"
+    assert rows[4].split() == ["╱", "t", "╲"]
+    assert rows[-4].split() == ["╱", *"llllllll", *"rrrrrrr", "╲"]
+    assert rows[-2].split("  ")[0] == "P(s1) = 1"
+    assert rows[-2].endswith("  P(s2) = 1")
+    assert rows[-1] == "t top   l left   r right"
+
+
+def test_a_triangle_marks_beliefs_and_shades_values() -> None:
+    marks = [BeliefMarks(np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]), "past")]
+    marks.append(BeliefMarks(np.array([0.0, 1.0, 0.0])))
+    panel = TrianglePanel("", ("s0", "s1", "s2"), np.eye(3)[:1] * 8, ("a",), "value", marks)
+    rows = draw_plot(Plot("triangle", [panel]), 60).plain.splitlines()
+    assert rows[2].strip() == "·"
+    assert rows[3].strip() == "╱█╲"
+    assert rows[-4].split() == ["╱", "╲"]
+    assert (rows[-3][0], rows[-3][-1]) == ("●", "·")
+    assert rows[-1] == "value: blank 0 to █ 8"
 
 
 def test_a_board_shows_where_tiles_slide_and_which_one_is_marked() -> None:

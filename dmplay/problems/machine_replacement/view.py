@@ -2,12 +2,12 @@
 
 import math
 from collections.abc import Iterable, Iterator
+from dataclasses import replace
 
 import numpy as np
 from rich.text import Text
 
 from dmplay.core.arrays import Reals
-from dmplay.core.best_actions import mark_best_actions
 from dmplay.core.session import View
 from dmplay.draw.action_hints import (
     format_forecast_rows,
@@ -27,8 +27,10 @@ from dmplay.draw.bars import (
 )
 from dmplay.draw.canvas import Canvas, format_percent
 from dmplay.draw.options import DrawOptions
+from dmplay.draw.panels import BeliefMarks, TrianglePanel
+from dmplay.draw.triangle import draw_triangle
 from dmplay.problems.crying_baby import view as crying_baby
-from dmplay.solvers.pomdp.exact_pomdp import compute_action_values, solve_stages
+from dmplay.solvers.pomdp.exact_pomdp import solve_stages
 from dmplay.views.generic import format_last_observation
 from dmplay.views.protocol import FinishedGame, Lesson
 
@@ -207,46 +209,24 @@ def _draw_tall_triangle(
 ) -> None:
     """Draw the tall triangle, its corners by name, with past, current and forecast beliefs.
 
-    With hints, it also shows the best action in each region.
+    With hints, it also shows the best action in each region, for the remaining turns; they are at
+    most MAX_PLANNED_TURNS.
     """
-    for row in range(1, size):
-        canvas.write_text(x + size - row, row + 1, "╱", "dim")
-        canvas.write_text(x + size + row, row + 1, "╲", "dim")
-    canvas.write_text(x, size + 1, "─" * (2 * size + 1), "dim")
-    canvas.write_text(x + size - len(STATE_NAMES[0]) // 2, 0, STATE_NAMES[0])
-    canvas.write_text(x, size + 2, STATE_NAMES[1])
-    if options.regret is not None:
-        _draw_policy_regions(view, canvas, x, size, options)
-    canvas.write_text(x + 2 * size + 1 - len(STATE_NAMES[2]), size + 2, STATE_NAMES[2])
-    marks = [([*(view.beliefs or ())], "·", "cyan")]
+    marks = [BeliefMarks(np.array([*(view.beliefs or ())]), "past")]
     if options.forecast and options.forecast.beliefs is not None:
-        marks.append(([*options.forecast.beliefs], "○", "bold yellow"))
-    for beliefs, glyph, style in [*marks, ([view.belief], "●", "bold cyan")]:
-        sound, one_failed, both_failed = np.reshape(beliefs, (-1, 3)).T
-        columns = np.rint(size * (1.0 + (both_failed - one_failed))).astype(int)
-        rows = np.rint(size * (1.0 - sound)).astype(int)
-        for column, row in {*zip(columns.tolist(), rows.tolist(), strict=True)}:
-            canvas.write_text(x + column, 1 + row, glyph, style)
-
-
-def _draw_policy_regions(
-    view: View[MachineReplacement], canvas: Canvas, x: int, size: int, options: DrawOptions
-) -> None:
-    """Draw the key of the best action at points all over the belief triangle.
-
-    The actions are optimal for the remaining turns, at most MAX_PLANNED_TURNS.
-    """
-    keys = list_action_keys(KEYS, options)
-    points = [(row, offset) for row in range(2, size) for offset in range(2 - row, row, 2)]
-    failed, skew = np.array(points).T / size
-    beliefs = np.stack([1.0 - failed, (failed - skew) / 2, (failed + skew) / 2], axis=1)
-    remaining_turns = MAX_PLANNED_TURNS
-    if view.turn_limit is not None:
-        remaining_turns = min(view.turn_limit - view.turns_played, MAX_PLANNED_TURNS)
-    stage = solve_stages(view.problem, remaining_turns)[-1]
-    best_actions = mark_best_actions(compute_action_values(stage, beliefs)).argmax(axis=1)
-    for (row, offset), action in zip(points, best_actions.tolist(), strict=True):
-        canvas.write_text(x + size + offset, row + 1, keys[action], REGION_STYLES[action])
+        marks.append(BeliefMarks(options.forecast.beliefs, "forecast"))
+    marks.append(BeliefMarks(view.belief))
+    panel = TrianglePanel("", STATE_NAMES, np.zeros((0, 3)), (), marks=marks)
+    if options.regret is not None:
+        remaining_turns = MAX_PLANNED_TURNS
+        if view.turn_limit is not None:
+            remaining_turns = min(view.turn_limit - view.turns_played, MAX_PLANNED_TURNS)
+        plans = solve_stages(view.problem, remaining_turns)[-1].plans_by_action
+        vectors = [action_plans.alpha_vectors for action_plans in plans]
+        actions = np.repeat(list(KEYS.values()), [*map(len, vectors)]).tolist()
+        panel = replace(panel, alpha_vectors=np.vstack(vectors), actions=actions)
+    glyphs = zip(list_action_keys(KEYS, options), REGION_STYLES, strict=True)
+    draw_triangle(canvas, x, panel, size, dict(zip(KEYS.values(), glyphs, strict=True)))
 
 
 def _draw_observation_and_belief(
