@@ -22,7 +22,8 @@ as `observe="belief+turns"` or a list, are a dictionary:
 - `turns`: the number of steps until the limit.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from inspect import signature
 from typing import Any, TypeVar, cast
 
 import gymnasium
@@ -90,7 +91,7 @@ class Env(gymnasium.Env[Any, Any]):
         observe: str | Sequence[str] = "observation",
         **parameters: Any,
     ) -> None:
-        self.problem = problems.load_problem(problem, **parameters)
+        self.problem = load_environment_problem(type(self), problem, parameters)
         seat_index = find_seat(self.problem, seat or 0)
         self._turn_limit = TurnLimit.from_option(self.problem, turns)
         self.seat = make_seat_spaces(self.problem, seat_index, self._turn_limit, observe)
@@ -187,7 +188,7 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Any, Any]):
             raise BadParameter(
                 f"num_envs: got {num_envs!r}, expected a whole number from 1 to {MAX_ENVIRONMENTS}"
             )
-        self.problem = problems.load_problem(problem, **parameters)
+        self.problem = load_environment_problem(type(self), problem, parameters)
         seat_index = find_seat(self.problem, seat or 0)
         self.num_envs = int(num_envs)
         self._turn_limit = TurnLimit.from_option(self.problem, turns)
@@ -397,6 +398,21 @@ def make_seat_spaces(
     """Return the spaces of a seat that observes these parts; see `read_observed_names`."""
     beliefs = SeatBeliefs(problem, seat) if has_visible_beliefs(problem) else None
     return SeatSpaces(problem, seat, limit, observe, beliefs)
+
+
+def load_environment_problem(
+    environment: Callable[..., object], problem: ProblemLike, parameters: Mapping[str, Any]
+) -> Problem:
+    """Return a problem with parameters; the error for an unknown one knows the options too."""
+    try:
+        return problems.load_problem(problem, **parameters)
+    except UnknownName:
+        names = [*problems.parameter_values(problems.load_problem(problem))]
+        items = signature(environment).parameters.values()
+        names += [item.name for item in items if item.kind is item.KEYWORD_ONLY]
+        for name in parameters:
+            problems.find_parameter_name(name, names)
+        raise
 
 
 def check_render_mode(render_mode: str | None) -> str | None:

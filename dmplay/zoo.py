@@ -23,10 +23,11 @@ from dmplay.gym import (
     check_reset_options,
     check_started,
     choose_episode_uniforms,
+    load_environment_problem,
     make_seat_spaces,
     render_board,
 )
-from dmplay.registry.problems import ProblemLike, load_problem
+from dmplay.registry.problems import ProblemLike
 from dmplay.simulation.observed_parts import Space, make_state_space
 from dmplay.simulation.seat_spaces import IllegalActionRule, Info, SeatObserver, TurnLimit
 
@@ -49,7 +50,7 @@ class ParallelEnv(pettingzoo.ParallelEnv):  # type: ignore[misc] # PettingZoo is
         observe: str | Sequence[str] = "observation",
         **parameters: Any,
     ) -> None:
-        self.problem = load_problem(problem, **parameters)
+        self.problem = load_environment_problem(type(self), problem, parameters)
         self.possible_agents = [*self.problem.agents]
         self.agents: list[str] = []
         self.render_mode = check_render_mode(render_mode)

@@ -129,6 +129,21 @@ def test_a_wrong_part_is_refused_in_one_line(name: str, observe: Any, message: s
             environment(name, observe=observe)
 
 
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"observ": "state"}, "unknown parameter 'observ'; did you mean observe"),
+        ({"discont": 0.5}, "unknown parameter 'discont'; did you mean discount?"),
+    ],
+)
+def test_the_error_for_a_wrong_option_names_the_nearest_one(
+    options: dict[str, Any], message: str
+) -> None:
+    for environment in (Env, VectorEnv, ParallelEnv):
+        with pytest.raises(UnknownName, match=f"^{re.escape(message)}"):
+            environment("prisoners-dilemma", **options)
+
+
 def test_a_problem_of_ones_own_is_observed_in_parts() -> None:
     parallel = ParallelEnv(Nim(), turns=4, observe="observation+history+turns+state")
     observations, _ = parallel.reset(seed=1)

@@ -82,4 +82,5 @@ def check_real_array(
     yield CheckResult(has_shape(value, shape), attribute, message)
     array = np.asarray(value)
     is_finite = array.dtype.kind in "fiu" and bool(np.isfinite(array).all())
-    yield CheckResult(is_finite, attribute, f"{label}: expected finite numbers")
+    got = "" if array.dtype.kind in "fiu" else f"got the type {array.dtype}, "
+    yield CheckResult(is_finite, attribute, f"{label}: {got}expected finite numbers")

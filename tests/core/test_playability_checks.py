@@ -75,6 +75,8 @@ def test_a_discount_is_a_number_from_0_to_1() -> None:
          "got shape (2, 3, 3), expected an array of"),
         ("tables", Tables(VALID_TABLES.transition, VALID_TABLES.rewards * np.nan),
          "rewards: expected finite numbers"),
+        ("tables", Tables(VALID_TABLES.transition > 0, VALID_TABLES.rewards),
+         "tables.transition: got the type bool, expected finite numbers"),
         ("tables", Tables(VALID_TABLES.transition, VALID_TABLES.rewards, HALF_PROBABILITIES),
          "tables.observation: expected None"),
     ],
