@@ -97,6 +97,22 @@ def _build_spans(plain: str, styles: tuple[str, ...]) -> tuple[Span, ...]:
     return (*spans,)
 
 
+def draw_borders(canvas: Canvas, x: int, count: int, size: tuple[int, int], gap: int = 1) -> None:
+    """Draw the borders of a square board of `count` cells a side, from column x on.
+
+    A cell has `size` columns and rows; `gap` is the number of rows of the border between cells.
+    """
+    width, height = size
+    bottom = 1 + count * (height + gap) - gap
+    for y in range(bottom + 1):
+        canvas.write_text(x, y, "│".join(["", *[" " * width] * count, ""]), "dim")
+    for row in range(count + 1):
+        left, middle, right = "┌┬┐" if row == 0 else "└┴┘" if row == count else "├┼┤"
+        if gap or middle != "┼":
+            y = bottom if row == count else row * (height + gap)
+            canvas.write_text(x, y, left + middle.join(["─" * width] * count) + right, "dim")
+
+
 def draw_text_rows(*rows: str) -> Text:
     """Draw rows of bold words."""
     canvas = Canvas()

@@ -19,6 +19,7 @@ from dmplay.draw.axes import PlotArea
 from dmplay.draw.bars import VALUE_LEVELS, count_eighths, format_column, format_value_legend
 from dmplay.draw.canvas import (
     Canvas,
+    draw_borders,
     format_to_width,
     join_beside,
     measure_text,
@@ -289,17 +290,10 @@ def _draw_board(panel: BoardPanel) -> Text:
     texts = {(tile.row, tile.column): _format_tile(tile) for tile in panel.tiles}
     width = max([MIN_TILE_COLUMNS, *map(len, texts.values())])
     canvas = Canvas()
-    for row in range(panel.size + 1):
-        middle = "├┼┤" if 0 < row < panel.size else "┌┬┐" if row == 0 else "└┴┘"
-        border = ("─" * width + middle[1]) * panel.size
-        canvas.write_text(0, 2 * row, middle[0] + border[:-1] + middle[2], "dim")
+    draw_borders(canvas, 0, panel.size, (width, 1))
     for row, column in np.ndindex(panel.size, panel.size):
-        x = column * (width + 1)
-        canvas.write_text(x, 2 * row + 1, "│", "dim")
-        text = texts.get((row, column), EMPTY_GLYPH)
-        canvas.write_text(x + 1, 2 * row + 1, text.center(width), "dim")
-    for row in range(panel.size):
-        canvas.write_text(panel.size * (width + 1), 2 * row + 1, "│", "dim")
+        x, y = 1 + column * (width + 1), 1 + 2 * row
+        canvas.write_text(x, y, EMPTY_GLYPH.center(width), "dim")
     for tile in panel.tiles:
         text = texts[tile.row, tile.column].center(width)
         canvas.write_text(tile.column * (width + 1) + 1, 2 * tile.row + 1, text, tile.style)

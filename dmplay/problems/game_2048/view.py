@@ -17,7 +17,7 @@ from dmplay.draw.action_hints import (
     format_regret_bar,
     sort_regrets,
 )
-from dmplay.draw.canvas import Canvas, format_percent
+from dmplay.draw.canvas import Canvas, draw_borders, format_percent
 from dmplay.draw.options import DrawOptions, Forecast
 from dmplay.views.protocol import FinishedGame, Lesson
 
@@ -209,14 +209,8 @@ def _draw_boxed_board(displayed: DisplayedBoard, boxes: BoxLayout, options: Draw
 @cache
 def _draw_borders(boxes: BoxLayout, left: int) -> Canvas:
     """Draw the borders of the board and of its cells."""
-    canvas, bottom = Canvas(), boxes.border_position[1]
-    for y in range(bottom + 1):
-        canvas.write_text(left, y, "│".join(["", *[" " * boxes.width] * 4, ""]), "dim")
-    for row, ends in enumerate(("┌┬┐", "├┼┤", "├┼┤", "├┼┤", "└┴┘")):
-        if boxes.border_rows or ends[1] != "┼":
-            line = ends[0] + ends[1].join(["─" * boxes.width] * 4) + ends[2]
-            y = bottom if row == 4 else boxes.get_cell_origin(row, 0)[1] - 1
-            canvas.write_text(left, y, line, "dim")
+    canvas = Canvas()
+    draw_borders(canvas, left, 4, (boxes.width, boxes.height), boxes.border_rows)
     return canvas
 
 
