@@ -34,34 +34,42 @@ def give_reasons(position: Position, action: int) -> list[str]:
     assert isinstance(problem, PredatorPrey)
     is_predator = position.seat in problem.predator_seats
     others = [*(problem.prey_seats if is_predator else problem.predator_seats)]
-    other = f"{'the' if len(others) == 1 else 'a'} {'prey' if is_predator else 'predator'}"
+    other = f"the {'nearest ' * (len(others) > 1)}{'prey' if is_predator else 'predator'}"
     lengths = path_lengths(problem.hexes)
     distance = int(lengths[state[position.seat], state[others]].min())
     if not distance:
-        event = "you catch it and stay" if is_predator else "you are caught and reappear anywhere"
-        return [f"{other.capitalize()} is on your hex: whatever you choose, {event}."]
-    chances, distances, condition = {}, {}, ""
+        event = "you eat it and stay" if is_predator else "you are caught and reappear anywhere"
+        subject = other.replace("the nearest", "a").capitalize()
+        return [f"{subject} is on your hex: whatever you choose, {event}."]
+    chances, distances, condition = {}, {}, ","
     for a in position.legal_actions:
         forecast = position.forecast(a)
         if forecast.is_sampled:
             return []
         states, p = forecast.outcomes, forecast.probabilities
-        condition = "" if forecast.other_players else f", if {other} moves at random,"
+        condition = "," if forecast.other_players else ", if the others move at random,"
         steps = lengths[states[:, [position.seat]], states[:, others]].min(axis=1)
         chances[a], distances[a] = float(p @ (steps == 0)), float(p @ steps)
     sign = 1 if is_predator else -1
 
-    def compare(numbers: dict[int, float], sign: int) -> str:
-        """Return the number after a step, and after the best one of the other steps."""
+    def compare(numbers: dict[int, float], sign: int) -> tuple[str, str, str]:
+        """Return the number after a step, and the best of the others with its number."""
         best = max((a for a in numbers if a != action), key=lambda a: sign * numbers[a])
-        names = [position.labels[a].upper() for a in (action, best)]
-        first, second = f"{numbers[action]:.2f}", f"{numbers[best]:.2f}"
-        return f"{first} after {names[0]}{condition} and {second} after {names[1]}, the best other."
+        return f"{numbers[action]:.2f}", position.labels[best].upper(), f"{numbers[best]:.2f}"
 
-    text = f"{other.capitalize()} is {format_count(distance, 'step')} away: on average"
-    reasons = [f"{text} {compare(distances, -sign)}"]
+    name = position.labels[action].upper()
+    number, best, best_number = compare(distances, -sign)
+    reasons = [
+        f"{other.capitalize()} is {format_count(distance, 'step')} away. After {name}{condition} "
+        f"{other} will be {number} away on average; after {best}, the best other step, "
+        f"{best_number}."
+    ]
     if max(chances.values()) >= MIN_CHANCE:
-        reasons.append(f"You then share a hex with probability {compare(chances, sign)}")
+        number, best, best_number = compare(chances, sign)
+        reasons.append(
+            f"You will then share a hex with probability {number}; after {best}, the best other "
+            f"step, {best_number}."
+        )
     return reasons
 
 

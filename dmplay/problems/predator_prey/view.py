@@ -155,7 +155,11 @@ def _format_caption(view: View[PredatorPrey], options: DrawOptions) -> str:
     is_caption_visible = options.allow_large or options.regret is not None
     if _mark_feeding_agents(view)[view.seat] and not view.end_reason and is_caption_visible:
         is_predator = view.seat in view.problem.predator_seats
-        return "any action eats the prey" if is_predator else "caught: any key moves you away"
+        return (
+            "you have the prey: any key eats it"
+            if is_predator
+            else "caught: any key moves you away"
+        )
     if options.regret is not None and not options.overlay:
         position = _list_positions(view)[view.seat]
         return hex_map.format_wall_regrets(view.problem.hexes, position, options)
@@ -207,8 +211,8 @@ def goal_lines(view: View[PredatorPrey]) -> list[str]:
         sharing_clause = ", shared by the predators there" if problem.predators > 1 else ""
         return [
             f"step onto {'the' if problem.prey == 1 else 'a'} prey",
-            f"one turn later, the catch pays 1{unit}{sharing_clause}",
-            "every other turn costs 1",
+            f"one turn later, that pays 1{unit}{sharing_clause}",
+            "turns without a catch cost 1",
             *slips,
             "a bump into a wall costs nothing more",
             f"a caught prey loses {-DEVOURED_REWARD:g} and reappears at random",
@@ -300,6 +304,7 @@ def describe_turn(view: View[PredatorPrey]) -> str:
     agents, positions = view.problem.agents, _list_positions(view)
     other_seats = [seat for seat in range(len(agents)) if seat != view.seat]
     sentences = [f"{_describe_action_and_move(view, view.seat)}."]
+    sentences += _iter_shared_hex_sentences(view)
     fed_before = _mark_feeding_agents(view, -2)
     for seat in other_seats:
         # With several other agents, only the actions of those that fed or were caught are
@@ -311,6 +316,16 @@ def describe_turn(view: View[PredatorPrey]) -> str:
     return " ".join(sentences)
 
 
+def _iter_shared_hex_sentences(view: View[PredatorPrey]) -> Iterator[str]:
+    """Yield a sentence on the next turn if the player shares a hex with its prey or predator."""
+    if not _mark_feeding_agents(view)[view.seat] or view.player_label != "you" or view.end_reason:
+        return
+    if view.seat in view.problem.predator_seats:
+        yield "you have the prey: any action eats it, and you stay."
+    else:
+        yield "you are caught: after any action you reappear on a random hex."
+
+
 def describe_situation(view: View[PredatorPrey]) -> str:
     """Return a description of your position, the six neighbours and the other agents' distances."""
     problem, positions = view.problem, _list_positions(view)
@@ -319,11 +334,7 @@ def describe_situation(view: View[PredatorPrey]) -> str:
     sentences = [f"at {format_hex(position)}, you are {problem.agents[view.seat]}."]
     if is_watched:
         sentences = [f"{view.player_label} at {format_hex(position)}."]
-    if _mark_feeding_agents(view)[view.seat] and not is_watched:
-        sentence = "you are caught: after any action you reappear on a random hex."
-        if view.seat in problem.predator_seats:
-            sentence = "the prey is here: any action eats it and stays."
-        sentences.append(sentence)
+    sentences += _iter_shared_hex_sentences(view)
 
     def describe_hex(hex_: Hex) -> str:
         """Return the names of the agents on a hex, or `free`."""
