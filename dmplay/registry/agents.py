@@ -8,6 +8,7 @@ import inspect
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import Field, dataclass, fields, is_dataclass, replace
 from functools import cache, cached_property, partial
+from itertools import product
 from typing import TYPE_CHECKING, Any, Protocol, cast
 
 import numpy as np
@@ -602,11 +603,12 @@ def default_parameters(agent_class: Callable[..., object]) -> dict[str, object]:
 
 
 def describe_agents(problem: Problem, names: Sequence[str]) -> dict[str, dict[str, object]]:
-    """Return the parameters of some agents of a problem's roster, with their values."""
+    """Return the parameters of some agents, with their values, in the first seat of each."""
     described = dict[str, dict[str, object]]()
-    for name in names:
-        if not names_bot(name) and name.partition(":")[0] in load_roster(problem).agents:
-            policy = _make_roster_agent(problem, 0, name)
+    for name, seat in product(names, range(len(problem.agents))):
+        is_in_roster = name.partition(":")[0] in load_roster(problem, seat).agents
+        if is_in_roster and name not in described and not names_bot(name):
+            policy = _make_roster_agent(problem, seat, name)
             parameters = default_parameters(type(policy))
             described[name] = {key: getattr(policy, key) for key in parameters}
     return described

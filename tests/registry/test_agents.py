@@ -15,6 +15,7 @@ from dmplay.errors import BadParameter, BadPolicy, DmplayError, UnknownName
 from dmplay.game.seats import load_verifiable_policies
 from dmplay.registry.agents import (
     MAX_LISTED_PROBLEMS,
+    describe_agents,
     find_hint_provider,
     load_roster,
     set_horizon_in_name,
@@ -288,3 +289,18 @@ def test_an_agent_with_a_time_limit_cannot_be_verified() -> None:
     for limit, verifiable in (("", True), (":milliseconds=5", False)):
         seats = {"agent": f"expectimax{limit}"}
         assert (load_verifiable_policies(problem, seats, trusted=False) != [None]) is verifiable
+
+
+def test_the_parameters_of_an_agent_are_those_of_a_seat_that_has_it(tmp_path: Path) -> None:
+    (tmp_path / "duel.py").write_text(
+        "import dmplay\nfrom dmplay.problems.prisoners_dilemma.rules import *\n"
+        "from dataclasses import dataclass\n"
+        "@dataclass(frozen=True)\nclass Steady(dmplay.ConstantPolicy):\n    steps: int = 3\n"
+        "class Duel(PrisonersDilemma):\n    pass\n"
+        "def AGENTS(problem, seat):\n    return {'steady': Steady} if seat else {}\n"
+    )
+    problem = dmplay.load_problem(f"{tmp_path}/duel.py:Duel")
+    names = ["steady:steps=5", "search", "nobody"]
+    described = describe_agents(problem, names)
+    assert described["steady:steps=5"] == {"steps": 5}
+    assert [*described] == names[:2]
