@@ -211,6 +211,10 @@ def format_percent(probability: float, decimals: int = 0) -> str:
 
 
 def format_to_width(value: float, width: int) -> str:
-    """Format a value with at most two decimals in `width` columns; '#' if it does not fit."""
-    texts = (f"{value:.{decimals}f}" for decimals in (2, 1, 0))
+    """Format a value with at most two decimals in `width` columns; '#' if it does not fit.
+
+    A small negative value loses its zero, not its sign: `-.3`.
+    """
+    rounded = f"{value:.1f}"
+    texts = (f"{value:.2f}", rounded, rounded.replace("-0.", "-."), f"{value:.0f}")
     return next((text for text in texts if len(text) <= width), "#" * width)

@@ -82,6 +82,8 @@ class PlottedHex:
     directions: Sequence[int] = ()  # indices of actions
     text: str = ""
     kind: Literal["", "gain", "loss", "hunter", "prey"] = ""
+    is_changed: bool = False
+    is_marked: bool = False
 
 
 @dataclass(frozen=True)
@@ -91,6 +93,7 @@ class HexPanel:
     title: str
     cells: Sequence[PlottedHex]
     value_label: str = ""
+    caption: str = ""  # below the map, if it fits; else without its last clause after two blanks
 
 
 @dataclass(frozen=True, eq=False)

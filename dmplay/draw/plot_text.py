@@ -13,20 +13,17 @@ import numpy as np
 from rich.text import Text
 
 from dmplay.core.arrays import Reals
-from dmplay.core.hexgrid import Hex
-from dmplay.draw import hex_map
 from dmplay.draw.axes import PlotArea
 from dmplay.draw.bars import VALUE_LEVELS, count_eighths, format_column, format_value_legend
 from dmplay.draw.canvas import (
     Canvas,
     draw_borders,
-    format_to_width,
     join_beside,
     measure_text,
     split_rows,
     wrap_text,
 )
-from dmplay.draw.hex_map import COMPACT_SIZE, DOT_SIZE, NORMAL_SIZE, HexSize
+from dmplay.draw.hex_values import draw_hexes
 from dmplay.draw.panels import (
     BoardPanel,
     Box,
@@ -53,8 +50,6 @@ LARGE_TRIANGLE_SIZE, SMALL_TRIANGLE_SIZE = 17, 8
 PANEL_GAP = 3  # columns between panels
 SERIES_GLYPHS = "●○◆✗=%"
 THIN_GLYPH = "·"
-MAX_ARROWS, MANY_ARROWS_GLYPH = 2, "*"  # best directions that a hex shows
-HEX_STYLES = {"gain": "bold green", "loss": "bold red", "hunter": "bold red", "prey": "bold blue"}
 MARK_GLYPH, POINT_GLYPH = "✗", "#"
 MIN_TILE_COLUMNS = 4
 MIN_SHAPES_ROWS = 8
@@ -112,7 +107,7 @@ def _draw_panel(panel: Panel, columns: int, actions: ActionGlyphs, *, is_small: 
         case GridPanel():
             drawing = _draw_grid(panel, columns, actions)
         case HexPanel():
-            drawing = _draw_hexes(panel, columns)
+            drawing = draw_hexes(panel, columns) or Text("the map needs more columns", "dim")
         case TrianglePanel():
             drawing = _draw_triangle(panel, actions, is_small=is_small)
         case TablePanel():
@@ -208,44 +203,6 @@ def _draw_grid(panel: GridPanel, columns: int, actions: ActionGlyphs) -> Text:
     if panel.marks:
         lines.append(Text(f"{MARK_GLYPH} {panel.mark_label}", "bold red"))
     return Text("\n").join(lines)
-
-
-def _draw_hexes(panel: HexPanel, columns: int) -> Text:
-    """Return a map of hexes in the largest size that fits."""
-    cells = {cell.hex: cell for cell in panel.cells}
-
-    def make_cell(hex_: Hex, size: HexSize) -> hex_map.HexCell:
-        """Return the content of a hex: an arrow and a value, or a text."""
-        cell = cells[hex_]
-        style = HEX_STYLES.get(cell.kind, "")
-        if cell.directions:
-            arrows = [hex_map.ARROWS[direction] for direction in cell.directions]
-            arrow = " ".join(arrows) if len(arrows) <= MAX_ARROWS else MANY_ARROWS_GLYPH
-            value = "" if cell.value is None else format_to_width(cell.value, size.width - 1)
-            is_positive = cell.value is not None and cell.value > 0
-            return hex_map.HexCell(
-                arrow, value or cell.text, arrows[0], "green" if is_positive else "yellow"
-            )
-        marks = {"gain": "◆", "loss": "✗", "hunter": "P", "prey": "o", "": ""}
-        if not cell.kind:
-            return hex_map.HexCell(cell.text if size.text_rows == 1 else "", cell.text)
-        mark = marks[cell.kind]
-        text = "" if cell.kind in ("hunter", "prey") else cell.text
-        return hex_map.HexCell(mark, text, mark, style)
-
-    drawing, needed_columns = Text(), 0
-    for size in (NORMAL_SIZE, COMPACT_SIZE, DOT_SIZE):
-        drawing = hex_map.draw_map([cell.hex for cell in panel.cells], make_cell, size)
-        needed_columns = needed_columns or measure_text(drawing)[0]
-        if measure_text(drawing)[0] <= columns:
-            break
-    if measure_text(drawing)[0] < needed_columns and panel.value_label:
-        notice = Text(f"the values need {needed_columns} columns", "dim")
-        drawing = Text("\n").join([drawing, notice])
-    if any(len(cell.directions) > MAX_ARROWS for cell in panel.cells):
-        legend = Text(f"{MANY_ARROWS_GLYPH} more than {MAX_ARROWS} best directions", "dim")
-        return Text("\n").join([drawing, legend])
-    return drawing
 
 
 def _draw_triangle(panel: TrianglePanel, actions: ActionGlyphs, *, is_small: bool) -> Text:

@@ -1,68 +1,55 @@
 """Values and actions of states: on hex maps, as heat maps over two numbers, or as a table."""
 
+from typing import Literal
+
 import numpy as np
 from rich.text import Text
 
 from dmplay.algorithms.finite_mdp import format_state_name
 from dmplay.algorithms.step import StateValues
-from dmplay.core.hexgrid import Hex, HexMap, find_hex_map
+from dmplay.core.hexgrid import HexMap, find_hex_map
 from dmplay.core.problem import Problem
 from dmplay.core.text import format_score
-from dmplay.draw.canvas import Canvas, format_to_width, measure_text
+from dmplay.draw.canvas import Canvas
 from dmplay.draw.heat_maps import LABEL_COLUMNS, MIN_MAP_COLUMNS, draw_heat_maps, find_map_axes
-from dmplay.draw.hex_map import ARROWS, COMPASS, HexCell, HexSize, iter_maps
+from dmplay.draw.hex_values import draw_hexes
 from dmplay.draw.options import DrawOptions
+from dmplay.draw.panels import HexPanel, PlottedHex
 
 HEX_CAPTION = "* changed  > < formula"
 
 TABLE_CAPTION = "> state of the formula, * changed"
-MAX_COMPACT_ROWS = 9  # rows up to which a hex shows only its value
 
 
 def draw_state_values(state_values: StateValues, problem: Problem, options: DrawOptions) -> Text:
     """Return the values and the actions of states, drawn as suits the problem."""
-    hex_map = find_hex_map(problem)
-    map_text = hex_map and _draw_hex_map(state_values, hex_map, options)
-    if map_text is not None:
-        return map_text
+    if hex_map := find_hex_map(problem):
+        panel = build_hex_panel(state_values, hex_map)
+        drawing = draw_hexes(panel, options.width, options.height, ascii_only=options.ascii)
+        if drawing:
+            return drawing
     axes = find_map_axes(state_values.states, problem)
     if axes and options.width >= LABEL_COLUMNS + MIN_MAP_COLUMNS:
         return draw_heat_maps(state_values, problem, axes, options)
     return _draw_table(state_values, problem, options)
 
 
-def _draw_hex_map(state_values: StateValues, hex_map: HexMap, options: DrawOptions) -> Text | None:
-    """Return the largest map that fits, with the action above the value; None if none fits."""
-    names = COMPASS if options.ascii else ARROWS
+def build_hex_panel(state_values: StateValues, hex_map: HexMap) -> HexPanel:
+    """Return the map of the values and actions; exits have a sign in place of the action."""
     hexes, exits = hex_map
-
-    def make_cell(hex_: Hex, size: HexSize) -> HexCell:
-        """Return the content of a hex."""
-        state = hexes.index(hex_)
-        value = float(state_values.values[state])
+    cells = []
+    for state, hex_ in enumerate(hexes):
         action = -1 if state_values.actions is None else int(state_values.actions[state])
-        mark = "" if action < 0 else names[action]
+        has_changed = state_values.changed is not None and bool(state_values.changed[state])
+        kind: Literal["", "gain", "loss"] = ""
         if hex_ in exits:
-            mark = "◆" if exits[hex_] > 0 else "✗"
-        if state_values.changed is not None and state_values.changed[state]:
-            mark += "*"
-        style = "green" if value > 0 else "yellow" if value else ""
-        if state == state_values.focus:
-            mark, style = f">{mark}<", f"{style} bold reverse".strip()
-        text = format_to_width(value, size.width - 1)
-        if size.text_rows > 1:
-            return HexCell(mark, text, style=style)
-        return HexCell(text, dot_glyph=mark[:1] or ".", style=style)
-
-    marks = "◆" * any(r > 0 for r in exits.values()), "✗" * any(r <= 0 for r in exits.values())
-    exit_note = f"  {' '.join(filter(None, marks))} exit: any action ends the game"
-    has_note = bool(exits) and options.width > len(HEX_CAPTION + exit_note)
-    caption = f"{HEX_CAPTION}{exit_note * has_note}" if options.height > MAX_COMPACT_ROWS else ""
-    for board in iter_maps(hexes, make_cell, options._replace(allow_large=True), caption):
-        columns, rows = measure_text(board)
-        if columns <= options.width and rows <= options.height:
-            return board
-    return None
+            kind, action = "gain" if exits[hex_] > 0 else "loss", -1
+        directions, value = (action,) * (action >= 0), float(state_values.values[state])
+        is_marked = state == state_values.focus
+        cells.append(PlottedHex(hex_, value, directions, "", kind, has_changed, is_marked))
+    signs = {"◆" if reward > 0 else "✗": None for reward in exits.values()}
+    exit_note = f"  {' '.join(sorted(signs))} exit: any action ends the game" * bool(exits)
+    return HexPanel("", cells, caption=f"{HEX_CAPTION}{exit_note}")
 
 
 def _draw_table(state_values: StateValues, problem: Problem, options: DrawOptions) -> Text:

@@ -15,9 +15,11 @@ from dmplay.draw.panels import (
     BoardPanel,
     Box,
     GridPanel,
+    HexPanel,
     Label,
     LinePanel,
     Plot,
+    PlottedHex,
     PlottedTile,
     Polyline,
     Region,
@@ -131,6 +133,21 @@ def test_a_triangle_marks_beliefs_and_shades_values() -> None:
     assert rows[-4].split() == ["╱", "╲"]
     assert (rows[-3][0], rows[-3][-1]) == ("●", "·")
     assert rows[-1] == "value: blank 0 to █ 8"
+
+
+def test_small_hexes_show_values_and_rewards_and_tell_that_arrows_are_missing() -> None:
+    cells = [
+        PlottedHex((0, 0), -0.31, (0,)),
+        PlottedHex((1, 0), 4.04, (0, 3), is_changed=True),
+        PlottedHex((2, 0), 5.0, (), "+5", "gain"),
+        *(PlottedHex((q, 0), 10.0, (), "+10", "gain") for q in range(3, 8)),
+    ]
+    panel = HexPanel("", cells, "value")
+    wide, small = (draw_plot(Plot("map", [panel]), width).plain for width in (60, 40))
+    assert "│  →  │ → ←*│  ◆  │  ◆  │" in wide
+    assert "│-0.31│ 4.04│  +5 │ +10 │" in wide
+    assert "│-.3│4.0│ +5│+10│" in small
+    assert small.splitlines()[-1] == "the best directions need 49 columns"
 
 
 def test_a_board_shows_where_tiles_slide_and_which_one_is_marked() -> None:
