@@ -38,7 +38,7 @@ SHARED = ("problem", "player", "seat", "games")  # above the table if they are t
 NOT_STATED = "not stated"  # 0, as the belief is assumed to be the exact one
 # from the left, as many as there is room for
 QUANTITIES = (
-    "seeing", "choosing", "luck", "start value", "regret per turn", "nats", "stated regret",
+    "regret per turn", "seeing", "choosing", "luck", "start value", "nats", "stated regret",
 )  # fmt: skip
 
 
