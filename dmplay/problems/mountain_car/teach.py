@@ -14,6 +14,7 @@ from .rules import TOP_SPEED, MountainCar
 
 MAX_DRIVE_TURNS = 300  # in one direction, until the car rolls back or reaches the goal
 GRID_NOTE = "The values below are approximate, so they can differ from this."
+TIE_NOTE = "Values estimate minus the turns to the goal, so differences below 1 may be none."
 MAX_GRID_ERROR = 1.0  # turns; games that differ by less from the values only round them
 MIN_SPEED_CHANGE = 1e-12  # smaller changes are rounding errors
 
@@ -96,7 +97,7 @@ def _compare_arrivals(position: Position, games: SimulatedGames) -> str:
 
 
 def _compare_with_grid(position: Position, returns: Reals) -> Iterator[str]:
-    """Yield a note if the values of the grid differ much from the returns `[A]` of the games."""
+    """Yield a note if the values of the grid differ from the returns `[A]` of the games."""
     values = position.values()
     assert values is not None
     best = int(values.best_actions[0])
@@ -108,6 +109,8 @@ def _compare_with_grid(position: Position, returns: Reals) -> Iterator[str]:
         )
     elif np.abs(values.q - returns).max() >= MAX_GRID_ERROR:
         yield GRID_NOTE
+    elif np.unique(returns).size < returns.size:
+        yield TIE_NOTE
 
 
 REASONS = give_reasons

@@ -242,6 +242,13 @@ def check_grid(session: Session, action: int, match: re.Match[str]) -> Iterator[
     yield bool(np.abs(differences).max() >= 1.0)
 
 
+def check_tie(session: Session, action: int, match: re.Match[str]) -> Iterator[bool]:
+    """Yield whether two actions take as many turns to the goal, with values that differ by less."""
+    turns = count_turns_to_goal(session)
+    yield np.unique(turns).size < turns.size
+    yield bool(np.abs(value_on_grid(session) + turns).max() < 1.0)
+
+
 def check_grid_error(session: Session, action: int, match: re.Match[str]) -> Iterator[bool]:
     """Yield whether the action of the best value takes longer to the goal than another."""
     quicker, slower = (session.action_labels(0).index(label) for label in match.groups())
@@ -668,6 +675,8 @@ CLAIMS: dict[str, dict[str, Claim]] = {
         r"comes first)|does not reach the goal within (\d+) turns?)\.": check_arrivals,
         r"The values below are approximate, so they can differ from this\.":
         check_grid,
+        r"Values estimate minus the turns to the goal, so differences below 1 may be none\.":
+        check_tie,
         r"The values, interpolated on a grid, err here: ([a-z]+) is quicker than ([a-z]+)\.":
         check_grid_error,
     },
