@@ -18,10 +18,11 @@ def make_rolling_game() -> Session:
 def test_a_rolling_car_is_described_with_its_goal() -> None:
     view = make_rolling_game().view(0)
     assert (
-        mountain_car.describe_turn(view) == "coasted, now rolls left at -0.0477, position -0.948."
+        mountain_car.describe_turn(view)
+        == "coasted, now rolls left uphill at -0.0477, position -0.948."
     )
     assert mountain_car.describe_situation(view) == (
-        "rolls left at -0.0477, position -0.948. height -0.29. goal x >= 0.6."
+        "rolls left uphill at -0.0477, position -0.948. height -0.29. goal x >= 0.6."
     )
 
 
@@ -38,18 +39,24 @@ def test_a_car_at_the_left_wall_keeps_rolling() -> None:
     view = make_session_from_state("mountain-car", [-1.17, -0.06], [0]).view(0)
     assert (
         mountain_car.describe_turn(view)
-        == "drove left, now at the left wall, until its speed, -0.0587, turns positive."
+        == "drove left, now at the left wall, until its speed, -0.0587, turns positive; "
+        "driving right leaves it soonest."
     )
     assert mountain_car.describe_situation(view) == (
-        "at the left wall, until its speed, -0.0587, turns positive. height +0.44. goal x >= 0.6."
+        "at the left wall, until its speed, -0.0587, turns positive; driving right leaves it "
+        "soonest. height +0.44. goal x >= 0.6."
     )
 
 
 def test_a_car_at_the_left_wall_of_gym_stops() -> None:
     view = make_session_from_state("mountain-car:gym", [-1.17, -0.06], [0]).view(0)
-    assert mountain_car.describe_turn(view) == "drove left, now at the left wall, stopped."
+    assert (
+        mountain_car.describe_turn(view)
+        == "drove left, now at the left wall, stopped; driving right leaves it soonest."
+    )
     assert mountain_car.describe_situation(view) == (
-        "at the left wall, stopped. height +0.44. goal x >= 0.5 and v >= 0."
+        "at the left wall, stopped; driving right leaves it soonest. "
+        "height +0.44. goal x >= 0.5 and v >= 0."
     )
 
 

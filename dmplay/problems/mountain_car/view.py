@@ -24,7 +24,7 @@ from dmplay.views.protocol import Clock, FinishedGame, Lesson
 from .rules import LEFT_WALL, RIGHT_WALL, TOP_SPEED, MountainCar
 
 KEYS = {
-    "h": "left", "j": "coast", "l": "right", "left": "left", "down": "coast", "right": "right",
+    "left": "left", "down": "coast", "right": "right", "h": "left", "j": "coast", "l": "right",
     "space": "coast", "a": "left", "s": "coast", "d": "right",
 }  # fmt: skip
 ACTION_PHRASES = ("drive left", "coast", "drive right")  # indexed by action
@@ -256,8 +256,9 @@ def _describe_state(view: View[MountainCar]) -> str:
         return f"at the goal, position {position}"
     if x == LEFT_WALL:
         hold = f"until its speed, {speed}, turns positive" if v < 0 else f"speed {speed}"
-        return f"at the left wall, {hold if v else 'stopped'}"
-    motion = f"rolls {'right' if v > 0 else 'left'} at {speed}" if v else "stands still"
+        return f"at the left wall, {hold if v else 'stopped'}; driving right leaves it soonest"
+    slope = "uphill" if v * math.cos(3.0 * x) > 0.0 else "downhill"
+    motion = f"rolls {'right' if v > 0 else 'left'} {slope} at {speed}" if v else "stands still"
     return f"{motion}, position {position}"
 
 
