@@ -272,7 +272,8 @@ def measure_game(
     `meters` has those of earlier games of the same problem, and gets a new one if necessary.
     """
     hints = session.hint_counts[session.problem.agents[question.seat]]
-    game = EvaluatedGame(name, len(session.turns), session.seat_return(question.seat), hints)
+    returned, limit = session.seat_return(question.seat), session.turn_limit
+    game = EvaluatedGame(name, len(session.turns), returned, hints, limit)
     fault = explain_missing_parts(session)
     if question.earlier_turns:
         fault = "another player played the first turns"

@@ -2,16 +2,18 @@
 
 import math
 from collections.abc import Sequence
-from typing import Any, NamedTuple, Self
+from typing import Any, NamedTuple, Self, cast
 
 import numpy as np
 
+from dmplay.agents.base import AdviceQuestion, SeatPolicy, find_values_basis
 from dmplay.core.data_frames import make_frame
 from dmplay.core.problem import Problem
 from dmplay.core.text import format_count
 from dmplay.evaluation.statistics import Estimate, estimate_mean, estimate_ratio, make_estimate_row
 from dmplay.game.hints.lost_value import Bounds, GameParts
 from dmplay.game.turn_facts import Row
+from dmplay.registry.agents import find_agent_name, load_agent, load_roster
 
 PART_NAMES = ("seeing", "choosing", "luck")
 UNKNOWN = Estimate(math.nan, math.nan, math.nan, math.nan)
@@ -24,6 +26,7 @@ class EvaluatedGame(NamedTuple):
     turn_count: int
     discounted_return: float
     hint_count: int = 0
+    turn_limit: int | None = None
     parts: GameParts | None = None
     fault: str = ""  # why it is not counted
     missing_parts: str = ""  # why it has no parts although it is counted
@@ -95,6 +98,7 @@ class PlayerEvaluation(NamedTuple):
     all_games: tuple[EvaluatedGame, ...]  # also those that are not counted
     has_hidden_states: bool
     has_other_seats: bool
+    plan_remark: str = ""  # of an agent that plans for other turns than those of its games
 
     @classmethod
     def of_games(
@@ -102,7 +106,9 @@ class PlayerEvaluation(NamedTuple):
     ) -> Self:
         """Return the evaluation of all games of a player."""
         is_hidden, has_others = problem.partially_observable, len(problem.agents) > 1
-        return cls(title, player, problem.agents[seat], (*games,), is_hidden, has_others)
+        limits = sorted({game.turn_limit for game in games if game.turn_limit})
+        remark = _explain_ignored_limit(problem, seat, player, limits[0]) if limits else ""
+        return cls(title, player, problem.agents[seat], (*games,), is_hidden, has_others, remark)
 
     @property
     def games(self) -> tuple[EvaluatedGame, ...]:
@@ -149,7 +155,7 @@ class PlayerEvaluation(NamedTuple):
 
     @property
     def remarks(self) -> list[str]:
-        """Why parts or games are missing, and the hints that the player got."""
+        """Why parts or games are missing, what the player ignores, and the hints that it got."""
         reasons = dict.fromkeys(game.missing_parts for game in self.games if game.missing_parts)
         remarks = [f"no parts: {reason}" for reason in reasons]
         if not all(item.is_exact for item in self.estimates.values() if item):
@@ -157,6 +163,8 @@ class PlayerEvaluation(NamedTuple):
         faults = [game.fault for game in self.all_games if game.fault]
         for fault in dict.fromkeys(faults):
             remarks.append(f"{format_count(faults.count(fault), 'game')} left out: {fault}")
+        regret = self.estimates["regret per turn"]
+        remarks += [self.plan_remark] if self.plan_remark and regret and regret.high.mean else []
         hints = sum(game.hint_count for game in self.games)
         remarks += [format_count(hints, "hint")] if hints else []
         if 0 < self.stated_count < self.choice_count:
@@ -221,6 +229,17 @@ class Evaluation(NamedTuple):
             for player in self.players
         ]
         return "\n".join([*lines, *self.errors])
+
+
+def _explain_ignored_limit(problem: Problem, seat: int, name: str, turn_limit: int) -> str:
+    """Return the remark on an agent of the roster that ignores a turn limit; '' of any other."""
+    if name.partition(":")[0] not in load_roster(problem, seat).agents:
+        return ""
+    policy, question = load_agent(problem, seat, name), AdviceQuestion(seat, turn_limit)
+    if not find_values_basis(policy, question).ignores_turn_limit:
+        return ""
+    adapted = find_agent_name(problem, seat, cast(SeatPolicy, policy).adapt_to_game(question))
+    return f"{name} ignores the turn limit" + (f" ({adapted} does not)" if adapted != name else "")
 
 
 def _estimate_games(pairs: Sequence[Bounds]) -> BoundedEstimate | None:

@@ -69,6 +69,10 @@ def test_the_best_agent_loses_nothing_and_its_games_are_those_of_run() -> None:
     assert read_mean(row.estimates["regret per turn"]) == pytest.approx(0.0)
     result = dmplay.run("crying-baby", "optimal:horizon=6", episodes=GAMES, seed=3, turns=6)
     assert row.returns == pytest.approx(result.seat_summaries[0].returns)
+    assert not row.remarks
+    (row,) = dmplay.evaluate("optimal", "crying-baby", GAMES, seed=3, turns=6).players
+    assert read_mean(row.estimates["regret per turn"]) > 0.0
+    assert row.remarks == ["optimal ignores the turn limit (optimal:horizon=6 does not)"]
 
 
 def test_anybody_can_compute_the_table_again_from_the_transcripts(tmp_path: Path) -> None:
