@@ -257,7 +257,7 @@ def _draw_small_triangle(canvas: Canvas, x: int, belief: Reals) -> None:
 def goal_lines(view: View[MachineReplacement]) -> list[str]:
     """Return the goal, the clue, and the effects of failures and of actions, as clauses."""
     return [
-        "earn much with a machine whose parts may fail",
+        "earn much by a machine whose two parts may fail",
         "only examine gives a clue",
         "failed parts lower what manufacture and examine pay",
         "interrupt repairs failed parts, replace puts in new parts",
@@ -348,8 +348,8 @@ def _describe_product_and_belief(view: View[MachineReplacement]) -> str:
 
 
 def describe_end(game: FinishedGame[MachineReplacement]) -> str:
-    """Return the number of turns in which the machine produced, and with failed parts."""
+    """Return the number of turns of production, with failed parts, and of repairs."""
     produces = game.actions[:, 0] < 2  # manufacture or examine
     failed = int((produces & (game.states[:-1] > 0)).sum())
     text = f"{game.player} ran the machine for {produces.sum()} of {game.turns}"
-    return f"{text}, {failed} of them with a failed part"
+    return f"{text}, {failed} of them with a failed part, and repaired it in {(~produces).sum()}"
