@@ -35,7 +35,7 @@ def test_a_push_is_described_with_its_target() -> None:
     view = make_pushed_game().view(0)
     assert (
         simple_regulator.describe_turn(view)
-        == "at -0.526 pushed +0.250, aimed at -0.276, now at -0.102."
+        == "at -0.526 pushed +0.250, aimed at -0.276, chance moved it to -0.102."
     )
     assert simple_regulator.describe_situation(view) == (
         "number -0.102. a turn here costs 0.0104. push by a number from -10 to 10; noise of about "

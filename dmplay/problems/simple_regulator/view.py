@@ -238,14 +238,11 @@ def _format_state(view: View[SimpleRegulator], is_brief: bool, options: DrawOpti
 def goal_lines(view: View[SimpleRegulator]) -> list[str]:
     """Return the goal, the costs, the push and the noise, as clauses."""
     return [
-        "add pushes to keep the number near 0",
-        "each turn costs the number squared",
+        "regulate a number: add pushes to keep it near 0",
+        "each turn costs its square",
         "a push itself is free",
-        *(
-            [f"chance moves the number by about {view.problem.noise:g}"]
-            if view.problem.noise
-            else []
-        ),
+        *([f"chance moves it by about {view.problem.noise:g}"] if view.problem.noise else []),
+        "the number may be an error, such as degrees off course",
     ]
 
 
@@ -285,7 +282,8 @@ def describe_turn(view: View[SimpleRegulator]) -> str:
     """Return a description of the last push, its aim and the number after it."""
     values = *_list_recent_numbers(view, 1), view.actions[-1], predict_number(view)[0]
     before, after, push, aim = (format_signed_fixed(value, 3) for value in values)
-    return f"at {before} pushed {push}, aimed at {aim}, now at {after}."
+    moved = "chance moved it to" if view.problem.noise else "now at"
+    return f"at {before} pushed {push}, aimed at {aim}, {moved} {after}."
 
 
 def describe_situation(view: View[SimpleRegulator]) -> str:
@@ -300,6 +298,8 @@ def describe_situation(view: View[SimpleRegulator]) -> str:
 
 
 def describe_end(game: FinishedGame[SimpleRegulator]) -> str:
-    """Return the average distance of the number from 0."""
-    distance = float(np.abs(game.states[:-1]).mean())
-    return f"{game.player} kept the number {distance:.2f} away from 0 on average, for {game.turns}"
+    """Return the average distance of the number from 0, and the part of chance."""
+    distance, noise = float(np.abs(game.states[:-1]).mean()), game.problem.noise
+    text = f"{game.player} kept the number {distance:.2f} away from 0 on average, for {game.turns}"
+    alone = noise * math.sqrt(2.0 / math.pi)  # the mean distance of a normal number from its mean
+    return f"{text}{f'; chance alone moves it by {alone:.2f} a turn' * bool(noise)}"
