@@ -54,9 +54,10 @@ def give_reasons(position: Position, action: int) -> list[str]:
     ]
     if claim < MAX_CLAIM:
         reasons.append(
-            f"{claim + 1} gets 1 more where {other} claims more than that (probability "
-            f"{sum_chances(action + 2)}), {BONUS_DOLLARS - 1} less where {claim + 1} "
-            f"({sum_chances(action + 1, action + 2)}), {BONUS_DOLLARS} where {claim} ({equal})."
+            f"{claim + 1} gets 1 more if {other} claims more than {claim + 1} (probability "
+            f"{sum_chances(action + 2)}), {BONUS_DOLLARS - 1} less if {claim + 1} "
+            f"({sum_chances(action + 1, action + 2)}), {BONUS_DOLLARS} less if {claim} ({equal}), "
+            "else as much."
         )
     return reasons
 

@@ -46,14 +46,16 @@ MIN_LINE_CLAIM_COUNT = 6  # number of claims in the table below which the line s
 
 
 def goal_lines(view: View[TravelersDilemma]) -> list[str]:
-    """Return the goal, the payment rule with an example, and the range of claims, as clauses."""
+    """Return the goal, the payment rule, the story, an example and the range of claims."""
     low, high = MAX_CLAIM - 2 * BONUS_DOLLARS, MAX_CLAIM
+    other = view.problem.agents[1 - view.seat]
     return [
-        "get many dollars: both get the lower claim",
-        f"who made it gets +{BONUS_DOLLARS:g}, the other -{BONUS_DOLLARS:g}",
+        "get much for a lost bag",
+        f"both get the lower claim, its maker +{BONUS_DOLLARS:g}, the other -{BONUS_DOLLARS:g}",
+        f"{other} lost an equal bag and claims at the same time",
+        f"what {other} gets does not count",
         f"for example, claims {low:g} and {high:g} pay {low + BONUS_DOLLARS:g} and "
         f"{low - BONUS_DOLLARS:g}",
-        f"what {view.problem.agents[1 - view.seat]} gets does not count",
         f"claim {MIN_CLAIM} to {MAX_CLAIM}",
     ]
 
