@@ -13,11 +13,12 @@ describe_turn, describe_situation = payoff_table.describe_turn, payoff_table.des
 
 
 def goal_lines(view: View[PrisonersDilemma]) -> list[str]:
-    """Return the goal, and the reward of each pair of actions, as clauses."""
+    """Return the goal, the story, and the reward of each pair of actions, as clauses."""
     other = view.problem.agents[1 - view.seat]
     (cc, cd), (dc, dd) = view.problem.payoffs[:, :, 0]
     return [
         "spend few years in prison over all rounds",
+        "cooperate = silent, defect = blame",
         "a year costs 1",
         f"if {other} cooperates: cooperate pays {cc:g}, defect {dc:g}",
         f"if {other} defects: cooperate pays {cd:g}, defect {dd:g}",
