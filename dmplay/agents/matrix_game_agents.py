@@ -146,8 +146,9 @@ class HierarchicalSoftmax(_MixedStrategyPolicy):
 
 @dataclass(frozen=True)
 class FictitiousPlay(GreedyPolicy, _PayoffTablePolicy):
-    """Counts the opponent's actions, and plays best against these frequencies (fictitious play).
-    It takes them as equal in the first round, and of equally good actions plays the first listed.
+    """Plays best against the counts of the opponent's actions (fictitious play; ties: the first).
+
+    It takes the counts as equal in the first round, and at a tie plays the first listed action.
     """
 
     uniform_count = 0

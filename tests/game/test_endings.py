@@ -51,7 +51,7 @@ def play(name: str, actions: Sequence[str], *others: str, turns: int | None = No
         ),
         (
             play("rock-paper-scissors", ["paper"] * 3, "script:rock,rock,rock"),
-            "you won 3 to 0 in 3",
+            "you won 3, lost 0 and drew 0 of 3 rounds",
         ),
         (
             play("travelers-dilemma", ["50"], "claim:claim=60"),
@@ -70,7 +70,7 @@ def test_an_agent_is_named_and_several_people_are_named_by_their_seats() -> None
     people = make_game("rock-paper-scissors", "human", "human", seed=7, turns=1)
     people.choose(0.0)
     people.choose(1.0)
-    assert people.narrator.describe_end() == "agent1 lost 0 to 1 in 1 round"
+    assert people.narrator.describe_end() == "agent1 won 0, lost 1 and drew 0 of 1 round"
 
 
 def test_a_file_of_a_user_says_how_its_games_end_as_a_built_in_folder_does(tmp_path: Path) -> None:

@@ -8,7 +8,7 @@ from dmplay.views.protocol import FinishedGame, Lesson
 from .rules import RockPaperScissors
 
 KEYS = {"r": "rock", "p": "paper", "s": "scissors"}
-iter_boards, panel_rows = payoff_table.iter_boards, payoff_table.panel_rows
+iter_boards = payoff_table.iter_boards
 describe_turn, describe_situation = payoff_table.describe_turn, payoff_table.describe_situation
 
 
@@ -21,6 +21,14 @@ def goal_lines(view: View[RockPaperScissors]) -> list[str]:
         f"the winner gets {win_reward:g}, the loser {-win_reward:g}",
         "both choose at the same time",
     ]
+
+
+def panel_rows(view: View[RockPaperScissors]) -> list[tuple[str, str]]:
+    """Return the side panel's rows: the discount, and how often the player chose each action."""
+    labels = view.problem.actions[view.seat].labels
+    counts = zip(labels, [view.actions.count(a) for a in range(len(labels))], strict=True)
+    chosen = " ".join(f"{payoff_table.abbreviate_action(a)}{count}" for a, count in counts)
+    return [*payoff_table.panel_rows(view), (f"{view.player_label} used", chosen)]
 
 
 def lesson(view: View[RockPaperScissors]) -> Lesson:
@@ -36,8 +44,8 @@ def lesson(view: View[RockPaperScissors]) -> Lesson:
 
 
 def describe_end(game: FinishedGame[RockPaperScissors]) -> str:
-    """Compare the rounds that the player won and lost."""
+    """Return the rounds that the player won, lost and drew."""
     rewards = game.rewards[:, game.seat]
     wins, losses = int((rewards > 0).sum()), int((rewards < 0).sum())
-    verb = "won" if wins > losses else "lost" if wins < losses else "drew"
-    return f"{game.player} {verb} {wins} to {losses} in {format_count(len(rewards), 'round')}"
+    draws, rounds = len(rewards) - wins - losses, format_count(len(rewards), "round")
+    return f"{game.player} won {wins}, lost {losses} and drew {draws} of {rounds}"

@@ -365,7 +365,7 @@ def test_a_screen_too_small_for_the_board_is_played_in_text() -> None:
         ("hexworld", "optimal", "@ agent"),
         ("collaborative-predator-prey", "sweep", "@ where predator1 may be"),
         ("collaborative-predator-prey", "sweep", "predator1 senses it on its"),
-        ("simple-regulator", "optimal", "the number squared"),
+        ("simple-regulator", "optimal", "costs its square"),
         ("travelers-dilemma", "random", "agent1 ↓   agent2 →"),
     ],
 )
@@ -382,7 +382,7 @@ def test_a_watched_agent_is_called_by_its_name(problem: str, agent: str, label: 
         ("predator-prey", "A is the predator, o is the prey"),
         ("hexworld", "@ agent"),
         ("collaborative-predator-prey", "@ predator1"),
-        ("simple-regulator", "the number squared"),
+        ("simple-regulator", "costs its square"),
         ("travelers-dilemma", "agent1 ↓   agent2 →"),
     ],
 )
@@ -987,7 +987,7 @@ def test_help_lists_the_keys_of_the_pace_only_if_something_moves_by_itself() -> 
 def test_help_describes_the_agent_that_plays_the_other_seat() -> None:
     current_game = make_game("rock-paper-scissors", "human", "frequency")
     text = " ".join(play_keys(current_game, "?").last.split())
-    assert "agent2 is played by frequency, which counts your actions" in text
+    assert "agent2 is played by frequency, which plays best against the counts of" in text
 
 
 def test_the_letters_of_the_steps_stay_on_the_map() -> None:
