@@ -179,13 +179,13 @@ class _ValueExplainer:
         beginning = f"{subject} is {self._value_verb} {self._format(value)}"
         if errors is not None and np.isfinite(errors[self._action]):
             beginning += f" (standard error {errors[self._action]:.2g})"
+        if self._hint.values_basis.accuracy is Accuracy.RATING:
+            beginning += "; ratings compare actions, and are not points"
         if parts is None:
             return f"{beginning}."
         reward = self._format(parts.reward)
         if parts.is_last_turn:
             return f"{beginning}, the expected reward of this turn; {self._describe_last_turn()}."
-        if self._hint.values_basis.accuracy is Accuracy.RATING:
-            beginning += "; ratings compare actions, and are not points"
         if not self._adds_up_as_printed(parts):
             return f"{beginning}. Its expected reward in this turn is {reward}."
         later = self._format(self._round_as_printed(value) - self._round_as_printed(parts.reward))

@@ -83,8 +83,8 @@ def _compare_with_rival(
     labels = position.labels
     if values.regrets[rival] <= values.basis.resolution:
         yield (
-            f"The ratings of {labels[best]} and {labels[rival]} differ by no more than their "
-            f"errors of {values.basis.resolution:.0f}: either may be better."
+            f"The search cannot tell {labels[best]} and {labels[rival]} apart: their ratings "
+            f"differ by no more than their errors of {values.basis.resolution:.0f}."
         )
         return
     rows = zip(FACT_NAMES, facts[best].merits, facts[rival].merits, strict=True)
@@ -93,7 +93,7 @@ def _compare_with_rival(
         yield f"{labels[best].capitalize()} is better than {labels[rival]} in {join_words(names)}."
     else:
         pair = f"{labels[best]} over {labels[rival]}"
-        yield f"None of this favours {pair}: the ratings look further ahead."
+        yield f"None of this favours {pair}: the search looks further ahead."
 
 
 def _list_facts(problem: Game2048, board: Array, action: int) -> SlideFacts:

@@ -704,10 +704,10 @@ CLAIMS: dict[str, dict[str, Claim]] = {
         r"The new tile then leaves at most one slide with probability (.*)\.": check_tightness,
         r"The best merge of the next slide then pays (.*)\.": check_next_merges,
         r"([A-Z][a-z]+) is better than ([a-z]+) in ([a-z, ]+)\.": check_advantages,
-        r"None of this favours ([a-z]+) over ([a-z]+)()?: the ratings look further ahead\.":
+        r"None of this favours ([a-z]+) over ([a-z]+)()?: the search looks further ahead\.":
         check_advantages,
-        r"The ratings of ([a-z]+) and ([a-z]+) differ by no more than their errors of (\d+): "
-        r"either may be better\.": check_close_ratings,
+        r"The search cannot tell ([a-z]+) and ([a-z]+) apart: their ratings differ by no more "
+        r"than their errors of (\d+)\.": check_close_ratings,
     },
     "collaborative-predator-prey": {
         r"The hint's belief has the prey most likely at (.*\)), and you at (.*\))\.": check_belief,
