@@ -7,13 +7,11 @@ import numpy as np
 from dmplay.core.arrays import Reals
 from dmplay.core.problem import Problem
 from dmplay.core.session import MAX_LISTED_STATES, View
-from dmplay.core.text import format_score
 from dmplay.draw.canvas import BAR_LEVELS, Canvas
 from dmplay.draw.options import DrawOptions
 
 MAX_NAMED_STATES = 10  # number of states listed if there are many
 BAR_EIGHTHS = " ▏▎▍▌▋▊▉"
-VALUE_LEVELS = f" {BAR_LEVELS}"  # of the numbers in a map, from the lowest to the highest
 ASCII_SPARK_LEVELS = "_.:-=+*#"
 ASCII_COLUMN_LEVELS = "__--==##"  # by height, without the glyphs of marks that stand on columns
 
@@ -38,11 +36,6 @@ def count_eighths(fraction: float, rows: int) -> int:
     A positive fraction has at least one.
     """
     return min(round(round(fraction * rows * 8, 9)) or int(fraction > 0), 8 * rows)
-
-
-def format_value_legend(label: str, low: float, high: float) -> str:
-    """Return the legend of the lowest and the highest level of a map."""
-    return f"{label}: blank {format_score(low)} to {VALUE_LEVELS[-1]} {format_score(high)}"
 
 
 def format_column(eighths: int, ascii_only: bool = False) -> str:

@@ -178,6 +178,16 @@ def join_beside(drawings: Sequence[Sequence[Text]], columns: Sequence[int]) -> l
     return rows
 
 
+def join_legend(entries: Iterable[tuple[str, str]], columns: int) -> Text:
+    """Return the texts and styles of a legend beside each other, in as many rows as they need."""
+    rows = [Text()]
+    for text, style in entries:
+        if rows[-1].plain and len(rows[-1].plain) + 3 + len(text) > columns:
+            rows.append(Text())
+        rows[-1].append("   " * bool(rows[-1].plain)).append(text, style)
+    return Text("\n").join(rows)
+
+
 def wrap_text(text: str, columns: int, style: str = "") -> list[Text]:
     """Wrap text to rows without splitting words at hyphens; unprintable characters are escaped."""
     wrapper = TextWrapper(max(columns, 1), break_on_hyphens=False)

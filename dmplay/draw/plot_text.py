@@ -6,7 +6,6 @@ the same. Neither draws hexes, triangles, tables or regions.
 """
 
 import itertools
-from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -14,15 +13,17 @@ from rich.text import Text
 
 from dmplay.core.arrays import Reals
 from dmplay.draw.axes import PlotArea
-from dmplay.draw.bars import VALUE_LEVELS, count_eighths, format_column, format_value_legend
+from dmplay.draw.bars import count_eighths, format_column
 from dmplay.draw.canvas import (
     Canvas,
     draw_borders,
     join_beside,
+    join_legend,
     measure_text,
     split_rows,
     wrap_text,
 )
+from dmplay.draw.grid_map import draw_grid
 from dmplay.draw.hex_values import draw_hexes
 from dmplay.draw.panels import (
     BoardPanel,
@@ -45,12 +46,11 @@ from dmplay.draw.triangle import draw_triangle
 
 MIN_COLUMNS, MAX_COLUMNS = 36, 100
 AREA_ROWS = 15
-MAX_GRID_COLUMNS, MAX_GRID_ROWS = 72, 21
 LARGE_TRIANGLE_SIZE, SMALL_TRIANGLE_SIZE = 17, 8
 PANEL_GAP = 3  # columns between panels
 SERIES_GLYPHS = "●○◆✗=%"
 THIN_GLYPH = "·"
-MARK_GLYPH, POINT_GLYPH = "✗", "#"
+POINT_GLYPH = "#"
 MIN_TILE_COLUMNS = 4
 MIN_SHAPES_ROWS = 8
 ROWS_PER_COLUMN = 0.5  # a row is as high as two columns are wide
@@ -72,7 +72,9 @@ def draw_plot(plot: Plot, columns: int) -> Text:
     for first in range(0, len(drawings), per_row):
         group = list(map(split_rows, drawings[first : first + per_row]))
         lines += join_beside(group, range(0, len(group) * width, width))
-    lines += [_draw_action_legend(actions)] if actions else []
+    if actions:
+        legend = [(f"{glyph} {name}", style) for name, (glyph, style) in actions.items()]
+        lines.append(join_legend(legend, columns))
     lines += [row for note in plot.notes for row in wrap_text(note, columns, "dim")]
     return Text("\n").join(lines)
 
@@ -88,24 +90,13 @@ def _assign_action_letters(plot: Plot) -> dict[str, tuple[str, str]]:
     return assign_letters(name for name in [*plot.actions, *used] if name in used)
 
 
-def _draw_action_legend(actions: ActionGlyphs) -> Text:
-    """Return the legend of the letters of actions."""
-    entries = [Text(f"{glyph} {name}", style) for name, (glyph, style) in actions.items()]
-    return _join_legend(entries)
-
-
-def _join_legend(entries: Sequence[Text]) -> Text:
-    """Return the entries of a legend in one line."""
-    return Text("   ").join(entries)
-
-
 def _draw_panel(panel: Panel, columns: int, actions: ActionGlyphs, *, is_small: bool) -> Text:
     """Return a panel as text with its title."""
     match panel:
         case LinePanel():
             drawing = _draw_lines(panel, columns)
         case GridPanel():
-            drawing = _draw_grid(panel, columns, actions)
+            drawing = draw_grid(panel, columns, glyphs=actions)
         case HexPanel():
             drawing = draw_hexes(panel, columns) or Text("the map needs more columns", "dim")
         case TrianglePanel():
@@ -127,11 +118,11 @@ def _draw_lines(panel: LinePanel, columns: int) -> Text:
     lines = [area.to_text()]
     lines += [_draw_regions(panel, area)] if panel.regions else []
     entries = [
-        Text(f"{_choose_glyph(series)} {series.label}", choose_style(series.style))
+        (f"{_choose_glyph(series)} {series.label}", choose_style(series.style))
         for series in panel.series
         if series.label
     ]
-    return Text("\n").join([*lines, _join_legend(entries)] if entries else lines)
+    return Text("\n").join([*lines, join_legend(entries, columns)] if entries else lines)
 
 
 def _choose_glyph(series: Series) -> str:
@@ -174,34 +165,6 @@ def _draw_regions(panel: LinePanel, area: PlotArea) -> Text:
     for index, region in enumerate(panel.regions):
         interval = f"{region.low:.3f} to {region.high:.3f}"
         lines.append(Text(f"{panel.x.label} {interval}: {region.label}", choose_style(index)))
-    return Text("\n").join(lines)
-
-
-def _draw_grid(panel: GridPanel, columns: int, actions: ActionGlyphs) -> Text:
-    """Return a heat map of nine levels, or letters for regions."""
-    x_count, y_count = panel.values.shape
-    area = PlotArea(panel.x, panel.y, min(columns, MAX_GRID_COLUMNS), min(y_count, MAX_GRID_ROWS))
-    finite = panel.values[np.isfinite(panel.values)]
-    low, high = float(finite.min(initial=np.inf)), float(finite.max(initial=-np.inf))
-    for column in range(area.columns):
-        i = round(column / (area.columns - 1) * (x_count - 1))
-        for row in range(area.rows):
-            value = float(panel.values[i, round((1 - row / (area.rows - 1)) * (y_count - 1))])
-            if not np.isfinite(value):
-                continue
-            if panel.categories:
-                area.draw_cell(column, row, *actions[panel.categories[int(value)]])
-            else:
-                share = (value - low) / (high - low) if high > low else 1.0
-                level = VALUE_LEVELS[round(share * (len(VALUE_LEVELS) - 1))]
-                area.draw_cell(column, row, level, "cyan")
-    for x, y in panel.marks:
-        area.draw_cell(area.column_of(x), area.row_of(y), MARK_GLYPH, "bold red")
-    lines = [area.to_text()]
-    if not panel.categories:
-        lines.append(Text(format_value_legend(panel.value_label, low, high), "cyan"))
-    if panel.marks:
-        lines.append(Text(f"{MARK_GLYPH} {panel.mark_label}", "bold red"))
     return Text("\n").join(lines)
 
 

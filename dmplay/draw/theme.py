@@ -1,7 +1,15 @@
-"""The colours and glyphs of series and actions, the same in all panels."""
+"""The colours and glyphs of series, actions and levels, the same in all panels."""
 
 from collections.abc import Iterable
 
+from dmplay.core.text import format_score
+from dmplay.draw.canvas import BAR_LEVELS
+
+ACTION_GLYPHS = {
+    "left": "←", "right": "→", "up": "↑", "down": "↓", "climb": "↑", "descend": "↓",
+    "coast": "·", "no-advisory": "·",
+}  # fmt: skip
+LEVEL_COLORS = (17, 18, 24, 30, 36, 72, 108, 144, 187)  # palette colours from low to high values
 SERIES_STYLES = ("cyan", "yellow", "green", "magenta", "blue", "red")
 
 
@@ -10,15 +18,30 @@ def choose_style(index: int) -> str:
     return SERIES_STYLES[index % len(SERIES_STYLES)]
 
 
+def choose_level(share: float) -> tuple[str, str]:
+    """Return the glyph and style of a value between the lowest, 0, and the highest, 1, of a map.
+
+    The glyph of a level has its colour on that of the level below.
+    """
+    level = min(int(share * len(BAR_LEVELS)), len(BAR_LEVELS) - 1)
+    return BAR_LEVELS[level], f"color({LEVEL_COLORS[level + 1]}) on color({LEVEL_COLORS[level]})"
+
+
+def format_level_legend(label: str, low: float, high: float) -> str:
+    """Return the legend of the lowest and the highest level of a map."""
+    return f"{label}: {BAR_LEVELS[0]} {format_score(low)}  {BAR_LEVELS[-1]} {format_score(high)}"
+
+
 def assign_letters(names: Iterable[str]) -> dict[str, tuple[str, str]]:
     """Return the glyph and the style of each name.
 
-    A glyph is the first letter of the name that no earlier name has, or else a digit.
+    A glyph is an arrow or the first letter of the name that no earlier name has, or else a digit.
     """
     glyphs: dict[str, tuple[str, str]] = {}
     letters: set[str] = set()
     for number, name in enumerate(dict.fromkeys(names)):
-        glyph = next((c for c in name if c.isalnum() and c not in letters), str(number % 10))
+        candidates = [ACTION_GLYPHS.get(name, ""), *filter(str.isalnum, name), str(number % 10)]
+        glyph = next((c for c in candidates if c and c not in letters), candidates[-1])
         letters.add(glyph)
         glyphs[name] = glyph, choose_style(number)
     return glyphs

@@ -6,9 +6,9 @@ from itertools import product
 import numpy as np
 
 from dmplay.core.arrays import Ints, Reals
-from dmplay.draw.bars import VALUE_LEVELS, format_value_legend
 from dmplay.draw.canvas import Canvas
 from dmplay.draw.panels import TrianglePanel
+from dmplay.draw.theme import choose_level, format_level_legend
 
 MIN_SPACED_SIZE = 9  # size from which on a triangle has glyphs in every second column only
 MARK_STYLES = {"past": ("·", "cyan"), "forecast": ("○", "bold yellow"), "now": ("●", "bold cyan")}
@@ -52,10 +52,8 @@ def _fill_triangle(
         values = panel.compute_values(beliefs)
         corner_values = panel.alpha_vectors.max(axis=0)
         low, high = min(values.min(), corner_values.min()), corner_values.max()
-        shares = (values - low) / ((high - low) or 1.0)
-        levels = np.rint(shares * (len(VALUE_LEVELS) - 1)).astype(int).tolist()
-        cells = [(VALUE_LEVELS[level], "cyan") for level in levels]
-        canvas.write_text(x, size + 3, format_value_legend(panel.value_label, low, high), "cyan")
+        cells = [choose_level(share) for share in ((values - low) / ((high - low) or 1.0)).tolist()]
+        canvas.write_text(x, size + 3, format_level_legend(panel.value_label, low, high))
     else:
         cells = [glyphs[action] for action in panel.find_best_actions(beliefs)]
     for (row, offset), (glyph, style) in zip(points.tolist(), cells, strict=True):

@@ -234,11 +234,14 @@ def test_values_over_two_numbers_are_a_map_with_the_actions_beside_it() -> None:
     )
     text = draw_algorithm_picture(picture, load_problem("mountain-car"), DrawOptions(64, 8))
     assert [row.rstrip() for row in text.plain.split("\n")] == [
-        "V: ▁ -8  █ 0                    best: ← left  · coast  → right",
-        "    0.1 @▆█                         0.1 @→",
-        "   -0.1 ▁▅█                        -0.1 ←·",
-        "        0.5                             0.5",
-        "position; up: speed             position; up: speed",
+        "speed                           speed",
+        " 0.1 ┤✗▂▂▂▂▂▆▆▆▆▆▆▆▆▆▆▆▆██████   0.1 ┤✗←←←←←→→→→→→→→→→→→",
+        "-0.1 ┤▁▁▁▁▁▁▅▅▅▅▅▅▅▅▅▅▅▅██████  -0.1 ┤←←←←←←············",
+        "     └┴──────────────┴────────       └┴──────────────┴────────",
+        "     -1              0               -1              0",
+        "              position                        position",
+        "V: ▁ -8  █ 0   ✗ formula        ← left   · coast   → right",
+        "                                ✗ formula",
     ]
 
 
