@@ -41,7 +41,7 @@ def play(name: str, actions: Sequence[str], *others: str, turns: int | None = No
         (play("hexworld", ["e"]), "you took no exit in 1 turn"),
         (play("hexworld", ["n"] * 9 + ["e"], turns=90), "you"),
         (play("bandit", ["a", "b"]), "of 2 pulls"),
-        (play("cart-pole", ["left"] * 40), "the pole fell to the right after "),
+        (play("cart-pole", ["left"] * 40), "the pole fell to the right, past 12 deg, after "),
         (play("cart-pole", ["left"]), "you kept the pole up for all 1 push"),
         (play("machine-replacement", ["manufacture", "replace"]), "for 1 of 2 turns"),
         (play("mountain-car", ["left"]), "you did not reach the flag in 1 turn"),

@@ -26,7 +26,7 @@ from dmplay.views.protocol import Clock, FinishedGame, Lesson
 from .rules import CartPole
 
 KEYS = {
-    "h": "left", "l": "right", "left": "left", "right": "right", "a": "left", "d": "right",
+    "left": "left", "right": "right", "h": "left", "l": "right", "a": "left", "d": "right",
 }  # fmt: skip
 # position, speed, angle and swing, in one row or in two
 LONG_STATE, SHORT_STATE = "x {} m  v {} m/s  th {} deg  om {} deg/s", "x {} v {} th {} om {}"
@@ -242,12 +242,14 @@ def _format_state(cart: CartState, template: str) -> str:
 
 
 def goal_lines(view: View[CartPole]) -> list[str]:
-    """Return the goal: the limits to keep and the reward of a turn."""
+    """Return the goal: the limits to keep, the reward of a turn, and the effect of a push."""
     problem = view.problem
+    tips_away = problem.force > 0.0 and problem.theta_limit < 90.0
     return [
-        f"keep the pole within {problem.theta_limit:g} deg",
+        f"keep the pole within {problem.theta_limit:g} deg of upright",
         f"the cart within {problem.x_limit:g} m",
         "each turn pays 1",
+        *(["a push left tips the pole right"] * tips_away),
     ]
 
 
@@ -328,5 +330,8 @@ def describe_end(game: FinishedGame[CartPole]) -> str:
     pushes = f"{count} push{'es' * (count != 1)}"
     if not game.is_terminal:
         return f"{game.player} kept the pole up for all {pushes}"
-    failure = _describe_outcome(_make_cart_state(game, game.states[-1]))
-    return f"{failure} after {pushes}" + f" of {game.player}" * (game.player != "you")
+    cart = _make_cart_state(game, game.states[-1])
+    limit = f"{cart.x_limit:g} m" if cart.is_off_track else f"{cart.theta_limit:g} deg"
+    return f"{_describe_outcome(cart)}, past {limit}, after {pushes}" + f" of {game.player}" * (
+        game.player != "you"
+    )
