@@ -139,14 +139,16 @@ class ManualGame(NotebookDisplay):
         ]
         return Review(review_actions(self.session, questions, can_sample=True))
 
-    def prompt(self, seat: str = "", *, belief: bool = False) -> str:
+    def prompt(self, seat: str = "", *, belief: bool = False, rules: bool = False) -> str:
         """Return the knowledge of a seat as the text that `dmplay mcp` sends to a language model.
 
         By default it is the first manual seat. `belief` adds the situation in words with the
-        belief, if states are hidden.
+        belief, if states are hidden, and `rules` the description and parameters of the problem.
         """
-        index = self._seat_index(seat)
-        return format_prompt(self.session, index, self._players, shows_belief=belief)
+        return format_prompt(
+            self.session, self._seat_index(seat), self._players,
+            shows_belief=belief, shows_rules=rules,
+        )  # fmt: skip
 
     def list_rows(self, *, review: bool = False) -> list[Row]:
         """Return the rows of the turns; with `review`, also values and regret."""

@@ -56,18 +56,19 @@ class RecordedGame(Playback):
         """Return the review of each choice of a seat, as `dmplay.review` does."""
         return self.review_choices(seat)
 
-    def prompt(self, seat: str = "", *, belief: bool = False) -> str:
+    def prompt(self, seat: str = "", *, belief: bool = False, rules: bool = False) -> str:
         """Return the knowledge of a seat at the present turn as text for a language model.
 
-        It is the text of `dmplay mcp`; without a seat, for the first person's or the first seat.
-        `belief` adds the situation in words with the belief, if states are hidden.
+        It is that of a game of `play`; without a seat, for the first person's or the first seat.
         """
         index = (
             find_seat(self.problem, seat)
             if seat
             else (list_human_seats(self.player_names) or [0])[0]
         )
-        return format_prompt(self.session, index, self.player_names, shows_belief=belief)
+        return format_prompt(
+            self.session, index, self.player_names, shows_belief=belief, shows_rules=rules
+        )
 
     def list_rows(self, *, review: bool = False) -> list[Row]:
         """Return a row for the start and for each turn; with `review`, also values and regret."""

@@ -4,6 +4,7 @@ import json
 from collections.abc import Sequence
 from typing import TypedDict
 
+from dmplay.core.problem import Problem
 from dmplay.core.session import Session
 from dmplay.external.bots.protocol import (
     JsonObject,
@@ -13,6 +14,7 @@ from dmplay.external.bots.protocol import (
 )
 from dmplay.game.narration import Narrator
 from dmplay.game.seat_snapshot import SeatSnapshot
+from dmplay.registry.problems import parameter_meanings, problem_docstring
 
 
 class SeatStatus(TypedDict):
@@ -60,9 +62,29 @@ def _encode_turn(session: Session, seat: int, turn: int) -> JsonObject:
 
 
 def format_prompt(
-    session: Session, seat: int, player_names: Sequence[str], *, shows_belief: bool
+    session: Session,
+    seat: int,
+    player_names: Sequence[str],
+    *,
+    shows_belief: bool,
+    shows_rules: bool = False,
 ) -> str:
-    """Return the status of a seat with all turns, as `dmplay mcp` sends it to a language model."""
+    """Return the status of a seat with all turns, as `dmplay mcp` sends it to a language model.
+
+    With `shows_rules`, it begins with the rules that `dmplay_info` returns.
+    """
     narrator = Narrator(session, [seat], reveal=False, player_names=player_names)
     status = describe_seat(narrator, SeatSnapshot(session, seat), shows_belief=shows_belief)
-    return json.dumps(status, indent=2, ensure_ascii=False)
+    facts = {"rules": describe_rules(session.problem), **status} if shows_rules else status
+    return json.dumps(facts, indent=2, ensure_ascii=False)
+
+
+def describe_rules(problem: Problem) -> JsonObject:
+    """Return the kind of a problem, its description, and its parameters with their meanings."""
+    parameters = dict[str, JsonObject]()
+    for name, meaning in parameter_meanings(problem).items():
+        value = getattr(problem, name)
+        is_plain = isinstance(value, int | float | str | None)
+        parameters[name] = {"value": value if is_plain else str(value), "meaning": meaning}
+    about = problem_docstring(problem)
+    return {"kind": problem.kind, "about": about, "parameters": parameters}

@@ -212,6 +212,16 @@ def test_a_running_game_tells_only_what_its_seat_knows() -> None:
     assert {"state", "rewards agent"} <= {*game.turns[1]}
 
 
+@pytest.mark.parametrize("name", problem_names())
+def test_the_prompt_begins_with_the_rules_of_the_server_if_they_are_wanted(name: str) -> None:
+    game = dmplay.play(name, seed=7, turns=3)
+    rules, info = json.loads(game.prompt(rules=True))["rules"], ModelGames(McpServerConfig([name]))
+    facts = info.problem_info(name)
+    assert (rules["kind"], rules["about"]) == (facts["kind"], facts["about"])
+    assert [*rules["parameters"]] == [*facts["parameters"]]  # type: ignore[misc]
+    assert json.loads(game.prompt(rules=True)) == {"rules": rules} | json.loads(game.prompt())
+
+
 def test_the_prompt_is_what_a_language_model_gets() -> None:
     for name, belief in (("crying-baby", False), ("crying-baby", True), ("catch", False)):
         config = McpServerConfig([name], show_belief=belief, seed=7, turn_limit=3)
