@@ -258,12 +258,11 @@ def _draw_past_throws(view: View[Catch], canvas: Canvas, y: int, options: DrawOp
 
 
 def goal_lines(view: View[Catch]) -> list[str]:
-    """Return the goal: the reward of a catch, and the hidden proficiency."""
+    """Return the goal, with the hidden proficiency, and the reward of a catch."""
     first, second, *_, last = DISTANCES
     return [
-        "throw far: a catch pays 1 per metre",
-        "a drop 0",
-        "the catcher's skill is hidden",
+        "throw far to a catcher of unknown skill",
+        "a catch pays 1 per metre, a drop 0",
         f"a throw is {first:g} to {last:g} metres, in steps of {second - first:g}",
     ]
 
@@ -322,8 +321,13 @@ def describe_situation(view: View[Catch]) -> str:
 
 
 def describe_end(game: FinishedGame[Catch]) -> str:
-    """Return the number of throws and of catches, and the metres of the caught ones."""
+    """Return the number of throws and of catches, their metres, and the throw for this skill."""
     caught = int((game.observations[:, 0] == CAUGHT).sum())
     balls, metres = format_count(len(game.actions), "ball"), f"{game.rewards.sum():g}"
     verb = "was" if caught == 1 else "were"
-    return f"{game.player} threw {balls}; {caught} {verb} caught, for {metres} m"
+    skill = int(game.states[-1])
+    best = DISTANCES[int((game.problem.success_probabilities[skill] * DISTANCES).argmax())]
+    advice = f"for a skill of {PROFICIENCY_NAMES[skill]}, throws of {best:g} m pay most"
+    return (
+        f"{game.player} threw {balls}; {caught} {verb} caught, for {metres} m; {advice} on average"
+    )
