@@ -1,30 +1,27 @@
 """Belief updates as columns of bars, and alpha vectors over the belief."""
 
 import math
-from collections.abc import Mapping, Sequence
 
 import numpy as np
 from rich.text import Text
 
 from dmplay.algorithms.step import AlphaVectorSet, BeliefTable
+from dmplay.core.arrays import Reals
 from dmplay.core.text import format_count, format_score
-from dmplay.draw.axes import ROWS_AROUND_AREA, Axis, PlotArea
+from dmplay.draw.axes import ROWS_AROUND_AREA, Axis
 from dmplay.draw.bars import format_bar
 from dmplay.draw.canvas import Canvas
+from dmplay.draw.line_plot import draw_lines
 from dmplay.draw.options import DrawOptions
-from dmplay.draw.panels import BeliefMarks, TrianglePanel
-from dmplay.draw.theme import assign_letters, choose_style
+from dmplay.draw.panels import BeliefMarks, LinePanel, Series, TrianglePanel, make_value_axis
+from dmplay.draw.theme import THIN_GLYPH, assign_letters
 from dmplay.draw.triangle import draw_triangle
 
 MAX_BAR_COLUMNS, MIN_BAR_COLUMNS = 16, 4
 NUMBER_COLUMNS = 8  # columns of a probability in a belief table
 MAX_LISTED_VECTORS = 8  # vectors whose numbers the legend lists
-VECTOR_GLYPHS = "ox+*#%&="
-DOMINATED_GLYPH = "·"
 MIN_PLOT_COLUMNS, MIN_PLOT_ROWS = 16, 4
 MIN_TRIANGLE_ROWS, TRIANGLE_NAME_ROWS = 7, 3  # with the names of its corners, and of these
-MAX_PLOT_COLUMNS = 72
-MIN_NOTED_COLUMNS = 28  # columns of a plot that a legend beside it leaves
 MIN_NOTE_COLUMNS = 12
 
 
@@ -77,80 +74,51 @@ def draw_alpha_vectors(alphas: AlphaVectorSet, options: DrawOptions) -> Text:
     is_wide = options.width >= MIN_PLOT_COLUMNS + 8
     state_count, rows = len(alphas.state_labels), options.height
     if is_wide and state_count == 2 and rows >= MIN_PLOT_ROWS + ROWS_AROUND_AREA:
-        return _draw_lines(alphas, options)
+        return draw_lines(build_line_panel(alphas), options.width, options.height)
     if is_wide and state_count == 3 and rows >= MIN_TRIANGLE_ROWS:
         return _draw_triangle(alphas, options)
     return _draw_vector_table(alphas, options)
 
 
-def _choose_line_glyphs(alphas: AlphaVectorSet) -> dict[str, tuple[str, str]]:
-    """Return the glyph and the style of the lines of each action."""
-    names = dict.fromkeys(alphas.action_labels)
-    return {
-        name: (VECTOR_GLYPHS[number % len(VECTOR_GLYPHS)], choose_style(number))
-        for number, name in enumerate(names)
-    }
+def _format_numbers(numbers: Reals) -> str:
+    """Return the numbers of a vector or a belief, joined by commas."""
+    return ", ".join(map(format_score, numbers.tolist()))
 
 
-def _list_legend_entries(
-    alphas: AlphaVectorSet, glyphs: Mapping[str, tuple[str, str]]
-) -> list[tuple[str, str]]:
-    """Return the legend: a text and a style for each vector or action, and for the belief."""
-    indices = np.flatnonzero(~alphas.dominated).tolist()
-    labels = [alphas.action_labels[index] for index in indices]
-    is_short = len(indices) <= MAX_LISTED_VECTORS
-    notes = [(f"({', '.join(alphas.state_labels)}):", "dim")] if is_short else []
-    for index, label in zip(indices, labels, strict=True):
-        glyph, style = glyphs[label]
-        if is_short:
-            numbers = ", ".join(map(format_score, alphas.vectors[index].tolist()))
-            notes.append((f"{glyph} {label} ({numbers})", style))
-        elif labels.index(label) == indices.index(index):
-            notes.append((f"{glyph} {label}: {format_count(labels.count(label), 'vector')}", style))
-    dominated = int(np.count_nonzero(alphas.dominated))
-    notes += [(f"{DOMINATED_GLYPH} {dominated} removed", "dim")] if dominated else []
-    return [*notes, ("● belief", "bold")] if alphas.belief is not None else notes
+def _label_vectors(alphas: AlphaVectorSet) -> list[str]:
+    """Return the label of each vector, '' for none: its numbers, or else the count of its action.
+
+    Only the first vector that is dominated or not listed has a label.
+    """
+    needed = np.flatnonzero(~alphas.dominated).tolist()
+    names = [alphas.action_labels[index] for index in needed]
+    labels = [""] * len(alphas.vectors)
+    for index, name in zip(needed, names, strict=True):
+        if len(needed) <= MAX_LISTED_VECTORS:
+            labels[index] = f"{name} ({_format_numbers(alphas.vectors[index])})"
+        elif names.index(name) == needed.index(index):
+            labels[index] = f"{name}: {format_count(names.count(name), 'vector')}"
+    if alphas.dominated.any():
+        labels[int(alphas.dominated.argmax())] = f"{np.count_nonzero(alphas.dominated)} removed"
+    return labels
 
 
-def _draw_lines(alphas: AlphaVectorSet, options: DrawOptions) -> Text:
-    """Return the vectors as lines over the probability of the second state."""
-    low, high = float(alphas.vectors.min()), float(alphas.vectors.max())
-    low, high = (low - 1.0, high + 1.0) if low == high else (low, high)
-    glyphs = _choose_line_glyphs(alphas)
-    notes = _list_legend_entries(alphas, glyphs)
-    note_columns = max((len(text) for text, _ in notes), default=0) + 3
-    has_notes_beside = options.width - note_columns >= MIN_NOTED_COLUMNS
-    columns = min(options.width - note_columns * has_notes_beside, MAX_PLOT_COLUMNS)
-    axes = Axis(f"P({alphas.state_labels[1]})", 0.0, 1.0), Axis("V", low, high)
-    rows = options.height - ROWS_AROUND_AREA - (not has_notes_beside)
-    plot = PlotArea(*axes, columns, rows)
-    if alphas.belief is not None:
-        column = plot.column_of(float(alphas.belief[1]))
-        for row in range(plot.rows):
-            plot.draw_cell(column, row, "│", "bold")
-    for index in sorted(range(len(alphas.vectors)), key=lambda row: not alphas.dominated[row]):
-        line_style = glyphs[alphas.action_labels[index]]
-        if alphas.dominated[index]:
-            line_style = DOMINATED_GLYPH, "dim"
-        plot.draw_line(np.array([0.0, 1.0]), alphas.vectors[index], *line_style)
-    if alphas.belief is not None:
-        best = float((alphas.vectors @ alphas.belief).max())
-        plot.draw_point(float(alphas.belief[1]), best, "●", "bold")
-    if not has_notes_beside:
-        return plot.to_text().append("\n").append_text(_format_legend_row(notes, options.width))
-    for row, (text, style) in enumerate(notes[: plot.rows + 1]):
-        plot.write_note(row, text, style)
-    return plot.to_text()
-
-
-def _format_legend_row(notes: Sequence[tuple[str, str]], width: int) -> Text:
-    """Return the glyphs and actions of the vectors that are best at some belief, in one row."""
-    row = Text()
-    notes = [note for note in notes if not note[0].endswith(":")]
-    for text, style in dict.fromkeys((text.partition(" (")[0], style) for text, style in notes):
-        row.append(f"{text}  ", style)
-    row.truncate(width)
-    return row
+def build_line_panel(alphas: AlphaVectorSet) -> LinePanel:
+    """Return the vectors as lines over the probability of the second of two states."""
+    actions = list(dict.fromkeys(alphas.action_labels))
+    ends, labels = np.array([0.0, 1.0]), _label_vectors(alphas)
+    series = [
+        Series(labels[index], ends, alphas.vectors[index], "line", actions.index(action), is_thin)
+        for index, (action, is_thin) in enumerate(
+            zip(alphas.action_labels, alphas.dominated.tolist(), strict=True)
+        )
+    ]
+    rules = [] if alphas.belief is None else [(float(alphas.belief[1]), "belief")]
+    return LinePanel(
+        "", Axis(f"P({alphas.state_labels[1]})", 0.0, 1.0), make_value_axis("V", alphas.vectors),
+        sorted(series, key=lambda series: series.is_thin), rules=rules,
+        legend_title=f"({', '.join(alphas.state_labels)})",
+    )  # fmt: skip
 
 
 def _draw_triangle(alphas: AlphaVectorSet, options: DrawOptions) -> Text:
@@ -162,7 +130,14 @@ def _draw_triangle(alphas: AlphaVectorSet, options: DrawOptions) -> Text:
     )
     canvas, glyphs = Canvas(), assign_letters(alphas.action_labels)
     draw_triangle(canvas, 0, panel, size, glyphs)
-    notes = _list_legend_entries(alphas, glyphs)
+    notes = [(f"({', '.join(alphas.state_labels)}):", "dim")]
+    for label, name, is_dominated in zip(
+        _label_vectors(alphas), alphas.action_labels, alphas.dominated, strict=True
+    ):
+        glyph, style = (THIN_GLYPH, "dim") if is_dominated else glyphs[name]
+        notes += [(f"{glyph} {label}", style)] if label else []
+    notes.sort(key=lambda note: note[0][0] == THIN_GLYPH)
+    notes += [("● belief", "bold")] * bool(marks)
     note_columns = options.width - (2 * size + 3)
     for y, (text, style) in enumerate(notes[: options.height]):
         canvas.write_text(2 * size + 3, y, text[:note_columns], style)

@@ -8,10 +8,12 @@ from rich.text import Text
 
 from dmplay.algorithms.step import Curve, StrategyMixes
 from dmplay.core.text import format_score
-from dmplay.draw.axes import ROWS_AROUND_AREA, Axis, PlotArea
+from dmplay.draw.axes import ROWS_AROUND_AREA, Axis
 from dmplay.draw.bars import format_bar, format_sparkline
 from dmplay.draw.canvas import Canvas
+from dmplay.draw.line_plot import draw_lines
 from dmplay.draw.options import DrawOptions
+from dmplay.draw.panels import LinePanel, Series
 
 MAX_BAR_COLUMNS = 24
 MIN_AGENT_COLUMNS = 26  # columns of an agent's bars from which agents are beside each other
@@ -83,14 +85,10 @@ def draw_curve(curve: Curve, options: DrawOptions) -> Text:
     heights, axis = _scale_curve(curve)
     if options.width < MIN_CURVE_COLUMNS + 8 or options.height < MIN_CURVE_ROWS + ROWS_AROUND_AREA:
         return _draw_curve_row(curve, heights, axis, options)
-    steps = Axis("step", 1, max(len(heights), 2), is_whole=True)
-    plot = PlotArea(steps, axis, options.width, options.height - ROWS_AROUND_AREA)
-    one_row = (axis.high - axis.low) / (plot.rows - 1)
-    for step, (number, height) in enumerate(zip(curve.numbers, heights, strict=True), 1):
-        if number > 0 and axis.low == 0:
-            height = max(height, one_row)  # noqa: PLW2901 - a small number is not drawn as 0
-        plot.draw_point(step, height, "●" if step == len(heights) else "∘", "cyan")
-    return plot.to_text()
+    steps = np.arange(1.0, len(heights) + 1)
+    series = Series("", steps, np.array(heights), "points")
+    step_axis = Axis("step", 1, max(len(heights), 2), is_whole=True)
+    return draw_lines(LinePanel("", step_axis, axis, [series]), options.width, options.height)
 
 
 def _draw_curve_row(

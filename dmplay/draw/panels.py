@@ -41,13 +41,15 @@ class Region:
 
 @dataclass(frozen=True, eq=False)
 class LinePanel:
-    """Series over a horizontal axis that regions may divide."""
+    """Series over a horizontal axis that regions may divide, and that rules mark."""
 
     title: str
     x: Axis
     y: Axis
     series: Sequence[Series]
     regions: Sequence[Region] = ()
+    rules: Sequence[tuple[float, str]] = ()  # x and label of vertical lines
+    legend_title: str = ""
 
 
 @dataclass(frozen=True, eq=False)

@@ -122,6 +122,8 @@ def _draw_lines(ax: "Axes", panel: LinePanel, styles: PictureStyles) -> None:
         )  # fmt: skip
         if region.low > panel.x.low:
             ax.axvline(region.low, color="#777777", linewidth=0.8, zorder=1)
+    for x, label in panel.rules:
+        ax.axvline(x, color="#000000", linewidth=1.0, label=label, zorder=1)
     for series in panel.series:
         _draw_series(ax, series)
 

@@ -13,7 +13,6 @@ from rich.text import Text
 
 from dmplay.core.arrays import Reals
 from dmplay.draw.axes import PlotArea
-from dmplay.draw.bars import count_eighths, format_column
 from dmplay.draw.canvas import (
     Canvas,
     draw_borders,
@@ -25,6 +24,7 @@ from dmplay.draw.canvas import (
 )
 from dmplay.draw.grid_map import draw_grid
 from dmplay.draw.hex_values import draw_hexes
+from dmplay.draw.line_plot import draw_lines
 from dmplay.draw.panels import (
     BoardPanel,
     Box,
@@ -36,21 +36,17 @@ from dmplay.draw.panels import (
     Plot,
     PlottedTile,
     Polyline,
-    Series,
     ShapesPanel,
     TablePanel,
     TrianglePanel,
 )
-from dmplay.draw.theme import assign_letters, choose_style
+from dmplay.draw.theme import assign_letters
 from dmplay.draw.triangle import draw_triangle
 
 MIN_COLUMNS, MAX_COLUMNS = 36, 100
 AREA_ROWS = 15
 LARGE_TRIANGLE_SIZE, SMALL_TRIANGLE_SIZE = 17, 8
 PANEL_GAP = 3  # columns between panels
-SERIES_GLYPHS = "●○◆✗=%"
-THIN_GLYPH = "·"
-POINT_GLYPH = "#"
 MIN_TILE_COLUMNS = 4
 MIN_SHAPES_ROWS = 8
 ROWS_PER_COLUMN = 0.5  # a row is as high as two columns are wide
@@ -94,7 +90,7 @@ def _draw_panel(panel: Panel, columns: int, actions: ActionGlyphs, *, is_small: 
     """Return a panel as text with its title."""
     match panel:
         case LinePanel():
-            drawing = _draw_lines(panel, columns)
+            drawing = draw_lines(panel, columns)
         case GridPanel():
             drawing = draw_grid(panel, columns, glyphs=actions)
         case HexPanel():
@@ -108,64 +104,6 @@ def _draw_panel(panel: Panel, columns: int, actions: ActionGlyphs, *, is_small: 
         case ShapesPanel():
             drawing = _draw_shapes(panel, columns)
     return Text("\n").join([Text(panel.title, "bold"), drawing]) if panel.title else drawing
-
-
-def _draw_lines(panel: LinePanel, columns: int) -> Text:
-    """Return a panel of series, with the regions and the legend below."""
-    area = PlotArea(panel.x, panel.y, columns, AREA_ROWS)
-    for series in sorted(panel.series, key=lambda series: not series.is_thin):
-        _draw_series(area, series)
-    lines = [area.to_text()]
-    lines += [_draw_regions(panel, area)] if panel.regions else []
-    entries = [
-        (f"{_choose_glyph(series)} {series.label}", choose_style(series.style))
-        for series in panel.series
-        if series.label
-    ]
-    return Text("\n").join([*lines, join_legend(entries, columns)] if entries else lines)
-
-
-def _choose_glyph(series: Series) -> str:
-    """Return the glyph of a series."""
-    if series.is_thin:
-        return THIN_GLYPH
-    if series.kind == "points":
-        return POINT_GLYPH
-    return SERIES_GLYPHS[series.style % len(SERIES_GLYPHS)]
-
-
-def _draw_series(area: PlotArea, series: Series) -> None:
-    """Draw a series as a line, as points or as bars."""
-    glyph, style = _choose_glyph(series), choose_style(series.style)
-    if series.kind == "points":
-        for x, y in zip(series.x.tolist(), series.y.tolist(), strict=True):
-            area.draw_cell(area.column_of(x), area.row_of(y), glyph, "bold")
-    elif series.kind == "bars":
-        _draw_bars(area, series, style)
-    else:
-        area.draw_line(series.x, series.y, glyph, style)
-
-
-def _draw_bars(area: PlotArea, series: Series, style: str) -> None:
-    """Draw bars from 0 up, in eighths of a row; a positive bar has at least one eighth."""
-    steps = np.diff(np.sort(series.x))
-    step = float(steps.min(initial=np.inf))
-    unit = area.columns / (area.x.high - area.x.low)
-    width = max(round(step * unit) - 1, 1) if np.isfinite(step) else 3
-    for x, y in zip(series.x.tolist(), series.y.tolist(), strict=True):
-        left = area.column_of(x) - width // 2
-        glyphs = format_column(count_eighths(y / area.y.high, area.rows))
-        for row, column in np.ndindex(len(glyphs), width):
-            area.draw_cell(left + column, area.rows - 1 - row, glyphs[row], style)
-
-
-def _draw_regions(panel: LinePanel, area: PlotArea) -> Text:
-    """Return a line for each region, with its interval and its label."""
-    lines = []
-    for index, region in enumerate(panel.regions):
-        interval = f"{region.low:.3f} to {region.high:.3f}"
-        lines.append(Text(f"{panel.x.label} {interval}: {region.label}", choose_style(index)))
-    return Text("\n").join(lines)
 
 
 def _draw_triangle(panel: TrianglePanel, actions: ActionGlyphs, *, is_small: bool) -> Text:

@@ -10,6 +10,8 @@ ACTION_GLYPHS = {
     "coast": "·", "no-advisory": "·",
 }  # fmt: skip
 LEVEL_COLORS = (17, 18, 24, 30, 36, 72, 108, 144, 187)  # palette colours from low to high values
+SERIES_GLYPHS = "●○◆✗=%"
+THIN_GLYPH = "·"  # of a series that is one of many, or of less importance
 SERIES_STYLES = ("cyan", "yellow", "green", "magenta", "blue", "red")
 
 
