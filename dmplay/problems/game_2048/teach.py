@@ -44,7 +44,8 @@ def give_reasons(position: Position, action: int) -> list[str]:
 
     def list_numbers(unit: str, format_fact: Callable[[SlideFacts], str]) -> str:
         """Return a fact about all legal slides, this one first."""
-        others = [f"{labels[a]} {format_fact(fact)}" for a, fact in facts.items() if a != action]
+        others = [f"{format_fact(fact)} after {labels[a]}" for a, fact in facts.items()]
+        del others[[*facts].index(action)]
         return join_words([f"{format_fact(slide_facts)}{unit}", *others])
 
     merges = (

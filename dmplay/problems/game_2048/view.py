@@ -300,8 +300,12 @@ def describe_situation(view: View[Game2048]) -> str:
 
 
 def describe_end(game: FinishedGame[Game2048]) -> str:
-    """Return the largest tile, and whether the board is stuck."""
+    """Return the largest tile, whether the board is stuck, and the slides to a corner."""
+    boards = game.states[1:]
     largest = _format_tile(int(game.states[-1].max()))
+    corners = boards[:, ::3, ::3].max(axis=(1, 2), initial=0)
+    cornered = int((corners == boards.max(axis=(1, 2), initial=0)).sum())
     slides = format_count(len(game.actions), "slide")
     end = f"; after {slides}, nothing moves" if game.is_terminal else f" in {slides}"
-    return f"{game.player} reached the tile {largest}{end}"
+    corner_text = f"; the largest tile was in a corner, out of the way, after {cornered} of them"
+    return f"{game.player} reached the tile {largest}{end}{corner_text}"

@@ -383,7 +383,7 @@ def get_tiles(session: Session) -> Array:
 def read_numbers(session: Session, action: int, text: str) -> dict[str, float]:
     """Return the number of each legal slide; the first is that of the action."""
     first, *others = re.split(r", | and ", text)
-    pairs = {label: float(number) for label, number in (item.split() for item in others)}
+    pairs = {label: float(number) for number, label in (x.split(" after ") for x in others)}
     numbers = {session.action_labels(0)[action]: float(first), **pairs}
     legal = list_legal(session)
     assert {*numbers} == {session.action_labels(0)[a] for a in legal}
