@@ -19,7 +19,7 @@ from dmplay.core.user_code_locations import (
     describe_user_exit,
     format_location,
 )
-from dmplay.errors import BadParameter
+from dmplay.errors import BadParameter, DmplayError
 
 FILE_MODULE_PREFIX = f"{__name__}."
 RULES = "rules"  # the file of a problem's folder that defines the problem
@@ -158,8 +158,8 @@ def _import_module(name: str, file: Path) -> ModuleType:
 def import_module_quietly(name: str, file: str = "") -> ModuleType:
     """Return an imported module of user code, whose output goes to standard error.
 
-    Raises BadParameter if it exits the program, has a syntax error or is not text; `file` is named
-    if the error does not say where it is.
+    Raises BadParameter if it exits the program, has a syntax error, is not text or misuses dmplay;
+    `file` is named if the error does not say where it is.
     """
     try:
         with contextlib.redirect_stdout(sys.stderr):
@@ -172,6 +172,11 @@ def import_module_quietly(name: str, file: str = "") -> ModuleType:
     except SyntaxError as error:
         location = format_location(error.filename or file, error.lineno)
         raise BadParameter(f"{location}: {error.msg}") from None
+    except DmplayError as error:
+        location = describe_error_location(error)
+        if not location or str(error).startswith(location.partition(":")[0]):
+            raise
+        raise BadParameter(location) from error
     except ValueError as error:  # the file is not text
         if describe_error_location(error):
             raise
