@@ -148,11 +148,11 @@ def test_the_reward_is_hidden_until_the_game_ends() -> None:
 
 def test_the_description_for_a_blind_predator_lists_the_likeliest_hexes() -> None:
     assert collaborative_predator_prey.describe_turn(make_view_after("e w")) == (
-        "chose E, sensed nothing. likeliest prey hex: (-1,1) (10%). your likeliest hex: (4,1) "
-        "(16%)."
+        "chose E, sensed no prey on your hex or beside it. likeliest prey hex: (-1,1) (10%). "
+        "your likeliest hex: (4,1) (16%)."
     )
     assert collaborative_predator_prey.describe_situation(make_view_after("e w", sighted=True)) == (
-        "sensed nothing on (2,0) or beside it. likeliest prey hexes: (0,2) (16%), (-1,1) (15%), "
+        "sensed no prey on (2,0) or beside it. likeliest prey hexes: (0,2) (16%), (-1,1) (15%), "
         "(3,1) (15%), (4,0) (15%). your likeliest hexes: (2,0) (100%). at (2,0). E (3,0) prey 0%. "
         "NE wall. NW (1,1) prey 0%. W (1,0) prey 0%. SW wall. SE wall. predator2 is hidden; "
         "the belief assumes uniformly random actions."
@@ -171,7 +171,7 @@ def test_without_a_belief_a_sighted_predator_sees_its_own_hex() -> None:
         assert board.count("@") == 1
     assert board.endswith("sensed nothing (2,0). belief: not shown")
     assert collaborative_predator_prey.describe_situation(view) == (
-        "sensed nothing on (2,0) or beside it. at (2,0). E (3,0) floor. NE wall. NW (1,1) floor. "
+        "sensed no prey on (2,0) or beside it. at (2,0). E (3,0) floor. NE wall. NW (1,1) floor. "
         "W (1,0) floor. SW wall. SE wall. the belief is not shown."
     )
 

@@ -24,6 +24,7 @@ from dmplay.views.protocol import FinishedGame, Lesson
 from .rules import CAPTURE_REWARD, MOVE_REWARD, CollaborativePredatorPrey
 
 KEY_FAMILY, KEYS, SECOND_PLAYER_KEYS = hex_map.KEY_FAMILY, hex_map.KEYS, hex_map.SECOND_PLAYER_KEYS
+HIDDEN_FACT = "of a catch"
 MAX_DESCRIBED_HEXES = 4  # likeliest hexes described in words
 REGRET_ROW_COLUMNS = 58  # columns of a row with the regrets of six directions
 PREY_SHADE_COUNT = 4  # of the prey's probability, the darkest for the likeliest hex
@@ -314,9 +315,7 @@ def _describe_sense(view: View[CollaborativePredatorPrey]) -> str:
     """Describe the last observation: whether the prey is on the viewer's hex or beside it."""
     sense, _, own_hex = format_last_observation(view).partition(" ")
     where = own_hex or f"{_get_possessive(view)} hex"
-    if sense != "prey":
-        return f"sensed nothing{f' on {where} or beside it' * bool(own_hex)}"
-    return f"sensed the prey on {where} or beside it"
+    return f"sensed {'the' if sense == 'prey' else 'no'} prey on {where} or beside it"
 
 
 def goal_lines(view: View[CollaborativePredatorPrey]) -> list[str]:
@@ -329,12 +328,12 @@ def goal_lines(view: View[CollaborativePredatorPrey]) -> list[str]:
     return [
         "step onto the hidden, moving prey",
         f"{player} {see} {'neither it nor' if is_blind else 'only'} {own_hex}",
-        f"one turn later, a catch pays {CAPTURE_REWARD:g}{share}, and the prey reappears",
-        f"other turns cost {-MOVE_REWARD:g}",
+        f"turns begun on its hex pay {CAPTURE_REWARD:g}{share}, others cost {-MOVE_REWARD:g}",
         *([f"keys step from wherever {player} {be}"] * is_blind),
         f"{player} {sense} it on {own_hex} or beside it",
         *([slips] if slips else []),
         *([likely] * is_blind),
+        "a caught prey reappears anywhere",
         *(["catches and score are told at the end"] * (view.rewards is None)),
     ]
 
