@@ -298,8 +298,8 @@ class ActionQuestion:
         names = _join_labels([*near[:MAX_NAMED_ACTIONS], *others], "and")
         lose, count = ("lose", "count") if len(near) > 1 else ("loses", "counts")
         return (
-            f"{text}; {names} {lose} {loss} and {count} as right. "
-            f"The limit is {self._format_value(self.tolerance)}, {RIGHT_LOSS_LIMIT}."
+            f"{text}; {names} {lose} {loss} and {count} as right, "
+            f"because the limit is {self._format_value(self.tolerance)}."
         )
 
     def format_belief(self, belief: Reals) -> str:

@@ -80,17 +80,17 @@ def _make_exercise(
     )
     lost = format_number(choice.discounted_regret, choice.scale)
     discounted = f" ({lost} discounted)" if choice.discount_factor < 1.0 else ""
-    introduction = (
-        describe_history(position),
-        f"In the game, {choice.chosen} was chosen here. "
-        f"It lost {format_number(regret, choice.scale)}{discounted}.",
-    )
+    history = describe_history(position)
     return Exercise(
         f"{_format_key_prefix(path)}{choice.seat} {choice.turn}",
-        f"turn {choice.turn} of {path}",
+        f"turn {choice.turn} of {path.name}",
         question,
-        tuple(filter(None, introduction)),
-        (f"In the game: {_describe_choice_turn(game, seat, choice.turn)}",),
+        (history,) if history else (),
+        (
+            f"In the game, {choice.chosen} was chosen here. "
+            f"It lost {format_number(regret, choice.scale)}{discounted}.",
+            _describe_choice_turn(game, seat, choice.turn),
+        ),
     )
 
 

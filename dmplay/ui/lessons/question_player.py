@@ -78,7 +78,9 @@ class QuestionDialog(LineDialog):
         if len(exercises) > 1:
             self._print_lines(
                 f"{finished_count} of {format_count(len(exercises), 'question')} answered, "
-                f"{right_count} at the first try. Those that you missed return tomorrow."
+                f"{right_count} at the first try."
+                + " Those that you missed return tomorrow."
+                * (right_count < finished_count)
             )
         is_unfinished_script = not self._terminal.is_interactive and bool(self._stdin.line_count)
         is_finished = finished_count == len(exercises)
@@ -94,7 +96,7 @@ class QuestionDialog(LineDialog):
             self._printed_rules = rules
         self._print_lines(*exercise.introduction)
         self._print_exercise_board(exercise)
-        self._print_lines(question.prompt(), f"type {question.expected_answer}.")
+        self._print_lines(question.prompt(), f"type {question.expected_answer}; quit leaves.")
         while True:
             line = self._read_line("answer> ")
             if line == "skip":

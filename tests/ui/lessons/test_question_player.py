@@ -26,7 +26,7 @@ def test_a_wrong_answer_gets_a_reason_and_another_try(tmp_path: Path) -> None:
     assert result.stdout.endswith(
         """\
 You have 10 rounds left. All rounds count the same. What do you do?
-type cooperate or defect.
+type cooperate or defect; quit leaves.
 answer> defect
 not yet. defect is worth -27, 18 less than the best action:
   with probability 1 agent2 plays cooperate: reward 0, then worth -27
@@ -189,6 +189,6 @@ def test_m_in_a_game_opened_from_the_shell_asks_and_goes_back_to_the_game(tmp_pa
 def test_m_on_the_terminal_asks_for_a_better_action(tmp_path: Path) -> None:
     words = "hexworld", "--seed", "3", "--turns", "4"
     with PseudoTerminal(*words, folder=tmp_path) as terminal:
-        terminal.ready().press("llhh", "M learn").press("M", "It lost 0.359 ")
-        terminal.press("e\r", "It lost 0.231.")
+        terminal.ready().press("llhh", "M learn").press("M", "1 of 2. turn 3 of ")
+        terminal.press("e\r", "In the game, w was chosen here. It lost 0.359 ")
         terminal.press("quit\r", "Enter goes back to the game>").press("\r", "M learn")
