@@ -43,7 +43,7 @@ SCROLL_ROWS_BY_KEY = {  # rows to scroll back, by key, for the log and for pages
 LOOKBACK_HELP = (
     "Enter",
     "look back",
-    "after the game: its turns (?! lost much, ?? very much); X worst, digits: any",
+    "after the game: its turns (?! lost much, ?? very much); X worst, Tab why",
 )
 SCROLL_HELP = ("PgUp", "scroll", "scroll the log; after the game: list its turns")
 HEX_SCROLL_HELP = ("Shift-PgUp", "scroll", "scroll the log (PgUp alone moves you NE)")
@@ -203,6 +203,9 @@ def _handle_lookback_key(screen: PlayScreen, key: str) -> bool:
         return True
     if timeline and key == "enter":
         play_again(screen, timeline.turns_played)
+        return True
+    if timeline and key in {HINT_KEY, find_command("why").key}:
+        screen.open_page(timeline.explain_choice())
         return True
     if timeline and key == "escape":
         screen.modes.handle_event(ModeEvent.CLOSED)

@@ -60,6 +60,12 @@ class ScreenModes:
         self._mode_below_page = Mode.BOARD  # the mode to which a closed page returns
         self.play_mode = Mode.WAIT_FOR_KEY
 
+    @property
+    def is_lookback(self) -> bool:
+        """True if the screen shows an earlier turn of a finished game, or a page about it."""
+        is_page = self.display_mode is Mode.PAGE
+        return (self._mode_below_page if is_page else self.display_mode) is Mode.LOOKBACK
+
     def handle_event(self, event: ModeEvent) -> None:
         """Apply the transitions of an event; a mode without one for it stays."""
         previous_mode = self.display_mode

@@ -10,6 +10,7 @@ from dmplay.core.action_values import Accuracy, ActionValues
 from dmplay.core.session import Turn
 from dmplay.core.work_budget import ComputationStopped
 from dmplay.errors import BadParameter
+from dmplay.game.background_tasks import run_cancellable
 from dmplay.game.game import Game
 from dmplay.game.hints import review
 from dmplay.game.hints.hint_provider import Hint, HintProvider, format_fixed
@@ -17,6 +18,7 @@ from dmplay.game.hints.review import ReviewedAction
 from dmplay.game.share_line import mark_losses
 from dmplay.game.verdict import Verdict, iter_verdicts
 from dmplay.ui.screen.event_log import mark_turn_row
+from dmplay.ui.shell.game_commands import HINT_TASK
 
 MAX_WORST_TURNS = 3  # worst turns that are named
 MIN_CAPTION_COLUMNS = 72  # columns of the screen from which the rows on regrets are complete
@@ -158,6 +160,16 @@ class GameTimeline(Game):
             texts = [f"{name} {text}" for name, text in zip(names, texts, strict=True)]
         return f"next, turn {turn + 1}: {'; '.join(texts)}."
 
+    def explain_choice(self) -> list[str]:
+        """Return why the viewing seat's action in this turn is worth what it is, in lines."""
+        from dmplay.game.hints.explanation import explain_action  # imported only if asked for
+
+        seat = self.viewing_seat
+        provider = HintProvider(self.session, self.finished_game.advice_question(seat))
+        action = self.finished_game.session.turns[self.turns_played].actions.item(seat)
+        reasons = run_cancellable(HINT_TASK, lambda: explain_action(provider, action))
+        return [reasons.heading, *reasons.sentences]
+
     @property
     def _turn_regrets(self) -> list[float]:
         """The loss in each turn, summed over the human seats."""
@@ -244,8 +256,8 @@ def _describe_choice(move: ReviewedAction) -> str:
         return f"chose {move.chosen}; {best} was rated higher"
     gain = ""
     if move.regret is not None:
-        lost, decimals = move.discounted_regret, move.decimal_count
-        is_tiny = round(lost, decimals) == 0.0 < lost  # late in a long game with a discount
+        lost, decimals = move.regret, move.decimal_count
+        is_tiny = round(lost, decimals) == 0.0 < lost
         gain = f" by {f'< {10.0**-decimals:g}' if is_tiny else format_fixed(lost, decimals)}"
     return (
         f"chose {move.chosen}; {best} {review.append_game(f'was better{gain}', move.basis.scope)}"

@@ -67,11 +67,11 @@ EXPECTED_FRAMES: dict[tuple[str, Sequence[str], tuple[int, int], bool], str] = {
 │ 0,0 │ 1,0 │  ✗  │ 3,0 │ ░░░ │ 5,0 │ 6,0 │ 7,0 │ ░░░ │  ◆  │    0.90 (gamma)
 │     │     │ -10 │     │ ░░░ │     │     │     │ ░░░ │ +10 │
   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱         ╲ ╱   ╲ ╱   ╲ ╱         ╲ ╱
+@ you, ◆ good exit, ✗ bad exit
 
  over: you took no exit in 4 turns. your score -1.539 (undiscounted -2).
- verdict: weak choices, bad luck
- bronze medal: your choices lost 5.97 (the regret); bronze is for less than
-   6.73, the loss of random play; gold is for at most 0.07
+ verdict: fair choices, bad luck
+ bronze medal: your choices lost 5.97 (the regret); gold is for at most 0.07
  choices: best action 1 of 4 times; worst: turn 1, chose w, not se: 5.05 lost
  score -1.54 = best play's average 5.78 - your choices 5.97 - bad luck 1.35
  100 random games (same start): 52 scored less than you, 5 the same, 43 more
@@ -101,9 +101,9 @@ moves into a wall: ne -0.624, nw -0.624, sw -0.624, se -0.624    w      -0.48
 
  turn 2. chose W, moved W to (5,2). reward 0. score 0.
  value lost each turn █▃[▃]▁  [ ] = next turn; most in turns 1, 3, 2
- next, turn 3: chose se; e or w was better by 0.51.
+ next, turn 3: chose se; e or w was better by 0.62.
 
- ← → turns  X worst  Enter play on  N new  R restart  Bksp undo  ? help  q quit""",
+ ← → turns  X worst  Tab why  Enter play on  N new  R restart  ? help  q quit""",
     ("hexworld", ("enter", "left"), SMALL_SIZE, True): """\
  hexworld  before turn 3/4  score (discounted) 0
  / \\ / \\ / \\ / \\ / \\ / \\ / \\ / \\ / \\ / \\
@@ -116,22 +116,22 @@ moves into a wall: ne -0.624, nw -0.624, sw -0.624, se -0.624    w      -0.48
 * best, # worst
 
  next, turn 3: chose se; e or w was better by
-   0.51.
+   0.62.
 
- < > turns  X worst  Enter play on  ? help  q quit""",
+ < > turns  X worst  Tab why  ? help  q quit""",
     ("crying-baby", (), SMALL_SIZE, False): """\
  crying-baby  turn 5/5  score -19.42  turn limit
  over: the baby went hungry for 1 of 5 turns; you
    fed it 2 times. your score -19.42
    (undiscounted -21).
- verdict: mixed choices, bad luck
+ verdict: good choices, bad luck
  silver medal: your choices lost 3.29 (the
-   regret); silver is for at most 3.36, the loss
-   of the rule feed-when-crying (feeds the baby
-   if it cries, else ignores it); gold is for at
-   most 0.08
+   regret); gold is for at most 0.08
  choices: best action 2 of 5 times; worst: turn
-   4, chose feed, not ignore: 2.83 lost by what
+   4, chose feed, not ignore: 2.83 of the score
+   lost, by what you knew then
+ score -19.42 = best play's average -13.47 - your
+   choices 3.29 - bad luck 2.66
 
  Enter look back  PgUp log  ? help  q quit""",
     ("crying-baby", ("left", "left"), SMALL_SIZE, False): """\
@@ -144,11 +144,11 @@ chance of hunger, turn by turn ▅▁▁▁
 true state: sated
 hint: best i; s ▌··· -0.5; f ████ -3.88
 
- value lost ▁▃▁[█]▃  most in turns 4, 5, 2
+ value lost ▁▃▁[▅]▃  most in turns 4, 5, 2
  next, turn 4: chose feed; ignore was better by
-   2.83.
+   3.88.
 
- ← → turns  X worst  Enter play on  ? help  q quit""",
+ ← → turns  X worst  Tab why  ? help  q quit""",
     ("crying-baby", ("left", "left"), LARGE_SIZE, True): """\
  dmplay crying-baby    seed 7   before turn 4/5   score (discounted) -15.45
  keep the baby sated (not hungry); hunger costs 10, feeding 5, singing 0.5
@@ -170,10 +170,10 @@ true state: sated
 
  turn 3. chose ignore, heard quiet. belief: sated 0.973, hungry 0.027. reward
    0. score -15.45.
- value lost each turn _:_[#]:  [ ] = next turn; most in turns 4, 5, 2
- next, turn 4: chose feed; ignore was better by 2.83.
+ value lost each turn _:_[=]:  [ ] = next turn; most in turns 4, 5, 2
+ next, turn 4: chose feed; ignore was better by 3.88.
 
- < > turns  X worst  Enter play on  N new  R restart  ? help  q quit  : command""",
+ < > turns  X worst  Tab why  Enter play on  N new  R restart  ? help  q quit""",
     ("crying-baby", (), LARGE_SIZE, False): """\
  crying-baby  turn 5/5  score (discounted) -19.42  turn limit
  keep the baby sated (not hungry); hunger costs 10, feeding 5, singing 0.5
@@ -186,17 +186,17 @@ true state: sated
 
  over: the baby went hungry for 1 of 5 turns; you fed it 2 times. your score
    -19.42 (undiscounted -21).
- verdict: mixed choices, bad luck
- silver medal: your choices lost 3.29 (the regret); silver is for at most 3.36,
-   the loss of the rule feed-when-crying (feeds the baby if it cries, else
-   ignores it); gold is for at most 0.08
+ verdict: good choices, bad luck
+ silver medal: your choices lost 3.29 (the regret); gold is for at most 0.08
  choices: best action 2 of 5 times; worst: turn 4, chose feed, not ignore: 2.83
-   lost by what you knew then
+   of the score lost, by what you knew then
  score -19.42 = best play's average -13.47 - your choices 3.29 - bad luck 2.66
  100 random games (same start): 92 scored less than you, 8 more
  same start and luck: optimal scored -15, you -19.42
- marks in the log: ?? lost very much (turn 4)
- turn 5. chose sing, heard quiet. belief: sated 0.989, hungry 0.011.
+ marks in the log: ?! lost much (turn 4)
+
+ turn 5. chose sing, heard quiet. belief: sated 0.989, hungry 0.011. reward
+   -0.5 (adds -0.3281). score -19.42.
 
  Enter look back  PgUp log  X worst  Tab hint  ? help  q quit  : command""",
 }  # fmt: skip
@@ -223,8 +223,8 @@ def test_x_and_the_number_of_a_turn_go_to_a_turn_of_a_finished_game() -> None:
 def test_the_log_of_a_finished_game_marks_costly_turns_and_that_of_a_running_one_does_not() -> None:
     screen = play_to_end("crying-baby")
     marks = screen.game.verdict.marks
-    assert marks == {4: "??"}
-    assert [row[:10] for row in screen.log if "?" in row] == ["turn 4. ??"]
+    assert marks == {4: "?!"}
+    assert [row[:10] for row in screen.log if "?" in row] == ["turn 4. ?!"]
     running = PlayScreen(GameController(make_game("crying-baby", turns=9)), screen.terminal)
     press_keys(running, *KEYS_BY_PROBLEM["crying-baby"])
     assert not any("?" in row for row in running.log)
@@ -289,7 +289,7 @@ def test_a_strict_game_cannot_be_played_on(
     )
     assert message in screen_text
     assert "next, turn 5" in screen_text
-    assert "← → turns  X worst  N new  R restart  ? help" in screen_text
+    assert "← → turns  X worst  Tab why  N new  R restart  ? help" in screen_text
 
 
 def test_a_game_without_a_transcript_cannot_be_played_on() -> None:
@@ -358,7 +358,10 @@ def test_a_game_key_after_the_end_does_not_start_the_lookback() -> None:
 def test_other_keys_act_in_the_lookback_as_at_the_end() -> None:
     assert "You walk from hex to hex" in press_keys(play_to_end("hexworld"), "enter", "?")
     assert "next, turn 4" in press_keys(play_to_end("hexworld"), "enter", "?", "escape")
-    assert "no hint: the game is over" in press_keys(play_to_end("hexworld"), "enter", "tab")
+    reason = press_keys(play_to_end("hexworld"), "enter", "tab")
+    assert "why e in the state (5,2) (optimal, 1 turn left)" in reason
+    assert "before turn 4/4" in reason
+    assert "next, turn 4" in press_keys(play_to_end("hexworld"), "enter", "tab", "escape")
     assert "x: no such key" in press_keys(play_to_end("hexworld"), "enter", "x")
     assert "next, turn 4" in press_keys(play_to_end("hexworld"), "enter", "x")
 
