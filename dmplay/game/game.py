@@ -111,6 +111,7 @@ class Game:
         self._pending_choices: dict[int, float] = {}
         self._stated_beliefs: dict[int, Reals] = {}  # of people, with their pending choices
         self._undone_turns: list[Turn] = []
+        self._last_hint: tuple[int | None, Turn | None] = (None, None)  # seat, and the turn before
         self._attach_session(session)
 
     def _attach_session(self, session: Session) -> None:
@@ -630,10 +631,15 @@ class Game:
         return bool(self.undo_count or sum(self.session.hint_counts.values()))
 
     def record_hint(self) -> None:
-        """Count a hint for the viewing person and record it in the transcript."""
-        if self.viewing_seat not in self.human_seats:
+        """Count a hint for the viewing person and record it in the transcript, once a turn."""
+        turns, seat = self.session.turns, self.viewing_seat
+        last_turn = turns[-1] if turns else None
+        hinted_seat, turn_before_hint = self._last_hint
+        is_again = seat == hinted_seat and last_turn is turn_before_hint
+        if seat not in self.human_seats or is_again:
             return
-        name = self.problem.agents[self.viewing_seat]
+        self._last_hint = seat, last_turn
+        name = self.problem.agents[seat]
         with defer_signals():
             self.session.hint_counts[name] += 1
             if self.recorder:

@@ -115,11 +115,25 @@ class Hint:
 
     @property
     def summary(self) -> str:
-        """The hint without values, for a screen that already marks them."""
-        if not self.short_basis or len(self.recommendation) <= MAX_SUMMARY_CHARS:
-            return f"hint {self.recommendation}"
-        name, _, details = self.short_basis.partition(", ")  # the end may be cut
-        return f"hint by {name}: {self._choice_text} ({details})"
+        """The hint without values."""
+        return f"hint by {self._shorten_basis()}: {self._choice_text}"
+
+    def name_key(self, key: str) -> str:
+        """Return the summary for a screen, with the key of the recommended action.
+
+        It begins with the action, because the end may be cut.
+        """
+        name, choice = self.recommended_action, self._choice_text
+        if self.action is not None and key not in {"", name}:
+            choice = choice.replace(name, f"press {key} ({name})", 1)
+        return f"hint: {choice}, by {self._shorten_basis()}"
+
+    def _shorten_basis(self) -> str:
+        """Return the name of the agent and the game, with its assumptions if these are short."""
+        is_long = len(self.recommendation) > MAX_SUMMARY_CHARS
+        basis = self.short_basis if is_long and self.short_basis else self.basis
+        agent, _, details = basis.partition(", ")
+        return f"{agent} ({details})" if details else agent
 
     @property
     def recommendation(self) -> str:

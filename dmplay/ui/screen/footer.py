@@ -17,6 +17,7 @@ from dmplay.ui.screen.post_game_timeline import GameTimeline
 from dmplay.ui.shell.commands import find_command
 
 COMMAND_KEY_HELP = ": command"
+HINT_KEY_HELP = "Tab hint"
 WHY_KEY_HELP = "Tab why"  # after a hint; Y does the same without one, but y is an action on maps
 LEARN_KEY = "M learn"
 GAME_OVER_KEYS = (
@@ -76,7 +77,7 @@ def format_footer(
         return fit_text(Text(keys), viewport)
     if frame_state.is_picture:  # A hint's ranking of the actions stays.
         is_ranked = frame_state.hint and game.choosing_seat is not None
-        forms = _iter_key_rows(game, frame_state.hint) if is_ranked else [Text("")]
+        forms = _iter_key_rows(game, frame_state.hint, 0) if is_ranked else [Text("")]
         return _join_fitting_keys(forms, [""], viewport)
     # A replayed transcript never counts as over, because the player can step back in it.
     has_ended = game.request is not None and game.session.over
@@ -98,7 +99,10 @@ def format_footer(
         others = tuple(key for key in navigation_keys if key != LEARN_KEY)
         command_rows = (*command_rows[:-1], *format_tails(others))
     if is_choosing:
-        return _join_fitting_keys(_iter_key_rows(game, frame_state.hint), command_rows, viewport)
+        hint_row = next((row for row in reversed(command_rows) if HINT_KEY_HELP in row), "")
+        columns = viewport.width - len(hint_row) - 1
+        forms = _iter_key_rows(game, frame_state.hint, columns)
+        return _join_fitting_keys(forms, command_rows, viewport)
     return _format_commands_only(command_rows, viewport)
 
 
@@ -140,10 +144,11 @@ def _join_fitting_keys(
     return fit_text(row.append(" ").append(command_row, style="dim"), viewport)
 
 
-def _iter_key_rows(game: Game, hint: Hint | None) -> Iterator[Text]:
+def _iter_key_rows(game: Game, hint: Hint | None, effect_columns: int) -> Iterator[Text]:
     """Yield the rows of action keys, from the fullest form to the shortest.
 
-    For typed numbers these are instructions. With a hint, rows ranked by regret come first.
+    For typed numbers these are instructions. With a hint, rows ranked by regret come first. The
+    effects of actions are left out if they need more than `effect_columns`.
     """
     if game.keyboard.is_number_entry(game.viewing_seat):
         steps = game.keyboard.describe_number_steps()
@@ -163,7 +168,8 @@ def _iter_key_rows(game: Game, hint: Hint | None) -> Iterator[Text]:
         yield from (_join_keys(ranked) for ranked in _iter_ranked_keys(legal, hint))
         describe_keys = getattr(game.view_module, "describe_keys", None)
         effects: Mapping[str, str] = describe_keys(game.view()) if describe_keys else {}
-        yield _join_keys(key._replace(effect=effects.get(key.label, "")) for key in legal)
+        with_effects = _join_keys(key._replace(effect=effects.get(key.label, "")) for key in legal)
+        yield from [with_effects] * (len(with_effects.plain) <= effect_columns)
         yield _join_keys(legal)
         for max_width in (*SHORT_LABEL_COLUMNS, 0):
             short_keys = [
@@ -260,7 +266,8 @@ def _navigation_keys(game: Game, frame_state: FrameState, *, is_game_over: bool)
         # Where the only costly turn comes next, the key would do nothing.
         costly_turns = game.worst_turns if isinstance(game, GameTimeline) else []
         worst = ["X worst"] * any(turn != len(game.session.turns) + 1 for turn in costly_turns)
-        return ("← → turns", *worst, *["Enter play on"] * (not game.strict))
+        why = [WHY_KEY_HELP] * (frame_state.hint is not None)
+        return ("← → turns", *worst, *why, *["Enter play on"] * (not game.strict))
     if game.lesson_goal and game.session.over:
         return ("Enter back to the lesson",)
     if game.human_seats and not (game.session.over and game.session.turns):

@@ -6,6 +6,7 @@ from dmplay.core.problem_summary import score_label
 from dmplay.core.session import DEFAULT_TURN_LIMIT
 from dmplay.core.text import describe_end_reason, escape_unprintable, format_reward
 from dmplay.game.game import Game
+from dmplay.game.player_records import can_earn_medal
 from dmplay.game.seat_snapshot import SeatSnapshot
 from dmplay.terminal.styles import ScreenLine
 from dmplay.ui.screen.frame_state import Viewport
@@ -115,7 +116,8 @@ def remaining_goal_lines(
     if goal_viewport:
         first, *others = clauses[_count_fitting_clauses(clauses, goal_viewport.width) :] or [""]
         terms = _explain_terms(game, snapshot, has_panel=True)
-        remaining = [*filter(None, [first, *terms, *others])]
+        aids = ["Tab gives a hint, but costs the medal"] * can_earn_medal(game)
+        remaining = [*filter(None, [first, *terms, *others, *aids])]
     else:  # Then there is hardly a side panel either, which has the other players' rules.
         rules = [
             escape_unprintable(f"{agent} ({name}) {rule}")

@@ -17,6 +17,7 @@ from dmplay.game.command_reply import DataReply, Page, TurnReports
 from dmplay.game.game import Game
 from dmplay.game.game_series import GameController
 from dmplay.game.hints.hint_provider import HINT_OVERLAYS
+from dmplay.game.key_bindings import KEY_SYMBOLS
 from dmplay.game.playback import Playback
 from dmplay.registry.problems import is_built_in
 from dmplay.terminal.capabilities import Terminal
@@ -39,7 +40,7 @@ if TYPE_CHECKING:  # Most games need no algorithms.
     from dmplay.game.watching import WatchedSteps
 
 MAX_POSITION_COLUMNS = 40  # columns of the row that shows the position in a replay
-SHORT_LOST_MEDAL = "no medal now"
+SHORT_LOST_MEDAL = "(no medal)"
 OVERLAYS = ("", "values", "policy", "states")
 OVERLAY_LABELS = {
     "values": "values",
@@ -274,7 +275,7 @@ class PlayScreen:
     @property
     def timeline(self) -> GameTimeline | None:
         """The game at the earlier turn that is shown, or None."""
-        return self.post_game_review.timeline if self.modes.display_mode is Mode.LOOKBACK else None
+        return self.post_game_review.timeline if self.modes.is_lookback else None
 
     @property
     def log(self) -> list[str]:
@@ -437,10 +438,12 @@ class PlayScreen:
             self.modes.handle_event(ModeEvent.CLOSED)
             self.message = "" if rows else reply
             if hint and reply == str(hint):  # The board and the keys show the values.
-                reward_text = (
-                    "" if hint.action is None else self.game.describe_expected_reward(hint.action)
-                )
-                self.message = hint.summary + reward_text
+                keys, reward_text = {}, ""
+                if hint.action is not None:
+                    listed = self.game.keyboard.list_actions_with_keys(self.game.view())
+                    keys = {label: KEY_SYMBOLS.get(key, key) for key, label, _ in listed}
+                    reward_text = self.game.describe_expected_reward(hint.action)
+                self.message = hint.name_key(keys.get(hint.recommended_action, "")) + reward_text
                 footer = format_footer(self.game, self._viewport, self.frame_state).plain
                 is_number = self.game.keyboard.is_number_entry(self.game.viewing_seat)
                 key_helps = [

@@ -478,7 +478,7 @@ def test_looking_is_worth_the_difference_between_a_sure_call_and_a_blind_one() -
     )
 
 
-def test_the_explanation_counts_as_a_hint_and_is_forbidden_with_hints() -> None:
+def test_the_explanations_of_a_turn_count_as_a_hint_and_is_forbidden_with_hints() -> None:
     game = make_game("hexworld")
     controller = GameController(game)
     assert run_line(controller, "why").startswith(
@@ -487,6 +487,9 @@ def test_the_explanation_counts_as_a_hint_and_is_forbidden_with_hints() -> None:
     assert run_line(controller, "why w").startswith(
         "why w in the state (7,2) (optimal): The action w is worth 5.54"
     )
+    assert game.session.hint_counts == {"agent": 1}
+    run_line(controller, "se")
+    run_line(controller, "why")
     assert game.session.hint_counts == {"agent": 2}
     strict_game = make_session_game(
         "hexworld", game.session, ["human"], GameRequest("hexworld", strict="hints")

@@ -247,12 +247,12 @@ def test_enter_forecasts_a_number_and_a_second_enter_plays_it() -> None:
     assert [float(turn.actions[0]) for turn in display.game.session.turns] == [0.2]
 
 
-def test_each_forecast_action_counts_as_a_hint() -> None:
+def test_forecasts_of_one_turn_count_as_one_hint() -> None:
     display = create_screen("hexworld")
     for key in ("W", "l", "n", "escape"):
         handle_key(display, key)
     run_line(display.controller, "whatif e")
-    assert display.game.session.hint_counts == {"agent": 3}
+    assert display.game.session.hint_counts == {"agent": 1}
 
 
 def test_a_game_with_strict_hints_shows_no_forecast() -> None:

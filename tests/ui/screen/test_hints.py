@@ -21,7 +21,7 @@ def make_screen(name: str, *seats: str) -> PlayScreen:
 
 def test_a_hint_ranks_the_keys_by_regret() -> None:
     *_, message, row = play_keys(make_game("crying-baby"), "tab").last.split("\n")
-    assert message == " hint by optimal (20 turns left): feed"
+    assert message == " hint: press f (feed), by optimal (20 turns left)"
     assert row.startswith(" f=feed best  s=sing █-2.54  i=ignore █-2.60  ")
 
 
@@ -93,7 +93,7 @@ def test_a_key_that_closes_the_reasons_also_acts_but_those_that_leave_only_close
 def test_a_long_hint_leaves_its_assumptions_to_the_reasons_and_names_close_actions() -> None:
     screen = make_screen("collaborative-predator-prey:sighted", "human", "sweep")
     handle_key(screen, "tab")
-    assert ": no real difference (50 turns left, with sweep, why lists its" in screen.message
+    assert ": no real difference, by qmdp (50 turns left, with sweep, why lists" in screen.message
     handle_key(screen, "tab")
     assert "as if you see all positions" in " ".join(screen.page_rows)
 
@@ -136,7 +136,7 @@ def test_an_illegal_action_has_no_regret() -> None:
 def test_nothing_is_marked_if_the_hint_provider_has_no_values() -> None:
     play_screen = make_screen("simple-regulator")
     handle_key(play_screen, "tab")
-    assert play_screen.message.startswith("hint by ")
+    assert play_screen.message.startswith("hint: ")
     assert play_screen.frame_state.hint is not None
     assert play_screen.frame_state.hint.regrets is None
     assert "hint" in play_screen.render_upper(Viewport(80, 24)).plain

@@ -208,7 +208,7 @@ def test_a_game_stops_while_a_command_is_typed_and_fg_restores_the_command(
         stop_game(terminal, by_signal=by_signal)
         terminal.press("fg\r", ":hint").calm()
         assert terminal.raw.rfind(b"\x1b[?25h") > terminal.raw.rfind(b"\x1b[?25l")
-        terminal.press(ENTER, "hint by optimal")
+        terminal.press(ENTER, ", by optimal")
 
 
 @pytest.mark.parametrize("typing", [False, True])
@@ -222,7 +222,7 @@ def test_a_game_stopped_by_sigstop_takes_the_terminal_back_after_fg(
         terminal.until("Stopped").calm().press("stty sane; clear\r", "ready>").calm()
         terminal.press("fg\r", ":hint" if typing else "turn 1 ").calm()
         if typing:
-            terminal.press(ENTER, "hint by optimal").calm()
+            terminal.press(ENTER, ", by optimal").calm()
         terminal.press("h", "turn 2 ")
 
 

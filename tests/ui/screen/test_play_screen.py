@@ -146,7 +146,7 @@ def test_the_first_arrow_of_a_diagonal_is_explained_and_other_keys_do_not_comple
 def test_tab_shows_a_hint_without_playing() -> None:
     current_game = make_game("hexworld")
     *_, message, row = play_keys(current_game, "tab").last.split("\n")
-    assert message == " hint by optimal: se"
+    assert message == " hint: press n (se), by optimal"
     assert "Tab why" in row
     assert current_game.session.turns == []
 
@@ -225,7 +225,7 @@ def test_a_page_does_not_divide_the_description_of_a_key() -> None:
     frames = play_keys(make_game("hexworld"), "?", "space", size=(80, 24)).frames[1:]
     (look_back,) = (frame for frame in frames if "look back" in frame)
     assert "its turns (?! lost" in look_back
-    assert re.search(r"X\s+worst,\s+digits:\s+any", look_back)
+    assert re.search(r"X\s+worst,\s+Tab\s+why", look_back)
 
 
 def test_look_shows_the_situation_without_truncation() -> None:
@@ -657,7 +657,7 @@ def test_a_narrow_footer_shortens_action_labels_but_shows_them_all(name: str) ->
 
 def test_a_hint_in_a_simultaneous_game_states_its_assumption() -> None:
     screen_text = play_keys(make_game("prisoners-dilemma", "human", "grim"), "c", "tab").last
-    assert " hint by plan-rounds (9 turns left, against grim): cooperate\n" in screen_text
+    assert " hint: press c (cooperate), by plan-rounds (9 turns left, against grim)\n" in screen_text
 
 
 # Whole games
@@ -1008,8 +1008,8 @@ def test_title_panel_and_log_show_a_score_in_the_same_digits() -> None:
 def test_the_panel_describes_the_rule_of_a_built_in_agent_and_of_a_file(tmp_path: Path) -> None:
     file = tmp_path / "echo.py"
     file.write_text(
-        "from dmplay.agents.base import SeatPolicy\n"
-        "class Echo(SeatPolicy):\n"
+        "from dmplay import ReactivePolicy\n"
+        "class Echo(ReactivePolicy):\n"
         '    """Copies the opponent\'s first action."""\n'
         "    def choose(self, memory, uniforms):\n"
         "        return 0.0, memory\n",

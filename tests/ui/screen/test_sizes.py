@@ -40,12 +40,12 @@ def test_500_resizes_leave_the_screen_of_the_last_size(typing: bool, tmp_path: P
             terminal.until(lambda: ":hint" in terminal.text)
         terminal.calm()
         if typing:
-            terminal.press(ENTER, "hint by optimal").calm()
+            terminal.press(ENTER, ", by optimal").calm()
         before = terminal.text
         with Terminal("hexworld", "--seed", "7", folder=tmp_path) as other:
             other.ready()
             if typing:
-                other.press(TAB, "hint by optimal")
+                other.press(TAB, ", by optimal")
             assert other.calm().text == before
             assert other.press("q").ended() == 0
         assert terminal.press("q").ended() == 0
@@ -63,7 +63,7 @@ def test_the_board_above_the_command_prompt_follows_every_size(tmp_path: Path) -
     with Terminal("hexworld", "--seed", "7", folder=tmp_path) as terminal:
         terminal.ready().press(":").press("hin", ":hin")
         terminal.resize(50, 14).until("│-10│").until(":hin").resize(80, 24).until("│ -10 │")
-        terminal.press("t" + ENTER, "hint by optimal: se")
+        terminal.press("t" + ENTER, "hint: press n (se), by optimal")
 
 
 def test_the_screen_has_the_size_of_its_terminal_whatever_the_variables_say(tmp_path: Path) -> None:

@@ -203,7 +203,7 @@ def test_help_opens_over_the_board_and_any_key_closes_it(tmp_path: Path) -> None
 
 def test_a_hint_names_the_best_action_and_all_values(tmp_path: Path) -> None:
     with Terminal("hexworld", "--seed", "7", folder=tmp_path) as terminal:
-        terminal.ready().press(TAB, "hint by optimal: se").until("n=se best  b=sw  l=e")
+        terminal.ready().press(TAB, "hint: press n (se), by optimal").until("n=se best  b=sw  l=e")
         terminal.press("V", "overlay: exact values").press(CTRL_L).until("│ 7.04│")
         assert terminal.press("q").ended() == 0
 
