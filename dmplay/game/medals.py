@@ -68,34 +68,33 @@ class Medal(NamedTuple):
         return self.name == MEDALS[0]
 
     def __str__(self) -> str:
-        """Return the medal with its limit, and the limit of the next better one, as one line."""
+        """Return the medal, and the limit of the next better one, as one line.
+
+        If there is no better one, it is the medal's own limit.
+        """
         if not self.limits:
             return "no medals here: no play is clearly better than random"
         is_regret = self.best.is_exact
-        wanted = [*MEDALS[::-1]][2 - MEDALS.index(self.name) :] if self.name else [*MEDALS[::-1]]
-        names = [name for name in wanted if name in self.limits][: 2 if self.name else 1]
-        numbers = [
-            limit if is_regret else self.best.score - limit
-            for limit, _ in map(self.limits.__getitem__, names)
-        ]
+        better = MEDALS[: MEDALS.index(self.name)] if self.name else MEDALS
+        name = next((name for name in reversed(better) if name in self.limits), self.name)
+        limit, _ = self.limits[name]
+        number = limit if is_regret else self.best.score - limit
         result = self.loss if is_regret else self.best.score - self.loss
-        decimals = _choose_distinct_decimals([result, *numbers, 0.0], self.scale)
+        decimals = _choose_distinct_decimals([result, number, 0.0], self.scale)
         lost = f"{format_fixed(result, decimals)} (the regret)" if self.loss else "nothing"
         score = format_fixed(result, decimals)
         line = f"{self.name or 'no'} medal: "
         line += f"your choices lost {lost}" if is_regret else f"you scored {score}"
         if is_regret and not self.loss and self.is_best:
             return line
-        for name, number in zip(names, numbers, strict=True):
-            degree = f"at {'most' if is_regret else 'least'}"
-            if name == "bronze":
-                degree = f"{'less' if is_regret else 'more'} than"
-            player = {"silver": self.rule, "bronze": self.random}.get(name)
-            source = f", the {'loss' if is_regret else 'average'} of {player}" if player else ""
-            line += f"; {name} is for {degree} {format_fixed(number, decimals)}{source}"
-        if len(names) == 1 and self.name:  # it is the best that can be won
-            better = [name for name in wanted if name in self.missing]
-            line += "".join(f"; no {name}: {self.missing[name]}" for name in better)
+        degree = f"at {'most' if is_regret else 'least'}"
+        if name == "bronze":
+            degree = f"{'less' if is_regret else 'more'} than"
+        player = {"silver": self.rule, "bronze": self.random}.get(name)
+        source = f", the {'loss' if is_regret else 'average'} of {player}" if player else ""
+        line += f"; {name} is for {degree} {format_fixed(number, decimals)}{source}"
+        if name == self.name:
+            line += "".join(f"; no {medal}: {self.missing[medal]}" for medal in better[::-1])
         return f"{line}; averages of {self.game_count} games" if self.game_count else line
 
     def describe_score(self, limit_turns: int = 0) -> str:

@@ -57,7 +57,11 @@ class Narrator:
         self._debrief_cache: tuple[object, list[dict[str, object]]] = (None, [])
 
     def describe_turn(self, snapshot: SeatSnapshot) -> str:
-        """Return the last turn in one line: number, events, and reward and score if visible."""
+        """Return the last turn in one line: number, events, and reward and score if visible.
+
+        With a discount, the line tells what the reward adds to the score.
+        """
+        discount = self.session.problem.discount
         reroll_text = ", rerolled" if snapshot.turn in self.session.reroll_counts else ""
         parts = [
             f"turn {snapshot.turn}{reroll_text}.",
@@ -65,8 +69,9 @@ class Narrator:
         ]
         if snapshot.rewards_visible and snapshot.last_turn:
             reward = snapshot.last_turn.rewards.item(snapshot.seat)
-            score = format_reward(self.seat_return(snapshot))
-            parts.append(f"reward {format_reward(reward)}. score {score}.")
+            score, factor = self.seat_return(snapshot), discount ** (snapshot.turn - 1)
+            added = f" (adds {format_reward(reward * factor)})" * (reward != 0.0 and factor < 1.0)
+            parts.append(f"reward {format_reward(reward)}{added}. score {format_reward(score)}.")
         if self.ghost and self.ghost.is_shown_during_play:
             lead = format_reward(self.ghost.player_lead, sign="+")
             parts.append(f"ghost {format_reward(self.ghost.score)}, lead {lead}.")

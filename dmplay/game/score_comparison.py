@@ -46,6 +46,7 @@ class ScoreComparison(NamedTuple):
     game_count: int
     lower_count: int
     equal_count: int = 0
+    has_same_start: bool = False  # whether other games may start otherwise
 
     def describe(self) -> str:
         """Return the counts of games that scored less than this one, the same and more."""
@@ -58,7 +59,8 @@ class ScoreComparison(NamedTuple):
         if not self.lower_count:
             parts[0] = parts[0].replace("the same", "scored as much as you")
             parts[0] = parts[0].replace("more", "scored more than you")
-        return f"{self.game_count} {self.agent.partition(':')[0]} games: {', '.join(parts)}"
+        start = " (same start)" * self.has_same_start
+        return f"{self.game_count} {self.agent.partition(':')[0]} games{start}: {', '.join(parts)}"
 
 
 @dataclass(frozen=True)
@@ -180,7 +182,8 @@ class ScoreComparer:
         if not (self._has_same_limit or is_decided.all()):
             return None
         equal_count = int((np.abs(difference) <= tolerance).sum())
-        return ScoreComparison(name, COMPARED_GAMES, int(is_lower.sum()), equal_count)
+        start = bool(self.session.problem.uniform_counts.start)
+        return ScoreComparison(name, COMPARED_GAMES, int(is_lower.sum()), equal_count, start)
 
     def _value_agent(self, name: str, *, is_exact: bool) -> AgentValue | None:
         """Return the expected score of an agent in the person's seat, or its mean score.

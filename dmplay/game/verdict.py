@@ -4,7 +4,6 @@ Every number is about the game that was played: its players, its turn limit and 
 each seat.
 """
 
-import math
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
@@ -29,7 +28,7 @@ from dmplay.game.hints.review import (
     run_review,
     total_regret,
 )
-from dmplay.game.medals import GOLD_SHARE, Medal
+from dmplay.game.medals import Medal
 from dmplay.game.position import ADVICE_WORK_LIMIT
 from dmplay.game.score_comparison import RETURN_TOLERANCE, ScoreComparer, ScoreComparison
 from dmplay.registry import agents
@@ -40,13 +39,7 @@ COMPARISON_TASK = TaskInfo(
     "comparing your score with other games", is_after_game=True, delays_quit=True
 )
 AVERAGE_LUCK = 0.1  # of the regret of careless play: less luck is average
-CHOICE_WORDS = (  # by the share of the regret of careless play that is not exceeded
-    (GOLD_SHARE, "excellent choices"),
-    (0.2, "good choices"),
-    (0.5, "mixed choices"),
-    (1.0, "weak choices"),
-    (math.inf, "choices no better than"),  # the careless agent
-)
+CHOICE_WORDS = {"gold": "excellent choices", "silver": "good choices", "bronze": "fair choices"}
 GOOD_WORDS = ("perfect", "excellent", "good")  # before `choices`
 COSTLY_MARKS = (("??", 0.5), ("?!", 0.2))  # marks, and the share of the stake lost from which on
 
@@ -105,7 +98,7 @@ class SeatChoices:
         numbers = [self.regret, self.luck or 0.0, self.start_value or 0.0]
         decimals = choose_decimals(numbers, self.scale)
         regret_text = format_fixed(self.regret, decimals)
-        then = " by what you knew then" * self.has_hidden_states
+        then = ", by what you knew then" * self.has_hidden_states
         worst = f"worst: {_describe_worst(self.worst)}{then}" if self.worst else ""
         if self.luck is not None and self.start_value is not None:
             explanation = self._explain_score(self.start_value, self.luck, decimals, stake)
@@ -119,19 +112,17 @@ class SeatChoices:
     def describe_quality(self, medal: Medal | None) -> str:
         """Return the quality of choices with a known regret, and the luck; '' if unknown.
 
-        The measure is the regret of careless play, the limit of a bronze medal.
+        The medal says how good they are.
         """
-        stake, _ = medal.limits.get("bronze", (0.0, "")) if medal else (0.0, "")
         if self.regret is None:
             return ""
-        share = self.regret / stake if stake else math.nan
-        words = next((text for limit, text in CHOICE_WORDS if share <= limit), "")
-        if medal and words == CHOICE_WORDS[-1][1]:
-            words += f" {medal.random}"
+        words, luck = "", ""
+        if medal and medal.limits:
+            words = CHOICE_WORDS.get(medal.name, f"choices no better than {medal.random}")
+            luck = self._describe_luck(medal.limits["bronze"][0])
         if self.best_count == self.count:
             words = "perfect choices"
-        luck = self._describe_luck(stake) if stake else ""
-        return ", ".join(filter(None, [words, luck and f"{luck} luck"])) if words else ""
+        return ", ".join(filter(None, [words, luck and f"{luck} luck"]))
 
     def _describe_luck(self, stake: float) -> str:
         """Return the word before `luck`; '' if there was none, or if it is not known."""
@@ -218,7 +209,7 @@ class Verdict:
         aids = " and ".join(self.standing.aids)
         if aids and not self.standing.is_guided:
             would_be = f"would be {self.medal.name}; " if self.medal and self.medal.name else ""
-            rows.append(f"{would_be}no medal and no record, because of {aids}")
+            rows.append(f"{would_be}no medal and no record, because of {aids}; a new game counts")
         elif not aids:
             rows += [self._describe_medal(self.medal)] if self.medal else []
             rows += [self.standing.record] if self.standing.record else []
@@ -234,8 +225,7 @@ class Verdict:
         if self.comparisons:
             # An agent with the same random numbers tells more than the games of a strong one.
             compared = self.comparisons[:1] if self.ghost_line else self.comparisons
-            parts = "; ".join(comparison.describe() for comparison in compared)
-            rows.append(parts.replace(" games:", " games (same start):", 1))
+            rows.append("; ".join(comparison.describe() for comparison in compared))
         rows += [self.ghost_line] if self.ghost_line else []
         return rows + ([f"review: {self.error}"] if self.error else [])
 
@@ -252,7 +242,7 @@ class Verdict:
             period = f"in {format_count(self.limit_turns, 'turn')}" if self.limit_turns else "here"
             return f"{period} no choice changes the score"
         if self.medal and self.medal.loss > 0 and self.matched_ghost == self.medal.best.agent != "":
-            return f"score as good as that of {self.matched_ghost} with the same start and luck"
+            return f"score as good as that of {self.matched_ghost} in the same game"
         return self.medal.describe_score(self.limit_turns) if self.medal else ""
 
     @property
@@ -293,9 +283,11 @@ class Verdict:
     def marks(self) -> dict[int, str]:
         """The marks of the turns in which a choice lost much: ?? for very much, ?! for much.
 
-        A loss is relative to the stake: the greatest difference between two actions in a turn.
+        A loss is relative to the stake: the loss for the lowest medal, or the greatest difference
+        between two actions in a turn if that is more.
         """
         stake = max((move.discounted_spread for move in self.moves), default=0.0)
+        stake = max(stake, self._stake)
         marks = dict[int, str]()
         for move in sorted(self.costly_choices, key=lambda move: move.discounted_regret):
             for mark, share in reversed(COSTLY_MARKS):
@@ -540,4 +532,5 @@ def _describe_worst(move: ReviewedAction) -> str:
     if move.basis.accuracy is Accuracy.RATING:
         return f"{text}, which is rated higher"
     about = "about " * move.basis.accuracy.is_estimate
-    return f"{text}: {about}{format_fixed(move.discounted_regret, move.decimal_count)} lost"
+    share = " of the score" * (move.discount_factor < 1.0)
+    return f"{text}: {about}{format_fixed(move.discounted_regret, move.decimal_count)}{share} lost"

@@ -69,7 +69,7 @@ def test_the_ghost_is_not_shown_before_the_end_if_something_is_hidden(
     assert game.ghost
     assert game.ghost.session.turns == []
     game.choose(0)
-    assert "same start and luck: random scored " in "\n".join(game.narrator.closing_lines())
+    assert "random scored " in "\n".join(game.narrator.closing_lines())
 
 
 def test_there_is_no_ghost_result_for_a_resumable_game(tmp_path: Path) -> None:

@@ -143,7 +143,7 @@ def test_hints_and_undone_turns_cost_the_medal_and_the_end_says_so() -> None:
     assert verdict.earned_medal is None
     assert verdict.lines[:2] == [
         f"verdict: {verdict.summary}",
-        "would be bronze; no medal and no record, because of 1 hint and 1 undo",
+        "would be bronze; no medal and no record, because of 1 hint and 1 undo; a new game counts",
     ]
 
 
@@ -168,7 +168,7 @@ def test_a_user_names_a_rule_of_thumb_and_records_list_the_medal(tmp_path: Path)
     (tmp_path / "coin.py").write_text(RULE_OF_USER)
     end = run_dmplay(tmp_path, "./coin.py", stdin="tails\nheads\n").stdout
     assert "silver medal: your choices lost 1.00 (the regret); " in end
-    assert "silver is for at most 2.00, the loss of the rule tails" in end
+    assert "gold is for at most " in end
     end = run_dmplay(
         tmp_path, "crying-baby", "--seed", "7", "-o", "g.dmt", stdin="feed\n" * 20
     ).stdout

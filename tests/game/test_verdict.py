@@ -121,10 +121,10 @@ def test_luck_and_regret_in_the_crying_baby_are_those_of_a_search_of_all_beliefs
 
 def test_the_lines_of_a_game_of_hexworld() -> None:
     assert judge(play("hexworld", ["e", "e", "w"])).lines == [
-        "verdict: weak choices, bad luck",
-        "bronze medal: your choices lost 4.07 (the regret); bronze is for less than 4.59, the loss "
-        "of random play; silver is for at most 0.12, the loss of the rule nearest-exit (walks by a "
-        "shortest path to the nearest good exit, as if no step slipped)",
+        "verdict: fair choices, bad luck",
+        "bronze medal: your choices lost 4.07 (the regret); silver is for at most 0.12, the loss "
+        "of the rule nearest-exit (walks by a shortest path to the nearest good exit, as if no "
+        "step slipped)",
         "choices: best action 1 of 3 times; worst: turn 1, chose e, not se: 3.20 lost",
         "score -0.90 = best play's average 3.75 - your choices 4.07 - bad luck 0.58",
         "100 random games (same start): 54 scored less than you, 19 the same, 27 more",
@@ -401,8 +401,8 @@ def test_equal_scores_are_not_better() -> None:
 def test_a_score_that_every_game_has_is_equal_and_not_worse() -> None:
     game = play("cart-pole", ["left"], turns=1)  # a pole cannot fall in one turn
     assert [item.describe() for item in judge(game).comparisons] == [
-        "100 random games: 100 scored as much as you",
-        "100 regulate games: 100 scored as much as you",
+        "100 random games (same start): 100 scored as much as you",
+        "100 regulate games (same start): 100 scored as much as you",
     ]
 
 

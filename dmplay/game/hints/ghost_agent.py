@@ -106,6 +106,12 @@ class Ghost:
         """The transcript line that names the ghost."""
         return f"{GHOST_NOTE_PREFIX}{' '.join(escape_unprintable(self.name).split())}"
 
+    def _describe_chance(self) -> str:
+        """Return which chances both games share, as the beginning of a sentence; '' if none."""
+        start_count, step_count = self.session.problem.uniform_counts
+        chances = ["start"] * bool(start_count) + ["luck"] * bool(step_count)
+        return f"same {' and '.join(chances)}: " if chances else ""
+
     def describe_comparison(self) -> str:
         """Return a sentence that compares the returns of ghost and player."""
         player_return = float(self.player_session.returns()[self.seat])
@@ -113,8 +119,9 @@ class Ghost:
         is_unequal = self.player_session.end_reason not in NATURAL_END_REASONS
         ghost_note = f" in {format_count(ghost_turns, 'turn')}" * is_unequal
         player_note = f" in {format_count(player_turns, 'turn')}" * is_unequal
+        ghost_score = format_reward(self.score)
         return (
-            f"same start and luck: {self.label} scored {format_reward(self.score)}{ghost_note}, "
+            f"{self._describe_chance()}{self.label} scored {ghost_score}{ghost_note}, "
             f"you {format_reward(player_return)}{player_note}"
         )
 

@@ -152,7 +152,7 @@ def test_the_ghost_of_a_simultaneous_game_is_the_best_response() -> None:
     message = describe_ghost_result(
         session, [AdviceQuestion.of_session(session, 0, ["human", "random"])], None
     )
-    assert message == "same start and luck: plan-rounds scored -3, you -4"
+    assert message == "plan-rounds scored -3, you -4"
 
 
 def test_a_named_ghost_plans_for_the_turns_of_the_game() -> None:
@@ -164,7 +164,7 @@ def test_a_named_ghost_plans_for_the_turns_of_the_game() -> None:
     ghost = create_ghost(session, [0], "plan-rounds")
     ghost.play_to_end()
     assert ghost.name == "plan-rounds"  # it defects in the last round, which has no reply
-    assert ghost.describe_comparison() == "same start and luck: plan-rounds scored -2, you -3"
+    assert ghost.describe_comparison() == "plan-rounds scored -2, you -3"
 
 
 @pytest.mark.parametrize(
