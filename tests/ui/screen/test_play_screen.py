@@ -657,7 +657,8 @@ def test_a_narrow_footer_shortens_action_labels_but_shows_them_all(name: str) ->
 
 def test_a_hint_in_a_simultaneous_game_states_its_assumption() -> None:
     screen_text = play_keys(make_game("prisoners-dilemma", "human", "grim"), "c", "tab").last
-    assert " hint: press c (cooperate), by plan-rounds (9 turns left, against grim)\n" in screen_text
+    hint = "press c (cooperate), by plan-rounds (9 turns left, against grim)"
+    assert f" hint: {hint}\n" in screen_text
 
 
 # Whole games
