@@ -22,7 +22,6 @@ from dmplay.game.transcript_verification import describe_problem_change, load_tr
 from dmplay.registry.problems import LoadedProblem, ProblemLike
 from dmplay.transcript.concealment import mark_peeked_if_concealed
 from dmplay.transcript.header import collect_header_facts
-from dmplay.transcript.reader import Transcript
 from dmplay.transcript.replay import start_session
 from dmplay.transcript.turn_batch_replay import BatchReplayer
 
@@ -42,9 +41,17 @@ class Playback(NotebookDisplay, Game):
         problem: ProblemLike | None = None,
         trusted: bool = False,
         peek: bool = False,
+        loaded_problems: dict[object, LoadedProblem] | None = None,
     ) -> None:
         transcript = load_transcript(path)
-        loaded_problem = self._load_problem(transcript, problem, trusted=trusted)
+        # by name and parameters, so that games of one problem share what is computed for it
+        loaded_problems = {} if loaded_problems is None else loaded_problems
+        header = transcript.header
+        key = Path(transcript.path).parent, header.problem, repr(header.parameters)
+        if key not in loaded_problems:
+            loaded = load_transcript_problem(transcript, trusted=trusted, problem=problem)
+            loaded_problems[key] = loaded
+        loaded_problem = loaded_problems[key]
         self.transcript = mark_peeked_if_concealed(transcript, loaded_problem.problem, peek=peek)
         self._problem = loaded_problem.problem
         first_block, *blocks = self.transcript.blocks
@@ -65,12 +72,6 @@ class Playback(NotebookDisplay, Game):
         earlier = self.transcript.header.describe_earlier_players()
         notes = [describe_problem_change(transcript, loaded_problem), earlier]
         self.warning = "; ".join(filter(None, notes))
-
-    def _load_problem(
-        self, transcript: Transcript, problem: ProblemLike | None, *, trusted: bool
-    ) -> LoadedProblem:
-        """Return the problem of the transcript, or the given one."""
-        return load_transcript_problem(transcript, trusted=trusted, problem=problem)
 
     def _make_session_before(self, block_index: int) -> Session:
         """Return a session in the state before the block with this index."""

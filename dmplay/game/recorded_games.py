@@ -13,10 +13,9 @@ from dmplay.game.hints.review import Review
 from dmplay.game.playback import Playback
 from dmplay.game.seat_status import format_prompt
 from dmplay.game.seats import list_human_seats
-from dmplay.game.transcript_verification import iter_transcript_files, load_transcript_problem
+from dmplay.game.transcript_verification import iter_transcript_files
 from dmplay.game.turn_facts import Row, flatten_turn_facts, join_review
 from dmplay.registry.problems import LoadedProblem, ProblemLike
-from dmplay.transcript.reader import Transcript
 
 PathLike = str | os.PathLike[str]
 
@@ -24,33 +23,13 @@ PathLike = str | os.PathLike[str]
 class RecordedGame(Playback):
     """A recorded game at its last turn, with a row for each turn; `go_to_turn` steps through it."""
 
-    def __init__(
-        self,
-        path: Path,
-        *,
-        problem: ProblemLike | None = None,
-        trusted: bool = False,
-        peek: bool = False,
-        loaded_problems: dict[object, LoadedProblem] | None = None,
-    ) -> None:
-        # by name and parameters, so that games of one problem share what is computed for it
-        self._loaded_problems = {} if loaded_problems is None else loaded_problems
-        super().__init__(path, problem=problem, trusted=trusted, peek=peek)
+    def __init__(self, path: Path, **options: Any) -> None:
+        super().__init__(path, **options)
         self.turns: list[Row] = [*map(flatten_turn_facts, self.iter_turn_facts())]
         agents, session = self.problem.agents, self.session
         self.returns = dict(zip(agents, session.returns().tolist(), strict=True))
         self.total_rewards = dict(zip(agents, session.total_rewards().tolist(), strict=True))
         self.end_reason = session.end_reason or ""
-
-    def _load_problem(
-        self, transcript: Transcript, problem: ProblemLike | None, *, trusted: bool
-    ) -> LoadedProblem:
-        header = transcript.header
-        key = Path(transcript.path).parent, header.problem, repr(header.parameters)
-        if key not in self._loaded_problems:
-            loaded = load_transcript_problem(transcript, trusted=trusted, problem=problem)
-            self._loaded_problems[key] = loaded
-        return self._loaded_problems[key]
 
     def review(self, seat: str = "") -> Review:
         """Return the review of each choice of a seat, as `dmplay.review` does."""
