@@ -1,15 +1,20 @@
 """Draw beliefs as bars, sparklines and words."""
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
+from rich.text import Text
 
-from dmplay.core.arrays import Reals
+from dmplay.core.arrays import Ints, Reals
 from dmplay.core.problem import Problem
 from dmplay.core.session import MAX_LISTED_STATES, View
+from dmplay.core.text import format_count
 from dmplay.draw.canvas import BAR_LEVELS, Canvas
 from dmplay.draw.options import DrawOptions
+from dmplay.draw.panels import BarsPanel
 
+MAX_BAR_COLUMNS, MIN_BAR_COLUMNS = 20, 4
 MAX_NAMED_STATES = 10  # number of states listed if there are many
 BAR_EIGHTHS = " ▏▎▍▌▋▊▉"
 ASCII_SPARK_LEVELS = "_.:-=+*#"
@@ -45,6 +50,74 @@ def format_column(eighths: int, ascii_only: bool = False) -> str:
     return levels[-1] * full_rows + (levels[part - 1] if part else "")
 
 
+def draw_bars(  # noqa: PLR0913 - a panel, and its size
+    panel: BarsPanel,
+    columns: int,
+    rows: int | None = None,
+    *,
+    ascii_only: bool = False,
+    max_bar_columns: int = MAX_BAR_COLUMNS,
+    min_bar_columns: int = MIN_BAR_COLUMNS,
+) -> Text:
+    """Return a row for each label: in each column, a bar and its number.
+
+    If not all rows fit, the marked one and those with the largest numbers are drawn; of equal ones,
+    those near the marked one. There are no bars if they would be narrower than `min_bar_columns`.
+    """
+    numbers = np.array([values for _, values in panel.columns])  # [C, N]
+    headings = [heading for heading, _ in panel.columns]
+    has_heading = any([panel.label_title, *headings])
+    order = np.arange(numbers.shape[1])
+    capacity = len(order) if rows is None else max(rows - has_heading, 1)
+    if len(order) > capacity:
+        order = _choose_rows(panel, numbers, max(capacity - 1, 1))
+    mark_columns = 0 if panel.marked_row is None else 2
+    number_columns = panel.decimals + 2
+    names = [panel.labels[row] for row in order.tolist()]
+    space = max(columns - mark_columns - (number_columns + 2) * len(numbers), 6)
+    label_columns = min(max(map(len, [panel.label_title, *names])), space)
+    pitch = (columns - mark_columns - label_columns) // len(numbers)
+    bar_columns = min(pitch - number_columns - 3, max_bar_columns)
+    bar_columns = max(bar_columns, min_bar_columns * (min_bar_columns == 1))
+    bar_columns = bar_columns if bar_columns >= min_bar_columns else 0
+    bar_space = bar_columns + bool(bar_columns)
+    pitch = min(pitch, max(number_columns + bar_space, *map(len, headings), 0) + 2)
+    left = mark_columns + label_columns + 2
+    canvas = Canvas()
+    canvas.write_text(mark_columns, 0, panel.label_title, "dim")
+    for number, heading in enumerate(headings):
+        text = heading if len(heading) < pitch else f"{heading[: pitch - 2]}."
+        canvas.write_text(left + number * pitch, 0, text, "bold")
+    for y, (row, name) in enumerate(zip(order.tolist(), names, strict=True), int(has_heading)):
+        if row == panel.marked_row:
+            canvas.write_text(0, y, ">", "bold")
+        label = name if len(name) <= label_columns else f"{name[: label_columns - 1]}…"
+        canvas.write_text(mark_columns, y, label.ljust(label_columns))
+        for number, value in enumerate(numbers[:, row].tolist()):
+            x = left + number * pitch
+            if bar_columns and 0.0 <= value <= 1.0:
+                canvas.write_text(x, y, format_bar(value, bar_columns, ascii_only), "cyan")
+            text = "-" if math.isnan(value) else f"{value:.{panel.decimals}f}"
+            canvas.write_text(x + bar_space, y, text, "bold")
+    omitted = len(panel.labels) - len(order)
+    if omitted and has_heading + len(order) < (rows or 0):
+        total = f" {1.0 - numbers[0, order].sum():.{panel.decimals}f}" if len(numbers) == 1 else ""
+        note = f"{' ' * mark_columns}{format_count(omitted, 'other')}{total}"
+        canvas.write_text(0, has_heading + len(order), note[:columns], "dim")
+    return canvas.to_text()
+
+
+def _choose_rows(panel: BarsPanel, numbers: Reals, count: int) -> Ints:
+    """Return the indices of the rows that are drawn if not all fit."""
+    sizes = np.nan_to_num(numbers).max(axis=0)
+    indices = np.arange(len(sizes))
+    if panel.marked_row is None:
+        return np.sort(np.argsort(-sizes, kind="stable")[:count])
+    is_marked = indices == panel.marked_row
+    likeliest = np.lexsort((abs(indices - panel.marked_row), -sizes - 2.0 * is_marked))[:count]
+    return np.sort(likeliest[(sizes[likeliest] > 0) | is_marked[likeliest]])
+
+
 def draw_belief_bars(  # noqa: PLR0913 - a canvas, a position and the content
     canvas: Canvas,
     y: int,
@@ -55,15 +128,14 @@ def draw_belief_bars(  # noqa: PLR0913 - a canvas, a position and the content
     max_bar_columns: int = 20,
 ) -> int:
     """Draw a probability bar for each state from row y on; return the next row."""
-    label_columns = max(map(len, names))
-    bar_columns = max(min(max_bar_columns, options.width - label_columns - 8), 1)
-    for name, probability in zip(names, belief, strict=True):
-        canvas.write_text(0, y, name.ljust(label_columns))
-        bar = format_bar(float(probability), bar_columns, options.ascii)
-        canvas.write_text(label_columns + 2, y, bar, "cyan")
-        canvas.write_text(label_columns + 3 + bar_columns, y, f"{probability:.3f}", "bold")
-        y += 1
-    return y
+    drawing = draw_bars(
+        BarsPanel("", names, [("", belief)]),
+        options.width,
+        ascii_only=options.ascii,
+        max_bar_columns=max_bar_columns,
+        min_bar_columns=1,
+    )
+    return canvas.write_drawing(0, y, drawing)
 
 
 def list_state_probabilities(view: View[Problem]) -> tuple[list[str], Reals]:

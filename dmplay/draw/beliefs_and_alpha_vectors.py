@@ -1,7 +1,5 @@
 """Belief updates as columns of bars, and alpha vectors over the belief."""
 
-import math
-
 import numpy as np
 from rich.text import Text
 
@@ -9,16 +7,22 @@ from dmplay.algorithms.step import AlphaVectorSet, BeliefTable
 from dmplay.core.arrays import Reals
 from dmplay.core.text import format_count, format_score
 from dmplay.draw.axes import ROWS_AROUND_AREA, Axis
-from dmplay.draw.bars import format_bar
+from dmplay.draw.bars import draw_bars
 from dmplay.draw.canvas import Canvas
 from dmplay.draw.line_plot import draw_lines
 from dmplay.draw.options import DrawOptions
-from dmplay.draw.panels import BeliefMarks, LinePanel, Series, TrianglePanel, make_value_axis
+from dmplay.draw.panels import (
+    BarsPanel,
+    BeliefMarks,
+    LinePanel,
+    Series,
+    TrianglePanel,
+    make_value_axis,
+)
 from dmplay.draw.theme import THIN_GLYPH, assign_letters
 from dmplay.draw.triangle import draw_triangle
 
-MAX_BAR_COLUMNS, MIN_BAR_COLUMNS = 16, 4
-NUMBER_COLUMNS = 8  # columns of a probability in a belief table
+BELIEF_DECIMALS = 4  # as in the formulas
 MAX_LISTED_VECTORS = 8  # vectors whose numbers the legend lists
 MIN_PLOT_COLUMNS, MIN_PLOT_ROWS = 16, 4
 MIN_TRIANGLE_ROWS, TRIANGLE_NAME_ROWS = 7, 3  # with the names of its corners, and of these
@@ -27,46 +31,16 @@ MIN_NOTE_COLUMNS = 12
 
 def measure_belief_table(belief_table: BeliefTable) -> int:
     """Return the minimum number of columns of a table whose labels and headings are whole."""
-    label_columns = max(map(len, [*belief_table.state_labels, "state"])) + 2
-    pitch = max([NUMBER_COLUMNS, *(len(heading) + 1 for heading, _ in belief_table.columns)])
-    return label_columns + pitch * len(belief_table.columns)
+    headings = [heading for heading, _ in belief_table.columns]
+    pitch = max(BELIEF_DECIMALS + 4, *(len(heading) + 2 for heading in headings))
+    return max(map(len, [*belief_table.state_labels, "state"])) + pitch * len(headings)
 
 
 def draw_belief_table(belief_table: BeliefTable, options: DrawOptions) -> Text:
-    """Return a row for each state or the likeliest ones, with a number and a bar a column."""
-    columns = np.array([numbers for _, numbers in belief_table.columns])
-    sizes = np.nan_to_num(columns).max(axis=0)
-    capacity = max(options.height - 1, 1)
-    order = np.arange(columns.shape[1])
-    if len(order) > capacity:
-        likeliest = np.argsort(-sizes, kind="stable")[: max(capacity - 1, 1)]
-        order = np.sort(likeliest)
-    names = [belief_table.state_labels[state] for state in order.tolist()]
-    max_columns = max(options.width - (NUMBER_COLUMNS - 1) * len(columns) - 2, 6)
-    label_columns = min(max(map(len, [*names, "state"])), max_columns) + 2
-    space = (options.width - label_columns) // len(columns)
-    bar_columns = min(space - NUMBER_COLUMNS - 2, MAX_BAR_COLUMNS)
-    bar_columns = bar_columns if bar_columns >= MIN_BAR_COLUMNS else 0
-    pitch = NUMBER_COLUMNS + bar_columns + 2 if bar_columns else min(space, NUMBER_COLUMNS + 3)
-    canvas = Canvas()
-    canvas.write_text(0, 0, "state", "dim")
-    for number, (heading, _) in enumerate(belief_table.columns):
-        fits = len(heading) < pitch
-        text = heading if fits else f"{heading[: pitch - 2]}."
-        canvas.write_text(label_columns + number * pitch, 0, text, "bold")
-    for y, (state, name) in enumerate(zip(order, names, strict=True), 1):
-        fits = len(name) <= label_columns - 2
-        canvas.write_text(0, y, name if fits else f"{name[: label_columns - 3]}…")
-        for number, values in enumerate(columns):
-            x, value = label_columns + number * pitch, float(values[state])
-            canvas.write_text(x, y, "-" if math.isnan(value) else f"{value:.4f}")
-            if bar_columns and 0.0 <= value <= 1.0:
-                bar = format_bar(value, bar_columns, options.ascii)
-                canvas.write_text(x + NUMBER_COLUMNS, y, bar, "cyan")
-    if len(order) < columns.shape[1]:
-        note = f"and {columns.shape[1] - len(order)} less likely states"
-        canvas.write_text(0, len(order) + 1, note[: options.width], "dim")
-    return canvas.to_text()
+    """Return a row for each state or the likeliest ones, with a bar and a number a column."""
+    labels, columns = belief_table
+    panel = BarsPanel("", labels, columns, "state", decimals=BELIEF_DECIMALS)
+    return draw_bars(panel, options.width, options.height, ascii_only=options.ascii)
 
 
 def draw_alpha_vectors(alphas: AlphaVectorSet, options: DrawOptions) -> Text:

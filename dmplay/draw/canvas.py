@@ -59,6 +59,15 @@ class Canvas:
             y += 1
         return y
 
+    def write_drawing(self, x: int, y: int, drawing: Text) -> int:
+        """Write a drawing with its styles from column x of row y on; return the next row."""
+        for row in split_rows(drawing):
+            self.write_text(x, y, row.plain)
+            for start, end, style in row.spans:
+                self.write_text(x + start, y, row.plain[start:end], str(style))
+            y += 1
+        return y
+
     def to_text(self) -> Text:
         """Return the drawing as text, one line per row, without trailing blanks."""
         rows = []

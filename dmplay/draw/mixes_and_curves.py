@@ -9,56 +9,34 @@ from rich.text import Text
 from dmplay.algorithms.step import Curve, StrategyMixes
 from dmplay.core.text import format_score
 from dmplay.draw.axes import ROWS_AROUND_AREA, Axis
-from dmplay.draw.bars import format_bar, format_sparkline
-from dmplay.draw.canvas import Canvas
+from dmplay.draw.bars import draw_bars, format_sparkline
+from dmplay.draw.canvas import join_beside, split_rows
 from dmplay.draw.line_plot import draw_lines
 from dmplay.draw.options import DrawOptions
-from dmplay.draw.panels import LinePanel, Series
+from dmplay.draw.panels import BarsPanel, LinePanel, Series
 
-MAX_BAR_COLUMNS = 24
 MIN_AGENT_COLUMNS = 26  # columns of an agent's bars from which agents are beside each other
 LOG_RATIO = 100.0  # ratio of largest and smallest number from which a curve has a log scale
 MIN_CURVE_COLUMNS, MIN_CURVE_ROWS = 16, 4
 
 
 def draw_strategy_mixes(strategies: StrategyMixes, options: DrawOptions) -> Text:
-    """Return the probability of each action of each agent as bars.
-
-    If not all actions fit, the best response and the most probable actions are shown; of equally
-    probable ones, those beside the best response.
-    """
+    """Return the probability of each action of each agent as bars, beside or below each other."""
     agent_count = len(strategies.agents)
     is_beside = options.width >= agent_count * MIN_AGENT_COLUMNS
     columns = options.width // agent_count - 2 if is_beside else options.width
     agent_rows = options.height if is_beside else max(options.height // agent_count, 2)
-    canvas = Canvas()
+    drawings = []
     for seat, (agent, mix) in enumerate(zip(strategies.agents, strategies.mixes, strict=True)):
-        x = seat * (columns + 2) if is_beside else 0
-        y = 0 if is_beside else seat * agent_rows
-        best = strategies.best_responses[seat] if strategies.best_responses else -1
-        heading = f"{agent}  > best response" if best >= 0 else agent
-        canvas.write_text(x, y, heading[:columns], "bold")
-        capacity = max(agent_rows - 1, 1)
-        actions = np.arange(len(mix))
-        omitted = ""
-        if len(actions) > capacity:
-            rank = -mix - 2.0 * (actions == best)
-            likeliest = np.lexsort((abs(actions - best), rank))[: max(capacity - 1, 1)]
-            actions = np.sort(likeliest[(mix[likeliest] > 0) | (likeliest == best)])
-            omitted = f"{len(mix) - len(actions)} others {1 - mix[actions].sum():.3f}"
-        labels = strategies.action_labels[seat]
-        label_columns = max(len(labels[action]) for action in actions.tolist())
-        bar_columns = min(columns - label_columns - 10, MAX_BAR_COLUMNS)
-        for row, action in enumerate(actions.tolist(), y + 1):
-            mark, style = (">", "bold") if action == best else (" ", "")
-            text = f"{mark} {labels[action]:<{label_columns}} {mix[action]:.3f}"
-            canvas.write_text(x, row, text[:columns], style)
-            if bar_columns >= 3:
-                bar = format_bar(float(mix[action]), bar_columns, options.ascii)
-                canvas.write_text(x + label_columns + 9, row, bar, "cyan")
-        if omitted and len(actions) < capacity:
-            canvas.write_text(x, y + 1 + len(actions), f"  {omitted}"[:columns], "dim")
-    return canvas.to_text()
+        best = strategies.best_responses[seat] if strategies.best_responses else None
+        heading = agent if best is None else f"{agent}  > best response"
+        panel = BarsPanel("", strategies.action_labels[seat], [("", mix)], marked_row=best)
+        bars = draw_bars(panel, columns, agent_rows - 1, ascii_only=options.ascii)
+        drawings.append([Text(heading[:columns], "bold"), *split_rows(bars)])
+    if is_beside:
+        starts = range(0, agent_count * (columns + 2), columns + 2)
+        return Text("\n").join(join_beside(drawings, starts))
+    return Text("\n").join([row for drawing in drawings for row in drawing])
 
 
 def _scale_curve(curve: Curve) -> tuple[list[float], Axis]:

@@ -53,6 +53,18 @@ class LinePanel:
 
 
 @dataclass(frozen=True, eq=False)
+class BarsPanel:
+    """Rows of bars for numbers from 0 to 1, such as a belief; one column of bars or several."""
+
+    title: str
+    labels: Sequence[str]
+    columns: Sequence[tuple[str, Reals]]  # heading ('' for none) and numbers [N]; nan: unknown
+    label_title: str = ""
+    marked_row: int | None = None
+    decimals: int = 3
+
+
+@dataclass(frozen=True, eq=False)
 class GridPanel:
     """A number for each point of a rectangular grid.
 
@@ -246,7 +258,16 @@ class ShapesPanel:
     has_equal_scales: bool = False  # whether a unit has the same length on both axes
 
 
-Panel = LinePanel | GridPanel | HexPanel | TrianglePanel | TablePanel | BoardPanel | ShapesPanel
+Panel = (
+    LinePanel
+    | BarsPanel
+    | GridPanel
+    | HexPanel
+    | TrianglePanel
+    | TablePanel
+    | BoardPanel
+    | ShapesPanel
+)
 
 
 @dataclass(frozen=True)

@@ -11,6 +11,7 @@ from dmplay.core.best_actions import VALUE_TOLERANCE
 from dmplay.core.hexgrid import NEIGHBOUR_OFFSETS, Hex
 from dmplay.draw.axes import Axis
 from dmplay.draw.panels import (
+    BarsPanel,
     BoardPanel,
     Box,
     GridPanel,
@@ -41,6 +42,7 @@ MAX_WHOLE_TICKS = 7
 MAX_MARKED_POINTS = 40  # of a line; longer lines have no markers
 MAX_CONTOUR_POINTS = 20_000  # of a heat map with contour lines
 SMALL_PANEL_INCHES = 4.0  # panels below this width have other proportions
+BAR_INCHES = 0.26
 TABLE_ROW_INCHES = 0.26
 TABLE_GAP, MIN_TABLE_CHARACTERS = 4, 60  # characters between columns, and of the whole width
 MAX_HEX_INCHES = 0.9  # width of a hex
@@ -67,6 +69,8 @@ def compute_panel_height(panel: Panel, width: float) -> float:
             height = float(scale * (high[1] - low[1])) + 0.3
         case TrianglePanel():
             height = 0.75 * width + 0.3 if width > SMALL_PANEL_INCHES else width + 0.15
+        case BarsPanel():
+            height = BAR_INCHES * len(panel.labels) * len(panel.columns) + 0.4
         case TablePanel():
             height = TABLE_ROW_INCHES * (len(panel.rows) + 2 + bool(panel.column_title))
         case GridPanel():
@@ -84,6 +88,8 @@ def draw_panel(ax: "Axes", panel: Panel, styles: PictureStyles) -> None:
     match panel:
         case LinePanel():
             _draw_lines(ax, panel, styles)
+        case BarsPanel():
+            _draw_bars(ax, panel)
         case GridPanel():
             _draw_grid(ax, panel, styles)
         case HexPanel():
@@ -151,6 +157,24 @@ def _draw_series(ax: "Axes", series: Series) -> None:
             series.x, series.y, line_style, color=colour, linewidth=2.0, marker=marker,
             markersize=5, label=label, clip_on=not has_markers,
         )  # fmt: skip
+
+
+def _draw_bars(ax: "Axes", panel: BarsPanel) -> None:
+    """Draw a group of horizontal bars for each label, with their numbers; a marked label has >."""
+    ax.set_axis_on()
+    y, height = np.arange(len(panel.labels)), 0.8 / len(panel.columns)
+    for index, (heading, numbers) in enumerate(panel.columns):
+        offset = (index - (len(panel.columns) - 1) / 2) * height
+        bars = ax.barh(
+            y + offset, np.nan_to_num(numbers), height, label=heading or "_nolegend_",
+            color=LINE_COLOURS[index % len(LINE_COLOURS)],
+        )  # fmt: skip
+        texts = [f" {number:.{panel.decimals}f}" for number in numbers.tolist()]
+        ax.bar_label(bars, [text.replace(" nan", " -") for text in texts], fontsize=NOTE_SIZE)
+    marks = ["> " if row == panel.marked_row else "" for row in y.tolist()]
+    ax.set_yticks(y, [mark + label for mark, label in zip(marks, panel.labels, strict=True)])
+    ax.invert_yaxis()
+    ax.set_xlim(0.0, 1.15)
 
 
 def _draw_grid(ax: "Axes", panel: GridPanel, styles: PictureStyles) -> None:

@@ -7,7 +7,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from dmplay.core.arrays import Reals
-from dmplay.draw.panels import GridPanel, HexPanel, LinePanel, Panel, Plot, TrianglePanel
+from dmplay.draw.panels import (
+    BarsPanel,
+    GridPanel,
+    HexPanel,
+    LinePanel,
+    Panel,
+    Plot,
+    TablePanel,
+    TrianglePanel,
+)
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
@@ -29,13 +38,8 @@ class PictureStyles:
         used = dict.fromkeys(name for panel in plot.panels for name in list_region_labels(panel))
         self._order = [*dict.fromkeys([*plot.actions, *used])]
         self.labels = [label for label in self._order if label in used]
-        series = [item.label for panel in plot.panels for item in getattr(panel, "series", ())]
-        marks = [
-            getattr(panel, "mark_label", "")
-            for panel in plot.panels
-            if getattr(panel, "marks", ()) or getattr(panel, "marked", ())
-        ]
-        entries = [*dict.fromkeys(filter(None, [*series, *marks])), *self.labels]
+        handles = [label for panel in plot.panels for label in _list_handle_labels(panel)]
+        entries = [*dict.fromkeys(filter(None, handles)), *self.labels]
         width = max(map(len, entries), default=0) + LEGEND_SYMBOL_CHARACTERS
         self.legend_columns = max(min(len(entries), MAX_LEGEND_CHARACTERS // width), 1)
         self.legend_rows = ceil(len(entries) / self.legend_columns)
@@ -108,6 +112,19 @@ def colour_values(panel: Panel) -> Reals:
         case TrianglePanel(shows_values=True):
             return np.asarray(panel.alpha_vectors.max(axis=0))
     return np.zeros(0)
+
+
+def _list_handle_labels(panel: Panel) -> Sequence[str]:
+    """Return the labels of a panel's series and marks; '' has no entry in the legend."""
+    match panel:
+        case LinePanel():
+            return [series.label for series in panel.series] + [label for _, label in panel.rules]
+        case BarsPanel():
+            return [heading for heading, _ in panel.columns]
+        case GridPanel(mark_label=label) | TablePanel(mark_label=label):
+            has_marks = panel.marks if isinstance(panel, GridPanel) else panel.marked
+            return [label] if has_marks else []
+    return ()
 
 
 def list_region_labels(panel: Panel) -> Sequence[str]:

@@ -13,6 +13,7 @@ from rich.text import Text
 
 from dmplay.core.arrays import Reals
 from dmplay.draw.axes import PlotArea
+from dmplay.draw.bars import draw_bars
 from dmplay.draw.canvas import (
     Canvas,
     draw_borders,
@@ -26,6 +27,7 @@ from dmplay.draw.grid_map import draw_grid
 from dmplay.draw.hex_values import draw_hexes
 from dmplay.draw.line_plot import draw_lines
 from dmplay.draw.panels import (
+    BarsPanel,
     BoardPanel,
     Box,
     GridPanel,
@@ -91,6 +93,8 @@ def _draw_panel(panel: Panel, columns: int, actions: ActionGlyphs, *, is_small: 
     match panel:
         case LinePanel():
             drawing = draw_lines(panel, columns)
+        case BarsPanel():
+            drawing = draw_bars(panel, columns)
         case GridPanel():
             drawing = draw_grid(panel, columns, glyphs=actions)
         case HexPanel():

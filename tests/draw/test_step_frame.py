@@ -1,5 +1,6 @@
 """The pictures of watched algorithms: literal drawings, and their fit in every size."""
 
+from dataclasses import replace
 from functools import cache
 from itertools import islice
 
@@ -18,7 +19,9 @@ from dmplay.algorithms.step import (
     TreeNode,
     WatchRequest,
 )
+from dmplay.draw.bars import draw_bars
 from dmplay.draw.options import DrawOptions
+from dmplay.draw.panels import BarsPanel
 from dmplay.draw.step_frame import compose_step_rows, draw_algorithm_picture
 from dmplay.registry.builtin_names import problem_names
 from dmplay.registry.problems import load_problem
@@ -127,9 +130,9 @@ def test_a_belief_table_shows_its_columns_with_bars_and_without_a_number_that_is
         (("prior", np.array([0.25, 0.75])), ("likelihood", np.array([np.nan, 0.5]))),
     )
     assert draw(table, 60, 4, ascii_=True) == [
-        "state   prior                     likelihood",
-        "sated   0.2500  ####............  -",
-        "hungry  0.7500  ############....  0.5000  ########........",
+        "state   prior                      likelihood",
+        "sated   ####.............. 0.2500                     -",
+        "hungry  ##############.... 0.7500  #########......... 0.5000",
     ]
 
 
@@ -175,6 +178,19 @@ def test_alpha_vectors_of_three_states_are_a_triangle() -> None:
     ]
 
 
+def test_bars_that_do_not_fit_leave_out_the_smallest_numbers() -> None:
+    numbers = np.array([0.4, 0.1, 0.1, 0.1, 0.3])
+    panel = BarsPanel("", [*"abcde"], [("", numbers)])
+    assert draw_bars(panel, 20, 3).plain.split("\n") == [
+        "a  ████▍······ 0.400",
+        "e  ███▎······· 0.300",
+        "3 others 0.300",
+    ]
+    marked = replace(panel, marked_row=2)
+    assert [row[:3] for row in draw_bars(marked, 20, 3).plain.split("\n")] == ["  a", "> c", "  3"]
+    assert draw_bars(panel, 10, 5).plain.split("\n")[0] == "a  0.400"
+
+
 def test_mixes_mark_the_best_responses() -> None:
     mixes = StrategyMixes(
         ("agent1", "agent2"),
@@ -184,8 +200,8 @@ def test_mixes_mark_the_best_responses() -> None:
     )
     assert draw(mixes, 60, 4, ascii_=True) == [
         "agent1  > best response       agent2  > best response",
-        "  rock  0.250 ###..........   > rock  1.000 #############",
-        "> paper 0.750 ##########...     paper 0.000 .............",
+        "  rock   ###.......... 0.250  > rock   ############# 1.000",
+        "> paper  ##########... 0.750    paper  ............. 0.000",
     ]
 
 

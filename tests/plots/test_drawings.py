@@ -11,6 +11,7 @@ import pytest
 from dmplay.draw.axes import Axis
 from dmplay.draw.canvas import measure_text, to_ascii
 from dmplay.draw.panels import (
+    BarsPanel,
     BeliefMarks,
     BoardPanel,
     Box,
@@ -46,6 +47,16 @@ OTHER_REQUESTS = (
 )
 REQUESTS = [*(PlotRequest(name) for name in list_book_figures()), *OTHER_REQUESTS]
 each_request = pytest.mark.parametrize("request_", REQUESTS, ids=lambda r: f"{r.what} {r.subject}")
+BELIEFS = Plot(
+    "beliefs",
+    [
+        BarsPanel(
+            "", ("sated", "hungry"),
+            [("prior", np.array([0.25, 0.75])), ("likelihood", np.array([np.nan, 0.5]))],
+            marked_row=1,
+        )
+    ],
+)  # fmt: skip
 DIAGONAL = Plot(
     "a line",
     [
@@ -150,6 +161,14 @@ def test_small_hexes_show_values_and_rewards_and_tell_that_arrows_are_missing() 
     assert small.splitlines()[-1] == "the best directions need 49 columns"
 
 
+def test_bars_have_headings_a_mark_and_a_sign_for_an_unknown_number() -> None:
+    assert draw_plot(BELIEFS, 40).plain.splitlines()[1:] == [
+        "          prior           likelihood",
+        "  sated   ██······ 0.250           -",
+        "> hungry  ██████·· 0.750  ████···· 0.500",
+    ]
+
+
 def test_a_board_shows_where_tiles_slide_and_which_one_is_marked() -> None:
     tiles = [
         PlottedTile(0, 0, 2, end=(0, 1)),
@@ -214,6 +233,18 @@ def test_a_picture_has_the_format_of_its_name(tmp_path: Path) -> None:
         result = run_dmplay(tmp_path, "plot", "F.16", "-o", name)
         assert (result.returncode, result.stdout) == (0, f"wrote {name}\n")
         assert (tmp_path / name).read_bytes().startswith(start)
+
+
+@pytest.mark.extra("plot")
+def test_a_picture_of_bars_has_their_numbers_and_headings() -> None:
+    from dmplay.plots.picture_files import compose_figure, use_settings
+
+    with use_settings():
+        figure = compose_figure(BELIEFS)
+    (axes,) = figure.axes
+    assert [text.get_text() for text in axes.get_yticklabels()] == ["sated", "> hungry"]
+    assert [text.get_text() for text in axes.texts] == [" 0.250", " 0.750", " -", " 0.500"]
+    assert [text.get_text() for text in figure.legends[0].texts] == ["prior", "likelihood"]
 
 
 @pytest.mark.extra("plot")

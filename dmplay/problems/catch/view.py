@@ -16,6 +16,7 @@ from dmplay.draw.action_hints import (
 )
 from dmplay.draw.bars import (
     count_eighths,
+    draw_bars,
     draw_belief_bars,
     format_bar,
     format_belief,
@@ -24,6 +25,7 @@ from dmplay.draw.bars import (
 )
 from dmplay.draw.canvas import Canvas, format_percent
 from dmplay.draw.options import DrawOptions
+from dmplay.draw.panels import BarsPanel
 from dmplay.views.protocol import FinishedGame, Lesson
 
 from .rules import CAUGHT, DISTANCES, PROFICIENCIES, Catch
@@ -217,12 +219,10 @@ def _draw_belief_bars(
     view: View[Catch], canvas: Canvas, x: int, y: int, options: DrawOptions
 ) -> int:
     """Draw the belief as bars at a position; return the next row."""
-    bars_canvas, narrow = Canvas(), options._replace(width=min(options.width, 36))
-    draw_belief_bars(bars_canvas, 0, PROFICIENCY_NAMES, view.belief, narrow)
     canvas.write_text(x, y, "belief: skill", "dim")
-    for row, line in enumerate(bars_canvas.to_text().split("\n")):
-        canvas.write_text(x, y + 1 + row, line.plain, "cyan")
-    return y + 1 + len(PROFICIENCY_NAMES)
+    panel = BarsPanel("", PROFICIENCY_NAMES, [("", view.belief)])
+    bars = draw_bars(panel, min(options.width, 36), ascii_only=options.ascii)
+    return canvas.write_drawing(x, y + 1, bars)
 
 
 def _draw_distance_table(view: View[Catch], canvas: Canvas) -> int:
