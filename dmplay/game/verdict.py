@@ -41,6 +41,7 @@ COMPARISON_TASK = TaskInfo(
 AVERAGE_LUCK = 0.1  # of the regret of careless play: less luck is average
 CHOICE_WORDS = {"gold": "excellent choices", "silver": "good choices", "bronze": "fair choices"}
 GOOD_WORDS = ("perfect", "excellent", "good")  # before `choices`
+MIN_ROUNDED_ESTIMATE = 10.0  # losses that are estimates and at least this have no decimals
 COSTLY_MARKS = (("??", 0.5), ("?!", 0.2))  # marks, and the share of the stake lost from which on
 
 
@@ -531,6 +532,8 @@ def _describe_worst(move: ReviewedAction) -> str:
     text = f"turn {move.turn}, chose {move.chosen}, not {' or '.join(move.best)}"
     if move.basis.accuracy is Accuracy.RATING:
         return f"{text}, which is rated higher"
-    about = "about " * move.basis.accuracy.is_estimate
+    lost, decimals, about = move.discounted_regret, move.decimal_count, ""
+    if move.basis.accuracy.is_estimate:
+        about, decimals = "about ", 0 if lost >= MIN_ROUNDED_ESTIMATE else decimals
     share = " of the score" * (move.discount_factor < 1.0)
-    return f"{text}: {about}{format_fixed(move.discounted_regret, move.decimal_count)}{share} lost"
+    return f"{text}: {about}{format_fixed(lost, decimals)}{share} lost"

@@ -10,7 +10,7 @@ from rich.text import Span, Text
 from dmplay.core.action_values import Accuracy
 from dmplay.core.text import escape_unprintable, format_reward
 from dmplay.draw.canvas import measure_text, split_styled_rows
-from dmplay.draw.options import BEST_LABEL, MIN_PANEL_COLUMNS, DrawOptions
+from dmplay.draw.options import BEST_LABEL, EQUALLY_GOOD_LABEL, MIN_PANEL_COLUMNS, DrawOptions
 from dmplay.game.game import Game
 from dmplay.game.hints.hint_provider import Hint
 from dmplay.game.seat_snapshot import SeatSnapshot
@@ -551,5 +551,8 @@ def _hint_facts(hint: Hint | None) -> list[tuple[str, str]]:
     rows = hint.value_rows
     if hint.values_basis.accuracy is Accuracy.RATING and hint.ranked_actions:
         ranked = hint.ranked_actions[: len(rows)]
-        rows = [(hint.labels[a], f"{-lost:.0f}" if lost else BEST_LABEL) for a, lost in ranked]
+        names = {a: EQUALLY_GOOD_LABEL for a, lost in ranked if not lost} | {
+            hint.action: BEST_LABEL
+        }
+        rows = [(hint.labels[a], names.get(a, f"{-lost:.0f}")) for a, lost in ranked]
     return [*heading, *((f"  {label}", number) for label, number in rows)]
