@@ -19,7 +19,7 @@ MARK_GLYPH, MARK_STYLE = "✗", "bold red"
 def draw_grid(
     panel: GridPanel,
     columns: int,
-    rows: int = DEFAULT_ROWS,
+    rows: int | None = None,
     glyphs: Mapping[str, tuple[str, str]] | None = None,
 ) -> Text:
     """Return a map with its axes: levels of values, or a glyph for each category.
@@ -28,7 +28,7 @@ def draw_grid(
     """
     x_count, y_count = panel.values.shape
     columns = min(columns, max(MAX_COLUMNS, x_count + LABEL_COLUMNS))
-    area_rows = max(min(rows - ROWS_AROUND_AREA - 1, y_count), 2)
+    area_rows = max(min((rows or DEFAULT_ROWS) - ROWS_AROUND_AREA - 1, y_count), 2)
     area = PlotArea(panel.x, panel.y, columns, area_rows)
     legend: list[tuple[str, str]] = []
     letters = assign_letters(panel.categories) if glyphs is None else glyphs

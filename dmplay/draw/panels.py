@@ -1,6 +1,6 @@
-"""The content of a plot, separate from its drawing: axes, series, regions, maps and tables.
+"""The content of panels, separate from their drawing: axes, series, regions, maps and tables.
 
-A plot has one or more panels. `plot_text` and `picture_panels` draw each kind of panel.
+`panel_text` and `picture_panels` draw each kind of panel. A plot has one or more panels.
 """
 
 from collections.abc import Sequence
@@ -131,6 +131,8 @@ class TrianglePanel:
     actions: Sequence[str]  # [N], first actions of the vectors
     value_label: str = ""  # '' if only the actions are drawn
     marks: Sequence[BeliefMarks] = ()  # later ones are drawn over earlier ones
+    # [N], in a legend beside the triangle; '' for none, () for a legend of the actions elsewhere
+    labels: Sequence[str] = ()
 
     @property
     def shows_values(self) -> bool:
@@ -191,6 +193,9 @@ class TablePanel:
     cells: Sequence[Sequence[str]]
     marked: frozenset[tuple[int, int]] = frozenset()
     mark_label: str = ""
+    row_marks: Sequence[str] = ()  # before the labels of the rows
+    focus_row: int = 0  # the row around which rows are drawn if not all fit
+    caption: str = ""
 
 
 @dataclass(frozen=True)

@@ -2,51 +2,17 @@
 
 from rich.text import Text
 
-from dmplay.algorithms.step import (
-    AlphaVectorSet,
-    BeliefTable,
-    Curve,
-    Picture,
-    StateValues,
-    Step,
-    StrategyMixes,
-    TreeNode,
-)
+from dmplay.algorithms.step import BeliefTable, Curve, Picture, Step
 from dmplay.core.problem import Problem
 from dmplay.core.text import format_count
-from dmplay.draw.beliefs_and_alpha_vectors import (
-    draw_alpha_vectors,
-    draw_belief_table,
-    measure_belief_table,
-)
-from dmplay.draw.canvas import join_beside, measure_text, split_rows, to_ascii, wrap_text
-from dmplay.draw.mixes_and_curves import draw_curve, draw_strategy_mixes
+from dmplay.draw.canvas import join_beside, measure_text, split_rows, wrap_text
 from dmplay.draw.options import DrawOptions
-from dmplay.draw.search_tree import draw_search_tree
-from dmplay.draw.state_values import draw_state_values
+from dmplay.draw.watch_panels import draw_algorithm_picture, measure_belief_table
 
 MIN_SECOND_COLUMNS, MAX_SECOND_COLUMNS = 30, 60  # columns of a second picture beside the first
 MIN_WIDE_COLUMNS = 110  # columns from which the first picture leaves space beside it
 MIN_SECOND_ROWS, MAX_SECOND_ROWS = 8, 14  # rows of a second picture below the first
 MIN_PICTURE_ROWS = 7  # rows that sentences leave for the pictures
-
-
-def draw_algorithm_picture(picture: Picture, problem: Problem, options: DrawOptions) -> Text:
-    """Return a picture of a step, drawn in a size."""
-    match picture:
-        case StateValues():
-            text = draw_state_values(picture, problem, options)
-        case Curve():
-            text = draw_curve(picture, options)
-        case TreeNode():
-            text = draw_search_tree(picture, options)
-        case BeliefTable():
-            text = draw_belief_table(picture, options)
-        case AlphaVectorSet():
-            text = draw_alpha_vectors(picture, options)
-        case StrategyMixes():
-            text = draw_strategy_mixes(picture, options)
-    return to_ascii(text) if options.ascii else text
 
 
 def compose_step_rows(step: Step, problem: Problem, options: DrawOptions) -> list[Text]:

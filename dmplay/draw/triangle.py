@@ -1,17 +1,51 @@
 """Beliefs over three states as points of a triangle: each corner is certainty of one state."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 from itertools import product
 
 import numpy as np
+from rich.text import Text
 
 from dmplay.core.arrays import Ints, Reals
 from dmplay.draw.canvas import Canvas
 from dmplay.draw.panels import TrianglePanel
-from dmplay.draw.theme import choose_level, format_level_legend
+from dmplay.draw.theme import assign_letters, choose_level, format_level_legend
 
+DEFAULT_SIZE = 17
+AROUND_ROWS = 3  # rows of a triangle beyond its size
+MIN_LEGEND_COLUMNS = 12
 MIN_SPACED_SIZE = 9  # size from which on a triangle has glyphs in every second column only
 MARK_STYLES = {"past": ("·", "cyan"), "forecast": ("○", "bold yellow"), "now": ("●", "bold cyan")}
+
+
+def draw_triangle_panel(
+    panel: TrianglePanel,
+    columns: int,
+    rows: int | None = None,
+    glyphs: Mapping[str, tuple[str, str]] | None = None,
+) -> Text:
+    """Return a triangle with a legend beside it, if its vectors have labels."""
+    legend_columns = MIN_LEGEND_COLUMNS if panel.labels else 0
+    size = DEFAULT_SIZE
+    if rows is not None:
+        size = rows - AROUND_ROWS - panel.shows_values
+    size = max(min(size, (columns - 1 - legend_columns) // 2), 1)
+    if rows is None and not panel.labels:
+        panel = replace(panel, corners=[f"P({name}) = 1" for name in panel.corners])
+    canvas, letters = Canvas(), assign_letters(panel.actions) if glyphs is None else glyphs
+    draw_triangle(canvas, 0, panel, size, letters)
+    entries = [
+        (f"{letters[action][0]} {label}", letters[action][1])
+        for action, label in zip(panel.actions, panel.labels, strict=False)
+        if label
+    ]
+    if entries:
+        entries.insert(0, (f"({', '.join(panel.corners)}):", "dim"))
+        entries += [("● belief", "bold")] * bool(panel.marks)
+    for y, (text, style) in enumerate(entries[:rows]):
+        canvas.write_text(2 * size + 3, y, text[: columns - 2 * size - 3], style)
+    return canvas.to_text()
 
 
 def draw_triangle(

@@ -22,7 +22,8 @@ from dmplay.algorithms.step import (
 from dmplay.draw.bars import draw_bars
 from dmplay.draw.options import DrawOptions
 from dmplay.draw.panels import BarsPanel
-from dmplay.draw.step_frame import compose_step_rows, draw_algorithm_picture
+from dmplay.draw.step_frame import compose_step_rows
+from dmplay.draw.watch_panels import draw_algorithm_picture
 from dmplay.registry.builtin_names import problem_names
 from dmplay.registry.problems import load_problem
 from tests.support.glyphs import ASCII_CHARACTERS, GLYPHS
@@ -267,12 +268,18 @@ def test_other_states_are_a_table_around_the_state_of_the_formula() -> None:
         np.arange(2), np.array([-3.5, 2.0]), np.array([2, 0]), np.array([True, False]), 1
     )
     assert draw(picture, 50, 8) == [
-        "  state     V action",
-        "* sated  -3.5 ignore",
-        "> hungry    2 feed",
+        "  state   V     action",
+        "* sated   -3.5  ignore",
+        "> hungry  2     feed",
         "> state of the formula, * changed",
     ]
     assert draw(picture, 40, 3)[1:] == [
-        "> hungry    2 feed",
-        "1 of 2 states; > state of the formula, *",
+        "> hungry  2     feed",
+        "1 of 2 rows; > state of the formula, * c",
     ]
+    assert draw(picture, 60, 3)[1] == "* sated   -3.5  ignore   > hungry  2     feed"
+
+
+def test_a_picture_that_does_not_fit_tells_so() -> None:
+    mixes = StrategyMixes(("agent1",), (("rock", "paper"),), (np.array([0.25, 0.75]),))
+    assert draw(mixes, 20, 6) == ["a picture needs a la"]
