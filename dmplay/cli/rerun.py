@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Annotated, Any
@@ -18,6 +19,7 @@ OMITTED_OPTIONS = (
 OMITTED_KEYS = ("kept",)  # of reports: the transcripts of `--record`
 META_SUFFIX = ".meta.json"
 DIFFERENT_EXIT_CODE = 1
+OPTION_PATTERN = re.compile(r"-(?![\d.])")  # not a negative number
 VERSION_NAMES = {"dmplay": "dmplay", "python": "Python", "numpy": "NumPy"}
 
 
@@ -49,6 +51,7 @@ def rerun(
     if name not in REPEATABLE_COMMANDS:
         expected = ", ".join(REPEATABLE_COMMANDS)
         raise BadParameter(f"{file}: made by the command {name}, expected one of {expected}")
+    _check_values(name, values)
     if not trust:
         _check_code(values)
     recorded = _read_recorded_text(file, report)
@@ -70,6 +73,26 @@ def rerun(
     return Printout("\n".join(lines), exit_code=DIFFERENT_EXIT_CODE)
 
 
+def _check_values(name: str, values: Mapping[str, Any]) -> None:
+    """Raise BadParameter if the value of an option would not be read as one by the command.
+
+    Such a value could be another option, or a name that `_check_code` does not see.
+    """
+    from dmplay.cli.commands import build_command
+
+    for option in build_command(name).params:
+        value, is_flag = values.get(option.name or ""), getattr(option, "is_flag", False)
+        is_list, is_multiple = isinstance(value, list), option.multiple or option.nargs == -1
+        items = value if isinstance(value, list) else [value]
+        texts = [str(item) for item in items if item is not None]
+        is_valid = is_list == is_multiple and (not is_flag or isinstance(value, bool))
+        is_nested = any(isinstance(item, list | dict) for item in items)
+        if value not in (None, "", []) and (
+            not is_valid or is_nested or any(map(OPTION_PATTERN.match, texts))
+        ):
+            raise BadParameter(f"provenance: {option.name}: got {value!r}, which is no value of it")
+
+
 def _check_code(values: Mapping[str, Any]) -> None:
     """Raise BadParameter if the options of a command name user code or a program."""
     from dmplay.game.transcript_verification import names_transcripts
@@ -78,7 +101,7 @@ def _check_code(values: Mapping[str, Any]) -> None:
     from dmplay.registry.problem_name_kinds import names_bot
 
     names = list_agent_names(values)
-    if "problems" in values and names_transcripts(names[0]):
+    if "problems" in values and any(map(names_transcripts, names[:1])):
         return  # Transcripts name the code, which is not run without --trust.
     for problem_name in list_problem_names(values):
         problem = problems.find_problem(problem_name, {}, trusted=False).problem

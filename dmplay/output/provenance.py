@@ -108,7 +108,7 @@ def list_agent_names(options: Mapping[str, Any]) -> list[str]:
     names = list[str]()
     for option in AGENT_OPTIONS:
         value = options.get(option) or ()
-        texts = [value] if isinstance(value, str) else map(str, value)
+        texts = [*map(str, value)] if isinstance(value, list | tuple) else [str(value)]
         names += [text.partition("=")[2] if option == "seat" else text for text in texts]
     return names
 

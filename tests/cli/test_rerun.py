@@ -169,6 +169,24 @@ def test_code_and_programs_are_run_only_if_they_are_trusted(
     assert not (tmp_path / "x").exists()
 
 
+@pytest.mark.parametrize(
+    "changes",
+    [{"problem": ["./mine.py:Mine"]}, {"problem": "", "regret": "./mine.py:Mine"},
+     {"agent": "--trust"}, {"agent": ["./mine.py:Mine"]}, {"agent": 2}, {"variant": "-ox"}],
+)  # fmt: skip
+def test_a_changed_value_cannot_be_another_option_or_argument(
+    tmp_path: Path, changes: dict[str, object]
+) -> None:
+    (tmp_path / "mine.py").write_text(f"open('x', 'w')\n{AGENT}")
+    path = write_output(tmp_path, "a.json", "run", "hexworld", "--episodes", "5", "--json")
+    report = json.loads(path.read_text())
+    report["provenance"]["options"] |= changes
+    path.write_text(json.dumps(report))
+    outcome = run_dmplay(tmp_path, "rerun", "a.json")
+    assert (outcome.returncode, outcome.stdout, outcome.stderr.count("\n")) == (2, "", 1)
+    assert not (tmp_path / "x").exists()
+
+
 def test_a_file_of_another_command_cannot_be_repeated(tmp_path: Path) -> None:
     write_output(tmp_path, "a.json", "list", "--json")
     outcome = run_dmplay(tmp_path, "rerun", "a.json")
