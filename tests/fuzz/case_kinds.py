@@ -74,6 +74,15 @@ def draw_review_case(random: Random) -> Case:
     )
 
 
+def draw_evaluate_case(random: Random) -> Case:
+    """Draw a mutated transcript to evaluate, at times with others that are in order."""
+    files = dict(draw_read_case(random).files)
+    if random.random() < 0.3:
+        files["second.dmt"] = random.choice(list_transcripts())
+    more = random.choice(((), ("--json",), ("--csv", "--games"), ("--seat", "agent1")))
+    return Case(("evaluate", *files, *more), files)
+
+
 def draw_branch_case(random: Random) -> Case:
     """Draw a mutated transcript to branch at some turn."""
     turn = random.choice(("0", "1", "2", "3", "9", "-1", "x"))
@@ -123,12 +132,13 @@ def draw_screen_case(random: Random) -> Case:
 
 
 KINDS = (
-    Kind("read", 17, draw_read_case, parse_case_transcript),
+    Kind("read", 15, draw_read_case, parse_case_transcript),
     Kind("verify", 17, draw_verify_case),
     Kind("fact", 14, changed_facts.draw_changed_fact_case),
     Kind("resume", 5, draw_resume_case),
     Kind("replay", 5, draw_replay_case),
     Kind("review", 4, draw_review_case),
+    Kind("evaluate", 1, draw_evaluate_case),
     Kind("branch", 5, draw_branch_case),
     Kind("export", 3, draw_export_case),
     Kind("shell", 3, draw_shell_case),
@@ -140,6 +150,7 @@ KINDS = (
     Kind("complete", 1, options.draw_completion_case),
     Kind("settings", 1, options.draw_settings_case),
     Kind("cup", 1, machine_files.draw_tournament_case),
+    Kind("rerun", 1, machine_files.draw_rerun_case),
     Kind("bot", 1, machine_files.draw_bot_case),
     Kind("own", 2, user_problems.draw_user_problem_case),
     Kind("tree", 1, game_trees.draw_tree_case),

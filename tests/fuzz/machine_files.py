@@ -1,4 +1,4 @@
-"""Lines of JSON that programs exchange: a tournament's kept file, and the messages to a bot."""
+"""JSON that programs exchange: a tournament's kept file, messages to a bot, and reports."""
 
 import json
 from functools import cache
@@ -6,10 +6,10 @@ from random import Random
 
 from tests.fuzz import hostile_values
 from tests.fuzz.case import Case
-from tests.fuzz.mutations import replace_value
+from tests.fuzz.mutations import change_bytes, replace_value
 from tests.fuzz.program import run_dmplay
 
-CUP_FILE = "cup"
+CUP_FILE, REPORT_FILE = "cup", "report.json"
 TOURNAMENTS = (
     ("prisoners-dilemma", "grim", "tit-for-tat", "--turns", "2"),
     ("rock-paper-scissors", "nash", "random", "--turns", "3"),
@@ -52,6 +52,13 @@ REGULATOR_MESSAGES = (
     """{"type": "turn", "game": 0, "turn": 1, "action": -0.27, "observation": [-0.0968]}""",
     """{"type": "act", "id": 2, "game": 0, "turn": 2, "legal": {"low": -10.0, "high": 10.0}}""",
 )
+REPORTS = (
+    ("run", "hexworld", "--agent", "random", "--episodes", "2", "--turns", "3"),
+    ("compare", "crying-baby", "qmdp", "random", "--episodes", "2", "--turns", "3"),
+    ("evaluate", "random", "crying-baby", "hexworld", "--episodes", "2", "--turns", "3"),
+    ("solve", "prisoners-dilemma"),
+)
+LONG_OPTIONS = ("episodes", "until_se", "turns", "work", "decide")  # a large number takes long
 # messages of whole games by the words of the agents that answer them
 MESSAGES_BY_BOT = {
     ("random", "--problem", "hexworld"): HEXWORLD_MESSAGES,
@@ -88,6 +95,30 @@ def draw_bot_case(random: Random) -> Case:
     return Case(
         ("bot", *words), typed=change_rows(random, [*MESSAGES_BY_BOT[words]], first_share=0.4)
     )
+
+
+def draw_rerun_case(random: Random) -> Case:
+    """Draw a report of which a value, a key or some characters were changed, to be repeated."""
+    report = json.loads(_print_report(random.choice(REPORTS)))
+    options = report["provenance"]["options"]
+    part = random.choice([report, report["provenance"], options, options])
+    key = random.choice([key for key in part if key not in {*LONG_OPTIONS, "options"}])
+    value = part.pop(key)
+    text = json.dumps(report)
+    if random.random() < 0.7:
+        changed = random.choice((hostile_values.draw_value(random), replace_value(random, value)))
+        part[key] = "@changed"
+        text = json.dumps(report).replace('"@changed"', changed)
+    raw = text.encode(errors="surrogatepass")
+    raw = change_bytes(random, raw) if random.random() < 0.1 else raw
+    more = random.choice(((), (), ("--trust",)))
+    return Case(("rerun", REPORT_FILE, *more), {REPORT_FILE: raw})
+
+
+@cache
+def _print_report(words: tuple[str, ...]) -> str:
+    """Return the report that a command prints as JSON."""
+    return run_dmplay(Case((*words, "--json"))).output
 
 
 def change_rows(random: Random, rows: list[str], *, first_share: float) -> str:
