@@ -10,15 +10,13 @@ from dmplay.core.arrays import Ints, Reals
 from dmplay.core.problem import Problem
 from dmplay.core.session import MAX_LISTED_STATES, View
 from dmplay.core.text import format_count
-from dmplay.draw.canvas import BAR_LEVELS, Canvas
+from dmplay.draw import theme
+from dmplay.draw.canvas import Canvas
 from dmplay.draw.options import DrawOptions
 from dmplay.draw.panels import BarsPanel
 
 MAX_BAR_COLUMNS, MIN_BAR_COLUMNS = 20, 4
 MAX_NAMED_STATES = 10  # number of states listed if there are many
-BAR_EIGHTHS = " ▏▎▍▌▋▊▉"
-ASCII_SPARK_LEVELS = "_.:-=+*#"
-ASCII_COLUMN_LEVELS = "__--==##"  # by height, without the glyphs of marks that stand on columns
 
 
 def format_bar(fraction: float, width: int, ascii_only: bool) -> str:
@@ -32,7 +30,8 @@ def format_bar(fraction: float, width: int, ascii_only: bool) -> str:
         return ("#" * round(cells)).ljust(width, ".")
     eighths = round(cells * 8)
     full_cells, remainder = divmod(eighths, 8)
-    return ("█" * full_cells + (BAR_EIGHTHS[remainder] if remainder else "")).ljust(width, "·")
+    part = theme.BAR_EIGHTHS[remainder] if remainder else ""
+    return ("█" * full_cells + part).ljust(width, "·")
 
 
 def count_eighths(fraction: float, rows: int) -> int:
@@ -45,7 +44,7 @@ def count_eighths(fraction: float, rows: int) -> int:
 
 def format_column(eighths: int, ascii_only: bool = False) -> str:
     """Return an upright bar of this height from the bottom up, one glyph for each row."""
-    levels = ASCII_COLUMN_LEVELS if ascii_only else BAR_LEVELS
+    levels = theme.ASCII_COLUMN_LEVELS if ascii_only else theme.BAR_LEVELS
     full_rows, part = divmod(eighths, 8)
     return levels[-1] * full_rows + (levels[part - 1] if part else "")
 
@@ -96,7 +95,7 @@ def draw_bars(  # noqa: PLR0913 - a panel, and its size
         for number, value in enumerate(numbers[:, row].tolist()):
             x = left + number * pitch
             if bar_columns and 0.0 <= value <= 1.0:
-                canvas.write_text(x, y, format_bar(value, bar_columns, ascii_only), "cyan")
+                canvas.write_text(x, y, format_bar(value, bar_columns, ascii_only), theme.DATA)
             text = "-" if math.isnan(value) else f"{value:.{panel.decimals}f}"
             canvas.write_text(x + bar_space, y, text, "bold")
     omitted = len(panel.labels) - len(order)
@@ -155,12 +154,12 @@ def list_state_probabilities(view: View[Problem]) -> tuple[list[str], Reals]:
 def draw_true_state(canvas: Canvas, y: int, names: Sequence[str], options: DrawOptions) -> None:
     """Draw the true state, once it may be shown."""
     if options.revealed_state is not None:
-        canvas.write_text(0, y, f"true state: {names[int(options.revealed_state)]}", "bold magenta")
+        canvas.write_text(0, y, f"true state: {names[int(options.revealed_state)]}", theme.TRUTH)
 
 
 def format_sparkline(fractions: Sequence[float], ascii_only: bool) -> str:
     """Return a row of numbers between 0 and 1 as a sparkline, one glyph each."""
-    glyphs = ASCII_SPARK_LEVELS if ascii_only else BAR_LEVELS
+    glyphs = theme.ASCII_SPARK_LEVELS if ascii_only else theme.BAR_LEVELS
     return "".join(
         glyphs[min(int(fraction * len(glyphs)), len(glyphs) - 1)] for fraction in fractions
     )
@@ -186,7 +185,7 @@ def draw_probability_history(  # noqa: PLR0913 - a canvas, a position and the co
         columns = max(min(max_turns, options.width - len(title)), 1)
     sparkline = format_sparkline(probabilities[-columns:], options.ascii)
     canvas.write_text(0, y, title, "dim")
-    canvas.write_text(len(title), y, sparkline, "cyan")
+    canvas.write_text(len(title), y, sparkline, theme.DATA)
 
 
 def draw_belief_chart(  # noqa: PLR0913 - a canvas, a position and the content
@@ -212,7 +211,7 @@ def draw_belief_chart(  # noqa: PLR0913 - a canvas, a position and the content
     for index, probability in enumerate(probabilities[-count:]):
         x = heading_columns + index * (bar_columns + 1)
         for row, glyph in enumerate(format_column(count_eighths(probability, rows), ascii_only), 1):
-            canvas.write_text(x, y + rows - row, glyph * bar_columns, "cyan")
+            canvas.write_text(x, y + rows - row, glyph * bar_columns, theme.DATA)
     canvas.write_text(heading_columns, y + rows, "─" * (columns - heading_columns), "dim")
     for row, (heading, labels) in enumerate(label_rows, y + rows + 1):
         canvas.write_text(0, row, heading, "dim")

@@ -17,7 +17,6 @@ ASCII_TRANSLATION = str.maketrans(
     | dict(zip("←→↑↓◆●○∘·•✓✗×…░▒█", "<>^v+*oo.*vxx~%:#", strict=True))
     | dict(zip("▁▂▃▄▅▆▇▏▎▍▌▋▊▉", "_.:-=+*       ", strict=True))
 )
-BAR_LEVELS = "▁▂▃▄▅▆▇█"  # eighths of a cell's height
 MAX_CELLS = 3e6  # maximum number of cells of a drawing
 MAX_CACHED_ROWS = 2**11  # drawn rows that are kept, as most are those of the drawing before
 SPARE_CELLS = 80  # extra cells when a row grows, because more text usually follows

@@ -5,6 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 from rich.text import Text
 
+from dmplay.draw import theme
 from dmplay.draw.axes import ROWS_AROUND_AREA, PlotArea
 from dmplay.draw.canvas import join_legend
 from dmplay.draw.panels import GridPanel
@@ -13,7 +14,7 @@ from dmplay.draw.theme import assign_letters, choose_level, format_level_legend
 MAX_COLUMNS = 72  # of a map with fewer points
 LABEL_COLUMNS = 8  # of the numbers at the left, for a map with a column for each point
 DEFAULT_ROWS = 21 + ROWS_AROUND_AREA + 1
-MARK_GLYPH, MARK_STYLE = "✗", "bold red"
+MARK_GLYPH, MARK_STYLE = "✗", theme.DANGER
 
 
 def draw_grid(

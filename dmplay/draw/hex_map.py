@@ -17,6 +17,7 @@ from rich.text import Span, Text
 from dmplay.core.best_actions import mark_best_actions
 from dmplay.core.hexgrid import DIRECTIONS, Hex, format_hex, hex_neighbours, path_lengths
 from dmplay.core.text import format_count
+from dmplay.draw import theme
 from dmplay.draw.action_hints import (
     format_as_loss,
     format_condition,
@@ -268,7 +269,8 @@ def make_overlay_cell(options: DrawOptions, state: int, size: HexSize) -> HexCel
         names = COMPASS if options.ascii else ARROWS
         directions = [names[a] for a in np.flatnonzero(mark_best_actions(values))]
         text = directions[0] if size.text_rows == 1 else "/".join(directions)[:5]
-    return HexCell(text, style="cyan") if size.text_rows == 1 else HexCell("", text, style="cyan")
+    texts = (text, "") if size.text_rows == 1 else ("", text)
+    return HexCell(*texts, style=theme.DATA)
 
 
 def get_direction_key(options: DrawOptions, direction: int) -> str:
@@ -284,9 +286,9 @@ def make_direction_cell(options: DrawOptions, direction: int, size: HexSize) -> 
     key, columns = get_direction_key(options, direction), size.width - 1
     regret_text = format_regret(options, direction, columns)
     if options.forecast or not regret_text:
-        return HexCell(key, style="green")
+        return HexCell(key, style=theme.CHOICE)
     is_best = not sort_regrets(options)[direction]
-    style = "bold green" if is_best else "green"
+    style = theme.BEST if is_best else theme.CHOICE
     if size.text_rows > 1:
         if columns >= WORD_COLUMNS:
             regret_text = format_as_loss(format_regret(options, direction, columns - len("less")))

@@ -3,6 +3,7 @@
 from rich.text import Text
 
 from dmplay.core.hexgrid import Hex
+from dmplay.draw import theme
 from dmplay.draw.canvas import format_to_width, measure_text
 from dmplay.draw.hex_map import ARROWS, COMPASS, HexCell, HexSize, iter_maps
 from dmplay.draw.options import DrawOptions
@@ -10,7 +11,7 @@ from dmplay.draw.panels import HexPanel
 
 MAX_ARROWS, MANY_ARROWS_GLYPH = 2, "*"  # best directions that a hex shows
 KIND_GLYPHS = {"gain": "◆", "loss": "✗", "hunter": "P", "prey": "o"}
-KIND_STYLES = {"gain": "bold green", "loss": "bold red", "hunter": "bold red", "prey": "bold blue"}
+KIND_STYLES = {"gain": theme.BEST, "loss": theme.DANGER, "hunter": theme.DANGER, "prey": theme.GOAL}
 MIN_CAPTION_ROWS = 10  # rows from which on a map has a caption
 UNLIMITED_ROWS = 10_000
 
@@ -37,7 +38,7 @@ def draw_hexes(
         if cell.directions:
             arrows = [names[direction] for direction in cell.directions]
             mark = " ".join(arrows) if len(arrows) <= MAX_ARROWS else MANY_ARROWS_GLYPH
-            style = style or ("green" if value > 0 else "yellow" if value else "")
+            style = style or (theme.CHOICE if value > 0 else theme.REGRET if value else "")
         dot_glyph = mark[:1] or "."
         mark += "*" * cell.is_changed
         if cell.is_marked:

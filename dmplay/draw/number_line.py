@@ -4,6 +4,7 @@ import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
+from dmplay.draw import theme
 from dmplay.draw.canvas import Canvas
 
 
@@ -35,11 +36,13 @@ def draw_gauge(
     canvas: Canvas, y: int, scale: NumberLine, value: float, forecast_values: Sequence[float] = ()
 ) -> None:
     """Draw a row `├┄┄┄┼┄●∘┤` with a value, a cross if beyond an end, and forecast values."""
-    glyph, style = ("●", "bold cyan") if scale.low <= value <= scale.high else ("✗", "bold red")
+    glyph, style = (
+        ("●", theme.STRONG_DATA) if scale.low <= value <= scale.high else ("✗", theme.DANGER)
+    )
     canvas.write_text(scale.left, y, "├" + "┄" * (scale.right - scale.left - 1) + "┤", "dim")
     canvas.write_text(scale.column_of(0), y, "┼", "dim")
     for forecast_value in forecast_values:
-        canvas.write_text(scale.column_of(forecast_value), y, "∘", "cyan")
+        canvas.write_text(scale.column_of(forecast_value), y, "∘", theme.DATA)
     canvas.write_text(scale.column_of(value), y, glyph, style)
 
 

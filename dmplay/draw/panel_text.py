@@ -12,6 +12,7 @@ import numpy as np
 from rich.text import Text
 
 from dmplay.core.arrays import Reals
+from dmplay.draw import theme
 from dmplay.draw.axes import PlotArea
 from dmplay.draw.bars import draw_bars
 from dmplay.draw.canvas import Canvas, draw_borders, join_beside, split_rows
@@ -152,7 +153,7 @@ def _draw_shapes(panel: ShapesPanel, columns: int) -> Text:
                     for column in range(
                         area.column_of(shape.left), area.column_of(shape.right) + 1
                     ):
-                        area.draw_cell(column, row, BOX_GLYPH, "cyan")
+                        area.draw_cell(column, row, BOX_GLYPH, theme.DATA)
             case Label():
                 _draw_label(area, shape)
     return area.to_text()
@@ -167,7 +168,7 @@ def _draw_polyline(area: PlotArea, line: Polyline) -> None:
         ]
     )
     cells = (np.array(line.points) - (area.x.low, area.y.high)) * scale  # [N, 2] columns, rows
-    style = "cyan" if line.arrow_heads else ""
+    style = theme.DATA if line.arrow_heads else ""
     for start, end in itertools.pairwise(cells):
         glyph = DASH_GLYPH if line.is_dashed else _choose_slope_glyph(end - start)
         count = max(int(np.ceil(np.abs(end - start).max())), 1)
@@ -194,7 +195,7 @@ def _draw_arrow_head(area: PlotArea, cell: Reals, step: Reals) -> None:
     is_flat = bool(np.abs(step[1]) <= np.abs(step[0]))
     direction = (0, int(np.sign(step[0]))) if is_flat else (int(np.sign(step[1])), 0)
     column, row = cell.round().astype(int).tolist()
-    area.draw_cell(column, row, DIRECTION_GLYPHS.get(direction, DOT_GLYPH), "bold cyan")
+    area.draw_cell(column, row, DIRECTION_GLYPHS.get(direction, DOT_GLYPH), theme.STRONG_DATA)
 
 
 def _draw_label(area: PlotArea, label: Label) -> None:

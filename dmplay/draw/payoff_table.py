@@ -8,6 +8,7 @@ from rich.text import Text
 from dmplay.core.matrix_game import MatrixGame
 from dmplay.core.session import View
 from dmplay.core.text import format_number
+from dmplay.draw import theme
 from dmplay.draw.action_hints import (
     format_as_loss,
     format_regret,
@@ -125,7 +126,7 @@ def _draw_table_with_agent_names(
     for j, name in enumerate(columns):
         x = ROW_LABEL_COLUMNS + (CELL_COLUMNS + 1) * j
         _draw_action_label(canvas, x + 1, 1, name, is_last_choice=j == last_column)
-        canvas.write_text(x + 3, 2, regret_texts[j] if view.seat else "", "yellow")
+        canvas.write_text(x + 3, 2, regret_texts[j] if view.seat else "", theme.REGRET)
     y = 3 if view.seat and options.regret is not None else 2
     line = "─" * ROW_LABEL_COLUMNS + ("┼" + "─" * CELL_COLUMNS) * len(columns)
     cell_separators = (y + row for row in range(cell_rows * len(rows)) if row % cell_rows)
@@ -134,7 +135,7 @@ def _draw_table_with_agent_names(
         canvas.write_text(0, y, line, "dim")
         top = y + (cell_rows - 1) // 2  # the texts are in the middle of their cell
         _draw_action_label(canvas, 0, top, name, is_last_choice=i == last_row)
-        canvas.write_text(2, top + 1, "" if view.seat else regret_texts[i], "yellow")
+        canvas.write_text(2, top + 1, "" if view.seat else regret_texts[i], theme.REGRET)
         for j in range(len(columns)):
             _draw_payoff_cell(view, canvas, (i, j), top, options)
         y += cell_rows
@@ -175,7 +176,7 @@ def _draw_payoff_cell(
     x = ROW_LABEL_COLUMNS + (CELL_COLUMNS + 1) * joint_action[1] + 1
     payoffs = zip(list_agent_names(view), view.problem.payoffs[joint_action], strict=True)
     for row, (name, payoff) in enumerate(payoffs):
-        style = "bold reverse" if is_last_play else "bold yellow" if is_previewed else ""
+        style = "bold reverse" if is_last_play else theme.PREVIEW if is_previewed else ""
         text = f"{name:<{CELL_COLUMNS - 9}} {payoff:>4g}"
         canvas.write_text(x + 1, y + row, f"[{text}]" if is_last_play else f" {text} ", style)
 

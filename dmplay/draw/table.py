@@ -3,6 +3,7 @@
 import numpy as np
 from rich.text import Text
 
+from dmplay.draw import theme
 from dmplay.draw.canvas import Canvas
 from dmplay.draw.panels import TablePanel
 
@@ -48,11 +49,11 @@ def draw_table(panel: TablePanel, columns: int, rows: int | None = None) -> Text
         canvas.write_text(x, y, marks[i], "bold")
         canvas.write_text(x + mark_columns, y, panel.rows[i], "bold")
         for j, text in enumerate(texts[i]):
-            style = "bold green" if (i, j) in panel.marked else ""
+            style = theme.BEST if (i, j) in panel.marked else ""
             canvas.write_text(x + starts[j], y, text, style)
     y = top + capacity
     if panel.marked:
-        y = canvas.write_rows(y, [f"* {panel.mark_label}"], "bold green")
+        y = canvas.write_rows(y, [f"* {panel.mark_label}"], theme.BEST)
     if panel.caption:
         part = "" if len(drawn) == count else f"{len(drawn)} of {count} rows; "
         canvas.write_text(0, y, f"{part}{panel.caption}"[:columns], "dim")

@@ -1,10 +1,26 @@
-"""The colours and glyphs of series, actions and levels, the same in all panels."""
+"""The colours and glyphs of all drawings: of roles, series, actions and levels.
+
+A colour is a name, which `dmplay.terminal.styles` shows in the way of a theme. No colour carries a
+meaning alone: glyphs, words or places do too.
+"""
 
 from collections.abc import Iterable
 
 from dmplay.core.text import format_score
-from dmplay.draw.canvas import BAR_LEVELS
 
+DATA, STRONG_DATA = "cyan", "bold cyan"  # bars, curves and values; the current value
+CHOICE, BEST = "green", "bold green"  # keys and actions; the best action, or a gain
+REGRET = "yellow"  # what an action loses
+PREVIEW, ALERT = "bold yellow", "bold yellow"  # what an action would lead to; a clue to act on
+PIECE, PIECE_TRAIL = "bold yellow", "yellow"  # the player's piece; where it was, and its parts
+OTHER, TRUTH = "bold magenta", "bold magenta"  # another player's piece; what is hidden in a game
+GOAL, LAND, CHANCE = "bold blue", "green", "blue"  # where to go; where one is; what chance brings
+DANGER, DANGER_AREA = "bold red", "red"
+SEAT_COLORS = ("yellow", "magenta", "blue")
+BAR_LEVELS = "▁▂▃▄▅▆▇█"  # eighths of a cell's height
+BAR_EIGHTHS = " ▏▎▍▌▋▊▉"  # eighths of a cell's width
+ASCII_SPARK_LEVELS = "_.:-=+*#"
+ASCII_COLUMN_LEVELS = "__--==##"  # by height, without the glyphs of marks that stand on columns
 ACTION_GLYPHS = {
     "left": "←", "right": "→", "up": "↑", "down": "↓", "climb": "↑", "descend": "↓",
     "coast": "·", "no-advisory": "·",

@@ -8,6 +8,7 @@ import numpy as np
 from rich.text import Text
 
 from dmplay.core.arrays import Ints, Reals
+from dmplay.draw import theme
 from dmplay.draw.canvas import Canvas
 from dmplay.draw.panels import TrianglePanel
 from dmplay.draw.theme import assign_letters, choose_level, format_level_legend
@@ -16,7 +17,11 @@ DEFAULT_SIZE = 17
 AROUND_ROWS = 3  # rows of a triangle beyond its size
 MIN_LEGEND_COLUMNS = 12
 MIN_SPACED_SIZE = 9  # size from which on a triangle has glyphs in every second column only
-MARK_STYLES = {"past": ("·", "cyan"), "forecast": ("○", "bold yellow"), "now": ("●", "bold cyan")}
+MARK_STYLES = {
+    "past": ("·", theme.DATA),
+    "forecast": ("○", theme.PREVIEW),
+    "now": ("●", theme.STRONG_DATA),
+}
 
 
 def draw_triangle_panel(

@@ -21,6 +21,7 @@ from dmplay.core.arrays import Reals
 from dmplay.core.hexgrid import HexMap, find_hex_map
 from dmplay.core.problem import Problem
 from dmplay.core.text import format_count, format_score
+from dmplay.draw import theme
 from dmplay.draw.axes import Axis
 from dmplay.draw.bars import format_sparkline
 from dmplay.draw.canvas import to_ascii
@@ -287,6 +288,6 @@ def _draw_curve_row(curve: Curve, options: DrawOptions) -> Text:
     last_heights = heights[-columns:] if columns else []
     shares = [(height - axis.low) / (axis.high - axis.low) for height in last_heights]
     bars = format_sparkline(shares, options.ascii)
-    row = Text(f"{axis.label} ").append(bars, "cyan").append(f" {number}", "bold")
+    row = Text(f"{axis.label} ").append(bars, theme.DATA).append(f" {number}", "bold")
     row.truncate(options.width)
     return row

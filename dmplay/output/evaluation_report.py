@@ -17,6 +17,7 @@ from dmplay.core.text import (
     format_score,
 )
 from dmplay.draw.canvas import ASCII_TRANSLATION
+from dmplay.draw.theme import BAR_LEVELS
 from dmplay.errors import BadParameter
 from dmplay.evaluation.comparison import Comparison, compare
 from dmplay.evaluation.executors import open_execution_backend
@@ -44,7 +45,7 @@ from dmplay.output.tables import MISSING_CELL, format_cell, format_csv, format_m
 from dmplay.simulation.rollouts import RolloutBlocksLost, RolloutInterrupted
 from dmplay.terminal.progress import ProgressBar
 
-BAR_CHARACTERS, HISTOGRAM_BINS = "▁▂▃▄▅▆▇█", 12
+HISTOGRAM_BINS = 12
 PLOT_COLUMNS = 48  # columns of a plot
 
 
@@ -284,8 +285,8 @@ def draw_histogram(sample: Reals) -> tuple[str, float, float]:
     if spread <= HISTOGRAM_BINS * np.finfo(float).eps:  # equal but for rounding: one bar
         spread = 1.0
     counts, _ = np.histogram(scaled, HISTOGRAM_BINS, (scaled.min(), scaled.min() + spread))
-    levels = np.ceil(counts / counts.max() * len(BAR_CHARACTERS)).astype(int)
-    return "".join(" " if not level else BAR_CHARACTERS[level - 1] for level in levels), low, high
+    levels = np.ceil(counts / counts.max() * len(BAR_LEVELS)).astype(int)
+    return "".join(" " if not level else BAR_LEVELS[level - 1] for level in levels), low, high
 
 
 class DecisionOptions(NamedTuple):

@@ -10,6 +10,7 @@ from dmplay.core.problem import WAIT_LABEL, Problem
 from dmplay.core.session import DEFAULT_TURN_LIMIT, View
 from dmplay.core.text import format_count
 from dmplay.core.user_code_locations import locate_definition
+from dmplay.draw import theme
 from dmplay.draw.action_hints import (
     format_forecast_rows,
     format_observation,
@@ -177,7 +178,7 @@ def _draw_actions(view: View[Problem], canvas: Canvas, y: int, options: DrawOpti
         name = labels[action] if without_numbers else f"{action + 1} {labels[action]}"
         canvas.write_text(0, row, name if legal else f"[{name}]")
         regret = format_regret_with_bar(options, action, BAR_COLUMNS)
-        canvas.write_text(label_columns + 6, row, regret, "yellow")
+        canvas.write_text(label_columns + 6, row, regret, theme.REGRET)
 
 
 def _is_legal(view: View[Problem], action: int) -> bool:

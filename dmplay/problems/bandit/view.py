@@ -8,6 +8,7 @@ from rich.text import Text
 from dmplay.core.arrays import Ints, Reals
 from dmplay.core.session import View
 from dmplay.core.text import format_count
+from dmplay.draw import theme
 from dmplay.draw.action_hints import (
     format_forecast_rows,
     format_regret_rows,
@@ -61,7 +62,7 @@ def _draw_board(view: View[Bandit], options: DrawOptions, detail: int) -> Text:
         canvas.write_text(1, row + 1, labels[row], "bold")
         canvas.write_text(5, row + 1, f"{wins[row]:4}  {pulls[row]:5}")
         bar = format_bar(float(chance), BAR_COLUMNS, options.ascii)
-        canvas.write_text(18, row + 1, f"{bar} {chance:.3f}", "cyan")
+        canvas.write_text(18, row + 1, f"{bar} {chance:.3f}", theme.DATA)
     y = len(labels) + 1
     if detail >= 2:
         canvas.write_text(0, y + 1, f"belief: the true chances of {'/'.join(labels)}", "dim")
@@ -70,7 +71,7 @@ def _draw_board(view: View[Bandit], options: DrawOptions, detail: int) -> Text:
         y = draw_belief_bars(canvas, y, view.problem.state_names, view.belief, options)
     if options.revealed_state is not None:
         name = view.problem.state_names[int(options.revealed_state)]
-        canvas.write_text(0, y, f"true bandit {name}", "bold magenta")
+        canvas.write_text(0, y, f"true bandit {name}", theme.TRUTH)
         y += 1
     if detail >= 3:
         canvas.write_text(0, y, f"pulls  {_format_pulls(view, options)}")

@@ -17,6 +17,7 @@ from rich.text import Text
 from dmplay.core.arrays import Array
 from dmplay.core.session import View
 from dmplay.core.text import format_count
+from dmplay.draw import theme
 from dmplay.draw.action_hints import MAX_NUMBER_COLUMNS, format_action_condition, format_regret
 from dmplay.draw.canvas import Canvas, draw_text_rows
 from dmplay.draw.number_line import NumberLine, draw_gauge, draw_scale_labels, format_signed_fixed
@@ -137,7 +138,7 @@ def iter_boards(view: View[CartPole], options: DrawOptions) -> Iterator[Text]:
         if options.forecast and forecast_carts:
             condition = format_action_condition(view, options.forecast, "push {}")
             rows = _format_next_state(condition, forecast_carts[0], single_row)
-            canvas.write_rows(y + 1, rows, "bold cyan")
+            canvas.write_rows(y + 1, rows, theme.STRONG_DATA)
         # On a wider drawing, the panel beside it has the numbers.
         elif layout.width > options.columns_beside_panel:
             template = LONG_STATE if single_row else SHORT_STATE
@@ -170,12 +171,12 @@ def _draw_push_regrets(
     left_column = left_end - 2 - len(left_text)
     joint_text = f"← {left_text}  → {right_text}"
     if left_column < 0:
-        canvas.write_text(right_column, y, joint_text, "green")
+        canvas.write_text(right_column, y, joint_text, theme.CHOICE)
     elif right_column + 2 + len(right_text) > layout.width:
-        canvas.write_text(left_end - len(joint_text), y, joint_text, "green")
+        canvas.write_text(left_end - len(joint_text), y, joint_text, theme.CHOICE)
     else:
         left_style, right_style = (
-            "bold green" if text == BEST_LABEL else "green" for text in (left_text, right_text)
+            theme.BEST if text == BEST_LABEL else theme.CHOICE for text in (left_text, right_text)
         )
         canvas.write_text(left_column, y, f"{left_text} ←", left_style)
         canvas.write_text(right_column, y, f"→ {right_text}", right_style)
@@ -204,8 +205,9 @@ def _draw_pole(
             is_upright = COLUMNS_PER_ROW * slope < MAX_UPRIGHT_SLOPE
         glyph = "│" if is_upright else "╱" if side > 0 else "╲"
         flat_columns = range(previous_offset + side, offset, side)
-        end_cell = (offset, "●", "bold yellow") if row == rows else (offset, glyph, "yellow")
-        for column, character, style in [*((x, "─", "yellow") for x in flat_columns), end_cell]:
+        end_cell = (offset, "●", theme.PIECE) if row == rows else (offset, glyph, theme.PIECE_TRAIL)
+        flat_cells = [(x, "─", theme.PIECE_TRAIL) for x in flat_columns]
+        for column, character, style in [*flat_cells, end_cell]:
             if 0 <= foot_column + column < layout.width:
                 canvas.write_text(foot_column + column, layout.pole_rows - row, character, style)
         previous_offset = offset
@@ -219,7 +221,7 @@ def _draw_cart(canvas: Canvas, last_action: str, cart_column: int, layout: CartP
     canvas.write_text(cart_column - half, y + 1, f"└{wheel}o─o{wheel}┘")
     arrow_column = cart_column - half - 1 if last_action == "right" else cart_column + half + 1
     if last_action and 0 <= arrow_column < layout.width:
-        canvas.write_text(arrow_column, y + 1, "→" if last_action == "right" else "←", "bold green")
+        canvas.write_text(arrow_column, y + 1, "→" if last_action == "right" else "←", theme.BEST)
 
 
 def _draw_track(canvas: Canvas, y: int, scale: NumberLine, cart: CartState) -> None:
@@ -227,7 +229,7 @@ def _draw_track(canvas: Canvas, y: int, scale: NumberLine, cart: CartState) -> N
     canvas.write_text(scale.left, y, "╋" + "━" * (scale.right - scale.left - 1) + "╋")
     canvas.write_text(scale.column_of(0), y, "┷")
     if cart.is_off_track:
-        canvas.write_text(scale.column_of(cart.x), y, "✗", "bold red")
+        canvas.write_text(scale.column_of(cart.x), y, "✗", theme.DANGER)
 
 
 def _format_state(cart: CartState, template: str) -> str:

@@ -8,6 +8,7 @@ from rich.text import Text
 from dmplay.core.arrays import Reals
 from dmplay.core.session import View
 from dmplay.core.text import format_count, format_reward
+from dmplay.draw import theme
 from dmplay.draw.action_hints import (
     format_forecast_rows,
     format_regret_rows,
@@ -38,7 +39,8 @@ PROFICIENCY_NAMES = tuple(f"{proficiency} m" for proficiency in PROFICIENCIES)
 # columns before the plot, columns of a distance, rows from 1.0 to 0.0
 PLOT_LABEL_COLUMNS, PLOT_DISTANCE_COLUMNS, PLOT_ROWS = 6, 4, 6
 HEAT_LABEL_COLUMNS = 20  # columns before the heat map
-HEAT_STYLES = ("dim", "", "cyan", "bold cyan")  # styles of catch probabilities from 0 to 1
+# styles of catch probabilities from 0 to 1
+HEAT_STYLES = ("dim", "", theme.DATA, theme.STRONG_DATA)
 # columns of a distance in the heat map, and rows of the expected-reward chart, tried in this order
 LARGE_LAYOUTS = ((12, 30), (7, 20), (4, 6), (4, 4), (4, 2), (4, 0))
 HEAT_LEGEND = "% caught at each distance in m (50% if the distance equals the skill)"
@@ -85,11 +87,11 @@ def _draw_large_board(
         throw = int(options.typed_action)
         marker = f"→{DISTANCES[throw]:.0f}←"
         x = HEAT_LABEL_COLUMNS + cell_columns * (throw + 1) + 1 - len(marker)
-        canvas.write_text(x, 1, marker, "bold green")
+        canvas.write_text(x, 1, marker, theme.BEST)
     rows = zip(PROFICIENCY_NAMES, view.belief, view.problem.success_probabilities, strict=True)
     for y, (name, probability, catch_probabilities) in enumerate(rows, 2):
         canvas.write_text(0, y, name)
-        canvas.write_text(5, y, format_bar(float(probability), 8, options.ascii), "cyan")
+        canvas.write_text(5, y, format_bar(float(probability), 8, options.ascii), theme.DATA)
         canvas.write_text(14, y, f"{probability:.3f}", "bold")
         glyphs = format_sparkline(catch_probabilities.tolist(), options.ascii)
         cells = zip(glyphs, catch_probabilities.tolist(), strict=True)
@@ -102,16 +104,16 @@ def _draw_large_board(
         _draw_column_chart, canvas, cell_columns=cell_columns, ascii_only=options.ascii
     )
     expected_rewards = _compute_expected_rewards(view)
-    y = draw_columns(y, expected_rewards / expected_rewards.max(), chart_rows, "green")
+    y = draw_columns(y, expected_rewards / expected_rewards.max(), chart_rows, theme.CHOICE)
     canvas.write_text(0, y, "expected reward")
     reward_texts = [f"{expected_reward:.0f}" for expected_reward in expected_rewards]
     _draw_distance_cells(canvas, y, reward_texts, "bold", cell_columns)
     if options.regret is not None:
         regret_fractions = options.regret / (options.regret.max() or 1.0)
-        y = draw_columns(y + 1, regret_fractions, max(chart_rows // 6, 1), "yellow")
+        y = draw_columns(y + 1, regret_fractions, max(chart_rows // 6, 1), theme.REGRET)
         canvas.write_text(0, y, "value below best")
         regret_texts = [_format_regret_cell(regret) for regret in options.regret]
-        _draw_distance_cells(canvas, y, regret_texts, "yellow", cell_columns)
+        _draw_distance_cells(canvas, y, regret_texts, theme.REGRET, cell_columns)
     bottom_rows = format_forecast_rows(view, options, PROFICIENCY_NAMES, ACTION_PHRASE)
     _draw_past_throws(view, canvas, y + 2, options)
     canvas.write_rows(y + 3 + bool(options.forecast), bottom_rows)
@@ -209,7 +211,7 @@ def _draw_catch_plot(view: View[Catch], canvas: Canvas) -> int:
             row = round(PLOT_ROWS * (1.0 - chance))
             digits_by_row[row] = digits_by_row.get(row, "") + str(proficiency // 10)
         for row, digits in digits_by_row.items():
-            canvas.write_text(x, row, digits.rjust(PLOT_DISTANCE_COLUMNS), "cyan")
+            canvas.write_text(x, row, digits.rjust(PLOT_DISTANCE_COLUMNS), theme.DATA)
         canvas.write_text(x, axis_row + 1, f"{distance:{PLOT_DISTANCE_COLUMNS}.0f}", "dim")
         canvas.write_text(x, axis_row + 2, f"{expected_reward:{PLOT_DISTANCE_COLUMNS}.0f}", "bold")
     return axis_row + 3
@@ -253,7 +255,7 @@ def _draw_past_throws(view: View[Catch], canvas: Canvas, y: int, options: DrawOp
         truth = f"true skill {PROFICIENCY_NAMES[int(options.revealed_state)]}  "
     while throw_texts and len(truth) + 7 + len(" ".join(throw_texts)) > options.width:
         throw_texts = throw_texts[1:]
-    canvas.write_text(0, y, truth, "bold magenta")
+    canvas.write_text(0, y, truth, theme.TRUTH)
     canvas.write_text(len(truth), y, "throws " + (" ".join(throw_texts) or "nothing yet"))
 
 

@@ -12,7 +12,7 @@ from dmplay.core.arrays import Reals
 from dmplay.core.hexgrid import Hex, format_hex, hex_neighbours, move_destinations
 from dmplay.core.session import View
 from dmplay.core.text import format_reward, join_words
-from dmplay.draw import hex_map
+from dmplay.draw import hex_map, theme
 from dmplay.draw.action_hints import format_regret_rows
 from dmplay.draw.bars import format_sparkline
 from dmplay.draw.canvas import format_percent, measure_text
@@ -105,14 +105,14 @@ def _iter_shaded_maps(
         first_shade, last_shade = (shades[0], shades[-1]) if shades else ("", "")
         if hex_ in true_glyphs:
             glyphs = "".join(sorted(true_glyphs[hex_]))[:max_glyphs]
-            style = "bold reverse" if "@" in glyphs else "bold yellow"
+            style = "bold reverse" if "@" in glyphs else theme.PIECE
             return HexCell(glyphs, last_shade, glyphs, style)
         own_density = ""
         if not true_glyphs:
             own_density = "@" * (hex_ == own_hex)
             if hex_beliefs:
                 own_density = _format_own_density(hex_beliefs.you, index, max_glyphs)
-        style = "bold reverse" if hex_ == own_hex else "cyan"
+        style = "bold reverse" if hex_ == own_hex else theme.DATA
         if size.text_rows > 1:
             mark = own_density
             if not mark and hex_ in adjacent:
@@ -222,7 +222,7 @@ def _add_compass(drawing: Text, options: DrawOptions) -> Text:
         return drawing
     rows = drawing.split("\n")
     for row, keys in zip(rows, compass, strict=False):
-        row.append(f"{'':{x - len(row)}}{keys}", "green")
+        row.append(f"{'':{x - len(row)}}{keys}", theme.CHOICE)
     return Text("\n").join(rows)
 
 
@@ -266,7 +266,7 @@ def _iter_numbered_maps(
         caption = f"sensed {format_last_observation(view)}. {belief_text}"
         drawing.append(f"\n{caption[: options.width]}")
         if options.revealed_state is not None:
-            drawing.append(f"\n{_format_true_positions(view, options)}", "bold magenta")
+            drawing.append(f"\n{_format_true_positions(view, options)}", theme.TRUTH)
         yield drawing
 
 

@@ -15,6 +15,7 @@ from rich.text import Text
 from dmplay.core.arrays import Array
 from dmplay.core.session import View
 from dmplay.core.text import format_count
+from dmplay.draw import theme
 from dmplay.draw.action_hints import format_condition, format_regret_rows
 from dmplay.draw.canvas import Canvas, draw_text_rows, format_percent
 from dmplay.draw.number_line import NumberLine, format_signed_fixed
@@ -204,7 +205,7 @@ def _draw_encounter(
     canvas.write_text(LABEL_COLUMNS, middle, "┄" * (time_axis.right - LABEL_COLUMNS), "dim")
     lowest, highest = map(height_axis.column_of, (-COLLISION_DISTANCE, COLLISION_DISTANCE))
     for row in range(lowest, highest + 1):
-        canvas.write_text(time_axis.right - 1, bottom - row, "▒▒", "red")
+        canvas.write_text(time_axis.right - 1, bottom - row, "▒▒", theme.DANGER_AREA)
     h, dh, _, seconds_left = _get_current_state(view)
     if paths:
         _draw_paths(canvas, paths, (time_axis, height_axis), seconds_left, layout)
@@ -213,13 +214,13 @@ def _draw_encounter(
             predicted_height = h + dh * (seconds_left + time_axis.value_at(column))
             if abs(predicted_height) <= max_height:
                 y = bottom - height_axis.column_of(predicted_height)
-                canvas.write_text(column, y, "∘", "cyan")
-    canvas.write_text(time_axis.right, middle, "A", "bold red")
+                canvas.write_text(column, y, "∘", theme.DATA)
+    canvas.write_text(time_axis.right, middle, "A", theme.DANGER)
     for (past_height, _, _, past_time), action in zip(past_states, view.actions, strict=False):
         x, y = time_axis.column_of(-past_time), bottom - height_axis.column_of(past_height)
-        canvas.write_text(x, y, ADVISORY_GLYPHS[int(action)], "yellow")
+        canvas.write_text(x, y, ADVISORY_GLYPHS[int(action)], theme.PIECE_TRAIL)
     x, y = time_axis.column_of(-seconds_left), bottom - height_axis.column_of(h)
-    canvas.write_text(x, y, "◆", "bold yellow")
+    canvas.write_text(x, y, "◆", theme.PIECE)
 
 
 def _draw_paths(
@@ -239,7 +240,7 @@ def _draw_paths(
         for column in range(first_column, time_axis.right + 1, PATH_POINT_COLUMNS):
             index = min(round(seconds_left + time_axis.value_at(column)), len(path) - 1)
             row = layout.height_rows - 1 - height_axis.column_of(path[index])
-            canvas.write_text(column, row, PATH_GLYPHS[action], "cyan")
+            canvas.write_text(column, row, PATH_GLYPHS[action], theme.DATA)
         end_row = layout.height_rows - 1 - height_axis.column_of(path[-1])
         row_actions = actions_by_row.setdefault(end_row, [])
         if action not in row_actions:
@@ -248,7 +249,7 @@ def _draw_paths(
         names = ACTION_NAMES if len(row_actions) == 1 else PATH_GLYPHS
         label = " or ".join(names[action] for action in row_actions)
         if layout.path_label_columns:
-            canvas.write_text(time_axis.right + 2, row, label, "bold cyan")
+            canvas.write_text(time_axis.right + 2, row, label, theme.STRONG_DATA)
 
 
 def _draw_time_labels(canvas: Canvas, y: int, time_axis: NumberLine) -> None:

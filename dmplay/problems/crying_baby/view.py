@@ -7,6 +7,7 @@ from rich.text import Text
 from dmplay.core.session import View
 from dmplay.core.tabular import Tabular
 from dmplay.core.text import format_count, format_reward
+from dmplay.draw import theme
 from dmplay.draw.action_hints import (
     format_forecast_rows,
     format_observation,
@@ -91,7 +92,7 @@ def _draw_observation_and_belief(
 
 def _choose_sound_style(view: View[CaregiverProblem]) -> str:
     """Return the style of the last observation."""
-    return "bold yellow" if format_last_observation(view) == "crying" else "bold"
+    return theme.ALERT if format_last_observation(view) == "crying" else "bold"
 
 
 def _draw_belief_history(
@@ -173,7 +174,7 @@ def _draw_expected_rewards(
         cells = "".join(f"{format_signed_fixed(number, 2):>8}" for number in numbers)
         canvas.write_text(15, row, cells)
         regret = format_regret_with_bar(options, action, REGRET_BAR_COLUMNS)
-        canvas.write_text(len(heading) + 2, row, regret, "yellow")
+        canvas.write_text(len(heading) + 2, row, regret, theme.REGRET)
 
 
 def _format_expected_rewards(view: View[CaregiverProblem], options: DrawOptions) -> str:

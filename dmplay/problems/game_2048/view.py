@@ -11,6 +11,7 @@ from rich.text import Text
 from dmplay.core.arrays import Array, Reals
 from dmplay.core.session import View
 from dmplay.core.text import format_count
+from dmplay.draw import theme
 from dmplay.draw.action_hints import (
     MAX_NUMBER_COLUMNS,
     format_regret,
@@ -186,7 +187,7 @@ def iter_boards(view: View[Game2048], options: DrawOptions) -> Iterator[Text]:
         _draw_tile(canvas, position, tile.text.rjust(5), tile)
     for row, action in enumerate(ACTIONS_TOP_TO_BOTTOM):
         if regret_text := format_regret(options, action):
-            canvas.write_text(22, row, f"{ARROWS[action]} {regret_text}", "green")
+            canvas.write_text(22, row, f"{ARROWS[action]} {regret_text}", theme.CHOICE)
     yield canvas.to_text()
 
 
@@ -229,7 +230,7 @@ def _draw_forecast_and_regrets(
         number_columns = MAX_NUMBER_COLUMNS if action in {UP, DOWN} else MARGIN_COLUMNS - 1
         regret_text = format_regret(options, action, number_columns)
         regret_bar = format_regret_bar(options, action, MARGIN_COLUMNS - 2)
-        style = "bold green" if regret_text == "best" else "green"
+        style = theme.BEST if regret_text == "best" else theme.CHOICE
         if arrow in "↑↓":
             text = f" {arrow} {regret_text} {regret_bar}".rstrip() + " "
             x, y = left + (width - len(text)) // 2, 0 if arrow == "↑" else height

@@ -8,7 +8,7 @@ from rich.text import Text
 from dmplay.core.hexgrid import Hex, format_hex, hex_neighbours
 from dmplay.core.session import View
 from dmplay.core.text import format_reward
-from dmplay.draw import hex_map
+from dmplay.draw import hex_map, theme
 from dmplay.draw.action_hints import format_probability
 from dmplay.draw.canvas import format_percent, format_signed
 from dmplay.draw.hex_map import HexCell, HexSize
@@ -69,7 +69,7 @@ def iter_boards(view: View[HexWorld], options: DrawOptions) -> Iterator[Text]:
             return HexCell("@", stay_text, "@", "bold reverse")
         if hex_ in probabilities:
             probability_text = format_probability(probabilities[hex_], size.width - 1)
-            return HexCell(probability_text, note, probability_text, style or "bold cyan")
+            return HexCell(probability_text, note, probability_text, style or theme.STRONG_DATA)
         if hex_ in adjacent and shows_regrets:
             key_cell = hex_map.make_direction_cell(options, adjacent.index(hex_), size)
             if reward is not None:
@@ -85,7 +85,7 @@ def iter_boards(view: View[HexWorld], options: DrawOptions) -> Iterator[Text]:
             mark = f"{glyph} {key}"[:5]
         has_space = not (options.overlay and (mark or size.text_rows < 2)) and reward is None
         if key and has_space:
-            mark, style = key, style or "green"
+            mark, style = key, style or theme.CHOICE
         return HexCell(mark, note, dot, style)
 
     yield from hex_map.iter_maps(problem.hexes, make_cell, options, _format_caption(view, options))

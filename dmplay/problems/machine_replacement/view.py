@@ -9,6 +9,7 @@ from rich.text import Text
 
 from dmplay.core.arrays import Reals
 from dmplay.core.session import View
+from dmplay.draw import theme
 from dmplay.draw.action_hints import (
     format_forecast_rows,
     format_observation,
@@ -52,7 +53,6 @@ MAX_TRIANGLE_ROWS, MIN_CHART_TRIANGLE_ROWS, MAX_CHART_ROWS = 40, 30, 12
 REGRET_COLUMN, PAY_COLUMNS = 20, 6  # first column of regrets or pays; columns of a pay
 TRIANGLE_LEGEND = "● belief now; corner: you are sure"
 REGION_LEGEND = ("● belief now; letters: best action", "at each belief, for the turns left")
-REGION_STYLES = ("dim", "cyan", "magenta", "yellow")  # style of each action's key
 MAX_PLANNED_TURNS = 40  # maximum turns planned for the regions
 APEX_COLUMN, BASE_ROW = 10, 4  # column of the small triangle's apex, and row of its base
 
@@ -141,7 +141,7 @@ def _draw_large_board(
         regret = format_regret_with_bar(options, action, REGRET_BAR_COLUMNS)
         pays = map(_format_pay, view.problem.tables.rewards[:, action, 0])
         canvas.write_text(REGRET_COLUMN, row, "" if has_hint else _join_pay_cells(pays), "dim")
-        canvas.write_text(REGRET_COLUMN, row, regret, "yellow")
+        canvas.write_text(REGRET_COLUMN, row, regret, theme.REGRET)
     draw_true_state(canvas, y + 7, STATE_NAMES, options)
     default_legend = (TRIANGLE_LEGEND, *_describe_effects(view.problem, options))
     turns_left = math.inf if view.turn_limit is None else view.turn_limit - view.turns_played
@@ -225,7 +225,8 @@ def _draw_tall_triangle(
         vectors = [action_plans.alpha_vectors for action_plans in plans]
         actions = np.repeat(list(KEYS.values()), [*map(len, vectors)]).tolist()
         panel = replace(panel, alpha_vectors=np.vstack(vectors), actions=actions)
-    glyphs = zip(list_action_keys(KEYS, options), REGION_STYLES, strict=True)
+    keys = enumerate(list_action_keys(KEYS, options))
+    glyphs = [(key, theme.choose_style(index)) for index, key in keys]
     draw_triangle(canvas, x, panel, size, dict(zip(KEYS.values(), glyphs, strict=True)))
 
 
@@ -235,7 +236,7 @@ def _draw_observation_and_belief(
     """Draw the last product and the belief bars; return the next free row."""
     product = _format_last_product(view)
     canvas.write_text(0, 0, "saw  ")
-    canvas.write_text(5, 0, product, "bold yellow" if product == "defective" else "bold")
+    canvas.write_text(5, 0, product, theme.ALERT if product == "defective" else "bold")
     narrow = options._replace(width=min(options.width, BELIEF_COLUMNS))
     return draw_belief_bars(canvas, y, STATE_NAMES, view.belief, narrow)
 
@@ -251,7 +252,7 @@ def _draw_small_triangle(canvas: Canvas, x: int, belief: Reals) -> None:
     canvas.write_text(x + APEX_COLUMN - (2 if row == 0 else 0), 0, "0")
     canvas.write_text(x, BASE_ROW, "1")
     canvas.write_text(x + SMALL_TRIANGLE_COLUMNS - 1, BASE_ROW, "2")
-    canvas.write_text(x + column, row, "●", "bold cyan")
+    canvas.write_text(x + column, row, "●", theme.STRONG_DATA)
 
 
 def goal_lines(view: View[MachineReplacement]) -> list[str]:

@@ -14,6 +14,7 @@ from typing import NamedTuple
 from rich.text import Text
 
 from dmplay.core.session import View
+from dmplay.draw import theme
 from dmplay.draw.action_hints import format_as_loss, format_condition, format_regret
 from dmplay.draw.bars import count_eighths, format_column
 from dmplay.draw.canvas import Canvas, draw_text_rows
@@ -105,7 +106,7 @@ def iter_boards(view: View[MountainCar], options: DrawOptions) -> Iterator[Text]
                 condition = format_condition(options.forecast, condition)
             position, speed_text = _format_numbers(*forecast_states[0])
             text = f"{condition}: position {position} speed {speed_text}"
-            canvas.write_text(0, y, text, "bold cyan")
+            canvas.write_text(0, y, text, theme.STRONG_DATA)
         # otherwise the side panel shows the numbers
         elif layout.width > options.columns_beside_panel:
             _draw_position_and_speed(canvas, y, view, options, layout)
@@ -123,7 +124,7 @@ def _draw_action_regrets(
     if text:
         last_column = scale.column_of(view.problem.goal) - 2 - len(text)
         middle = scale.column_of(float(view.observation[0])) - len(text) // 2
-        canvas.write_text(max(min(middle, last_column), 1), 0, text, "bold green")
+        canvas.write_text(max(min(middle, last_column), 1), 0, text, theme.BEST)
 
 
 def _draw_position_and_speed(
@@ -146,7 +147,7 @@ def _draw_hill(scale: NumberLine, layout: HillLayout, ascii_only: bool) -> Canva
     for column in range(scale.left, scale.right + 1):
         eighths = _compute_hill_eighths(scale.value_at(column), layout.hill_rows)
         for row, glyph in enumerate(format_column(eighths, ascii_only).ljust(layout.hill_rows)):
-            canvas.write_text(column, bottom - row, glyph, "green")
+            canvas.write_text(column, bottom - row, glyph, theme.LAND)
     return canvas
 
 
@@ -167,18 +168,18 @@ def _draw_flag_and_car(
         return column, layout.sky_rows + layout.hill_rows - 1 - (eighths + 3) // 8
 
     column, y = locate_ground(view.problem.goal)
-    canvas.write_text(column, y, "│", "bold blue")
-    canvas.write_text(column, max(y - 1, 0), "F", "bold blue")
+    canvas.write_text(column, y, "│", theme.GOAL)
+    canvas.write_text(column, max(y - 1, 0), "F", theme.GOAL)
     if view.turns_played:
-        canvas.write_text(*locate_ground(float(view.observations[-2][0])), "·", "yellow")
+        canvas.write_text(*locate_ground(float(view.observations[-2][0])), "·", theme.PIECE_TRAIL)
     for state in options.forecast.outcomes if options.forecast else ():
-        canvas.write_text(*locate_ground(float(state[0])), "∘", "cyan")
+        canvas.write_text(*locate_ground(float(state[0])), "∘", theme.DATA)
     column, y = locate_ground(float(view.observation[0]))
-    canvas.write_text(column, y, "●", "bold yellow")
+    canvas.write_text(column, y, "●", theme.PIECE)
     if options.allow_large and view.last_action_label in ENGINE_ARROWS:
         offset, arrow = ENGINE_ARROWS[view.last_action_label]
         if scale.left <= column + offset <= scale.right:
-            canvas.write_text(column + offset, y, arrow, "bold green")
+            canvas.write_text(column + offset, y, arrow, theme.BEST)
 
 
 def _draw_place_labels(canvas: Canvas, y: int, scale: NumberLine, goal: float) -> None:

@@ -9,7 +9,7 @@ from rich.text import Text
 from dmplay.core.hexgrid import DIRECTIONS, Hex, format_hex, hex_neighbours
 from dmplay.core.session import View
 from dmplay.core.text import format_count, format_reward
-from dmplay.draw import hex_map
+from dmplay.draw import hex_map, theme
 from dmplay.draw.action_hints import format_probability
 from dmplay.draw.hex_map import HexCell, HexSize
 from dmplay.draw.options import DrawOptions
@@ -19,7 +19,7 @@ from .rules import DEVOURED_REWARD, MOVE_REWARD, PredatorPrey
 
 KEY_FAMILY, KEYS, SECOND_PLAYER_KEYS = hex_map.KEY_FAMILY, hex_map.KEYS, hex_map.SECOND_PLAYER_KEYS
 PREDATOR_GLYPHS = ascii_uppercase  # keys on the map are never capitals
-PREDATOR_COLORS, PREY_COLOR = ("yellow", "magenta", "blue"), "cyan"
+PREDATOR_COLORS, PREY_COLOR = theme.SEAT_COLORS, theme.DATA
 
 
 def _list_positions(view: View[PredatorPrey], turn: int = -1) -> list[Hex]:
@@ -39,7 +39,7 @@ def get_agent_glyph(problem: PredatorPrey, seat: int) -> str:
 def _choose_agent_style(view: View[PredatorPrey], seat: int, options: DrawOptions) -> str:
     """Return the style of an agent; your own agent is in reverse video."""
     if not options.allow_large:
-        return "bold reverse" if seat == view.seat else "bold yellow"
+        return "bold reverse" if seat == view.seat else theme.PIECE
     color = PREY_COLOR
     if seat in view.problem.predator_seats:
         color = PREDATOR_COLORS[seat % len(PREDATOR_COLORS)]
@@ -88,7 +88,7 @@ def iter_boards(view: View[PredatorPrey], options: DrawOptions) -> Iterator[Text
             note, columns = "".join(sorted(marks)), size.width - 1
             if len(note) > columns:
                 note = note[: columns - 1] + "…"
-            style = "bold reverse" if view.seat in seats_on_hex else "bold yellow"
+            style = "bold reverse" if view.seat in seats_on_hex else theme.PIECE
             return HexCell("*", note, "*", style)
         arrival_cell = _make_arrival_cell(view, probabilities.get(hex_, {}), size)
         if marks:
@@ -144,8 +144,8 @@ def _make_arrival_cell(
         other_text = name + format_probability(others_by_seat[seat], columns - len(name))
     if own_probability:
         probability = format_probability(own_probability, columns)
-        return HexCell(probability, other_text or " ", probability, "bold cyan")
-    return HexCell(other_text, " " * bool(other_text), other_text, "cyan")
+        return HexCell(probability, other_text or " ", probability, theme.STRONG_DATA)
+    return HexCell(other_text, " " * bool(other_text), other_text, theme.DATA)
 
 
 def _format_caption(view: View[PredatorPrey], options: DrawOptions) -> str:

@@ -15,6 +15,7 @@ from rich.text import Text
 
 from dmplay.core.session import View
 from dmplay.core.text import format_reward
+from dmplay.draw import theme
 from dmplay.draw.action_hints import format_condition
 from dmplay.draw.bars import count_eighths, format_column
 from dmplay.draw.canvas import Canvas, draw_text_rows, format_signed
@@ -116,7 +117,7 @@ def iter_boards(view: View[SimpleRegulator], options: DrawOptions) -> Iterator[T
         is_brief, y = layout.width == LAYOUTS[-1].width, line_row + 2
         if options.forecast:
             costs = _format_forecast_costs(view, options.forecast, is_brief)
-            canvas.write_text(0, y, costs, "bold cyan")
+            canvas.write_text(0, y, costs, theme.STRONG_DATA)
         # otherwise the side panel shows the numbers
         elif layout.width > options.columns_beside_panel:
             canvas.write_text(0, y, _format_state(view, is_brief, options), "bold")
@@ -161,7 +162,7 @@ def _draw_forecast_distribution(
     largest = max(column_probabilities.values())
     for column, probability in column_probabilities.items():
         eighths = count_eighths(probability / largest, layout.distribution_rows)
-        _draw_distribution_column(canvas, column, layout, eighths, "cyan")
+        _draw_distribution_column(canvas, column, layout, eighths, theme.DATA)
 
 
 def _make_number_line(limit: float, width: int) -> NumberLine:
@@ -173,9 +174,9 @@ def _draw_push_arrow(canvas: Canvas, y: int, scale: NumberLine, number: float, a
     """Draw a number, and an arrow to the aim of its push."""
     start, end = scale.column_of(number), scale.column_of(aim)
     for column in range(min(start, end), max(start, end)):
-        canvas.write_text(column, y, "─", "cyan")
+        canvas.write_text(column, y, "─", theme.DATA)
     if start != end:
-        canvas.write_text(end, y, "→" if end > start else "←", "cyan")
+        canvas.write_text(end, y, "→" if end > start else "←", theme.DATA)
     canvas.write_text(start, y, "∘", "bold")
 
 
@@ -190,7 +191,7 @@ def _draw_normal_distribution(
         density = math.exp(-z_score * z_score / 2)  # `**` raises OverflowError for large numbers
         # A density is positive everywhere; only a large one is drawn.
         eighths = round(density * layout.distribution_rows * 8)
-        _draw_distribution_column(canvas, column, layout, eighths, "blue")
+        _draw_distribution_column(canvas, column, layout, eighths, theme.CHANCE)
 
 
 def _draw_distribution_column(
@@ -215,10 +216,10 @@ def _draw_number_line(
         left = min(max(column - len(text) // 2, 0), scale.right + 2 - len(text))
         canvas.write_text(left, y + 1, text, "dim")
     start, end = scale.column_of(number), scale.column_of(number + (push or 0.0))
-    canvas.write_text(min(start, end), y, "━" * abs(end - start), "bold green")
+    canvas.write_text(min(start, end), y, "━" * abs(end - start), theme.BEST)
     if end != start:
-        canvas.write_text(end, y, "→" if end > start else "←", "bold green")
-    canvas.write_text(start, y, "●", "bold yellow")
+        canvas.write_text(end, y, "→" if end > start else "←", theme.BEST)
+    canvas.write_text(start, y, "●", theme.PIECE)
 
 
 def _format_state(view: View[SimpleRegulator], is_brief: bool, options: DrawOptions) -> str:

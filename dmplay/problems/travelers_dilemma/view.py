@@ -8,7 +8,7 @@ from rich.text import Text
 
 from dmplay.core.session import View
 from dmplay.core.text import format_count
-from dmplay.draw import payoff_table
+from dmplay.draw import payoff_table, theme
 from dmplay.draw.action_hints import (
     MAX_NUMBER_COLUMNS,
     format_action_condition,
@@ -159,7 +159,7 @@ def _draw_claim_line(view: View[TravelersDilemma], canvas: Canvas, y: int, line:
     if joint_action is None:
         canvas.write_text(line.left, y, "no claims yet", "dim")
         return y + 3
-    glyphs = {view.seat: ("●", "bold cyan", y), 1 - view.seat: ("○", "bold magenta", y + 2)}
+    glyphs = {view.seat: ("●", theme.STRONG_DATA, y), 1 - view.seat: ("○", theme.OTHER, y + 2)}
     for seat in (1 - view.seat, view.seat):
         glyph, style, row = glyphs[seat]
         label = _format_claim(view, joint_action, seat)
@@ -176,11 +176,11 @@ def _draw_claim_regrets(canvas: Canvas, y: int, options: DrawOptions, line: Numb
     best, largest = int(np.argmin(options.regret)), float(options.regret.max())
     claims = [round(line.value_at(column)) for column in range(line.left, line.right + 1)]
     fractions = [options.regret[claim - MIN_CLAIM] / (largest or 1.0) for claim in claims]
-    canvas.write_text(line.left, y, format_sparkline(fractions, options.ascii), "yellow")
+    canvas.write_text(line.left, y, format_sparkline(fractions, options.ascii), theme.REGRET)
     canvas.write_text(line.column_of(MIN_CLAIM + best), y, "●", "bold")
     tallest = format_significant(largest, MAX_NUMBER_COLUMNS)
     legend = f"● best claim {MIN_CLAIM + best}; bars: value lost by each claim; tallest {tallest}"
-    canvas.write_text(0, y + 1, legend, "yellow")
+    canvas.write_text(0, y + 1, legend, theme.REGRET)
     return y + 2
 
 
@@ -297,7 +297,7 @@ def _format_payoff_cell(
         return f"[{first:g},{second:g}]", "bold reverse"
     forecast = options.forecast
     is_forecast = forecast is not None and joint_action[view.seat] == int(forecast.action)
-    return f"{first:g}, {second:g}", "bold yellow" * is_forecast
+    return f"{first:g}, {second:g}", theme.PREVIEW * is_forecast
 
 
 def describe_situation(view: View[TravelersDilemma]) -> str:

@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 from rich.text import Text
 
-from dmplay.draw.canvas import BAR_LEVELS
 from dmplay.draw.options import BEST_LABEL, EQUALLY_GOOD_LABEL
+from dmplay.draw.theme import BAR_LEVELS
 from dmplay.game.game import Game
 from dmplay.game.hints.hint_provider import Hint, choose_hint_decimals, format_fixed
 from dmplay.game.key_bindings import KEY_SYMBOLS
