@@ -101,8 +101,9 @@ class AdviceQuestion:
 class SeatPolicy(Policy):
     """A policy for one seat, whose other dataclass fields are its parameters.
 
-    Unless a subclass overrides them, it consumes no uniforms, does not depend on the clock, has no
-    action values, and is the same in every game.
+    A subclass defines `initial_memory`, `update_memory` and `choose`, as `Policy` has them. Unless
+    it overrides them, it consumes no uniforms, does not depend on the clock, has no action values,
+    and is the same in every game.
     """
 
     problem: Problem

@@ -18,7 +18,12 @@ UpdateMethod = TypeVar("UpdateMethod", bound=Callable[..., Memory])
 
 
 class Percept(NamedTuple):
-    """The information that one seat receives in one turn, for B rows."""
+    """The information that one seat receives in one turn, for B rows.
+
+    The fields are the seat's `action` `[B]`, its `observation` `[B, ...]`, which is the next state
+    if agents see it, all `actions` `[B, n]`, and the seat's `reward` `[B]`. The last two are None
+    if the seat does not see them.
+    """
 
     action: Array  # [B], the seat's own action
     observation: Array  # [B, ...]; the next state if it is fully observable

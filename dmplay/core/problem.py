@@ -52,10 +52,13 @@ class UniformCounts(NamedTuple):
 
 
 class StatePart(NamedTuple):
-    """A part of the state, such as the hex of a walker: its values, and that of each state."""
+    """A part of the state, such as the hex of a walker.
+
+    `labels` names its values, and `value_of_state` `[S]` has the index of the value in each state.
+    """
 
     labels: Sequence[str]
-    value_of_state: Ints  # [S], indices of labels
+    value_of_state: Ints
 
     def sum_states(self, numbers: Reals) -> Reals:
         """Return the sum `[V]` of numbers `[S]` over the states with each value."""

@@ -8,11 +8,15 @@ from dmplay.core.arrays import Array, Ints, Reals
 
 
 class SparseMatrix(NamedTuple):
-    """A matrix in compressed sparse row format with N entries; no row is empty."""
+    """A matrix of R rows in compressed sparse row format, with N entries; no row is empty.
 
-    row_starts: Ints  # [R + 1], the index of each row's first entry; N at the end
-    columns: Ints  # [N], increasing within a row
-    values: Reals  # [N]
+    `row_starts` `[R + 1]` has the index of each row's first entry, and N at the end. `columns`
+    `[N]` has the column of each entry, increasing within a row, and `values` `[N]` its number.
+    """
+
+    row_starts: Ints
+    columns: Ints
+    values: Reals
 
     @classmethod
     def from_dense(cls, dense: Reals) -> "SparseMatrix":

@@ -14,7 +14,13 @@ from numpy.typing import ArrayLike
 from dmplay.core.arrays import Array, Ints, Reals, make_readonly
 from dmplay.core.best_actions import compute_reward_scale
 from dmplay.core.chance import Categorical, Chance
-from dmplay.core.problem import Outcome, Problem, enumerate_outcomes, next_state_indices
+from dmplay.core.problem import (
+    Outcome,
+    Problem,
+    check_problem,
+    enumerate_outcomes,
+    next_state_indices,
+)
 from dmplay.core.sparse_matrix import SparseMatrix
 from dmplay.core.work_budget import ARRAY_CALL_WORK, Budget
 from dmplay.errors import BadParameter
@@ -375,6 +381,7 @@ def tabulate(problem: Problem) -> Tables:
     observation depends on more than (joint action, next state), because the array cannot represent
     it.
     """
+    check_problem(problem, None)
     states = problem.enumerate_states()
     actions = joint_actions(problem)
     state_count, action_count = len(states), len(actions)

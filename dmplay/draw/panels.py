@@ -66,7 +66,7 @@ class BarsPanel:
 
 @dataclass(frozen=True, eq=False)
 class GridPanel:
-    """A number for each point of a rectangular grid.
+    """A number for each point of a rectangular grid: `values` `[X, Y]`, nan for none.
 
     With `categories`, the numbers are their indices, and the panel shows regions.
     """
@@ -74,7 +74,7 @@ class GridPanel:
     title: str
     x: Axis
     y: Axis
-    values: Reals  # [X, Y]; nan: not drawn
+    values: Reals
     value_label: str = ""
     categories: Sequence[str] = ()
     marks: Sequence[tuple[float, float]] = ()  # points, such as equilibria

@@ -190,7 +190,8 @@ def play(
 ) -> ManualGame:
     """Return a game to play from Python, with an agent or None (manual) for each seat.
 
-    Without agents, all seats are manual.
+    Without agents, all seats are manual. Without a seed, it is drawn at random. The game ends after
+    `turns` turns, by default the problem's horizon.
     """
     loaded = load_problem(problem)
     check_problem(loaded, turns)

@@ -25,7 +25,7 @@ class PlotKind(NamedTuple):
 class Figure(NamedTuple):
     """A figure that shows a problem: its title, its function, and whether `--turns` changes it.
 
-    The function returns the Plot of a `PlottedProblem`, which stands above this layer.
+    The function gets an object with `problem`, `title`, `settings` and `turns`, and returns a Plot.
     """
 
     title: str

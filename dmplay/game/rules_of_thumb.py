@@ -27,16 +27,16 @@ MAX_BELIEF_STATES = 64  # maximum number of states of which one is assumed to be
 
 
 class RuleOfThumb(NamedTuple):
-    """A rule of thumb.
+    """A simple rule for choosing an action, which puzzles and medals use.
 
-    `choose` returns the name or the index of an action, or None if the rule does not choose exactly
-    one. `find_belief` returns the
-    belief on which the rule acts, if it is not the player's own. `excludes` returns whether an
-    action of the rule makes no puzzle, for example a step into a wall. `describe` returns the rule
-    as a clause after the name of its action, such as "which pays the most now".
+    `text` is a phrase such as "throw the farthest". `choose` returns the name or the index of an
+    action, or None if the rule does not choose exactly one. `find_belief` returns the belief on
+    which the rule acts, if it is not the player's own. `excludes` returns whether an action of the
+    rule makes no puzzle, for example a step into a wall. `describe` returns the rule as a clause
+    after the name of its action, such as "which pays the most now".
     """
 
-    text: str  # a phrase such as "throw the farthest"
+    text: str
     choose: Callable[[Position], int | str | None]
     find_belief: Callable[[Position], Reals | None] | None = None
     excludes: Callable[[Position, int], bool] | None = None

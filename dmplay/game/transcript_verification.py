@@ -175,11 +175,11 @@ def verify(  # noqa: PLR0913 - options of one file
 
     A `problem` takes the place of the recorded name. `agents` choose the actions again: an agent,
     or None for the recorded player, for each seat, or one agent for all. Both are given by name,
-    class, function or object.
-    User-defined code is imported only if it is trusted: see `load_transcript_problem`.
-    A file that is malformed or cannot be read, or whose problem or agents cannot be loaded, also
-    gives a report with one finding. Drawings of turns are compared if `compares_frames`.
-    While the hidden information of the game is concealed, findings do not contain values.
+    class, function or object. Code that the file names is imported only if it is `trusted`; if
+    `assigned_names` are given, by recorded name the name to load, only these are trusted. A file
+    that is malformed or cannot be read, or whose problem or agents cannot be loaded, also gives a
+    report with one finding. Drawings of turns are compared if `compares_frames`. While the hidden
+    information of the game is concealed, findings do not contain values.
     """
     path = Path(path)
     try:
