@@ -110,6 +110,10 @@ class PlayerEvaluation(NamedTuple):
         remark = _explain_ignored_limit(problem, seat, player, limits[0]) if limits else ""
         return cls(title, player, problem.agents[seat], (*games,), is_hidden, has_others, remark)
 
+    def __repr__(self) -> str:
+        games = format_count(len(self.games), "game", ",")
+        return f"{self.problem}, {self.player}: {games}, return {self.returns}"
+
     @property
     def games(self) -> tuple[EvaluatedGame, ...]:
         """The games that are counted."""
@@ -223,12 +227,7 @@ class Evaluation(NamedTuple):
         return make_frame(self.list_rows(games=games), library)
 
     def __repr__(self) -> str:
-        lines = [
-            f"{player.problem}, {player.player}: {format_count(len(player.games), 'game', ',')}, "
-            f"return {player.returns}"
-            for player in self.players
-        ]
-        return "\n".join([*lines, *self.errors])
+        return "\n".join([*map(repr, self.players), *self.errors])
 
 
 def _explain_ignored_limit(problem: Problem, seat: int, name: str, turn_limit: int) -> str:

@@ -28,6 +28,7 @@ from dmplay.game.seats import HUMAN
 from dmplay.game.session_files import find_recorded_name, write_session
 from dmplay.game.turn_facts import Row, join_review, list_session_rows
 from dmplay.registry.agents import AgentLike, assign_agents, load_players
+from dmplay.registry.problem_module_exports import get_problem_name
 from dmplay.registry.problems import ProblemLike, load_problem, resolve_problem
 
 
@@ -49,6 +50,11 @@ class ManualGame(NotebookDisplay):
         self._manual_seats = [
             seat for seat, policy in enumerate(session.seated_policies) if policy is None
         ]
+
+    def __repr__(self) -> str:
+        players, turns = ", ".join(self._players), len(self.session.turns)
+        name = get_problem_name(self.session.problem)
+        return f"<Game of {name}: {players}; turn {turns}{', over' * self.over}>"
 
     def _repr_mimebundle_(self, include: object = None, exclude: object = None) -> dict[str, str]:
         return self.session._repr_mimebundle_()

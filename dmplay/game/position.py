@@ -28,6 +28,7 @@ from dmplay.core.session import (
     validate_policy_actions,
 )
 from dmplay.core.spaces import Labels
+from dmplay.core.text import format_count
 from dmplay.core.typed_text import parse_history, parse_state, read_belief
 from dmplay.core.uniforms import SeededUniforms
 from dmplay.core.work_budget import limit_total_work
@@ -43,6 +44,7 @@ from dmplay.game.turn_events import (
     sample_next_states,
 )
 from dmplay.registry.agents import HintAgent, find_hint_provider, load_hint_agent
+from dmplay.registry.problem_module_exports import get_problem_name
 from dmplay.registry.problems import ProblemLike, load_problem
 from dmplay.solvers.search.simulated_opponents import make_start_state
 
@@ -77,6 +79,10 @@ class Position:
         self._memory, self._belief, self._uniforms = memory, belief, uniforms
         self._inactive_agents = inactive_agents
         self._forget_answers()
+
+    def __repr__(self) -> str:
+        name, seat = get_problem_name(self.problem), self.problem.agents[self.seat]
+        return f"<Position of {seat} in {name}, after {format_count(self.turns_done, 'turn')}>"
 
     def _forget_answers(self) -> None:
         """Forget the answers that depend on the agent."""

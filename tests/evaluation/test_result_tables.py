@@ -18,6 +18,10 @@ RESULTS: dict[str, Callable[[], Any]] = {
     "compare": lambda: dmplay.compare(DILEMMA, AGENTS, others="random", episodes=500),
     "tournament": lambda: dmplay.tournament(DILEMMA, AGENTS, episodes=500),
     "rollout": lambda: dmplay.rollout(DILEMMA, "random", episodes=500),
+    "evaluate": lambda: dmplay.evaluate("grim", DILEMMA, 20).players[0],
+    "play": lambda: dmplay.play(DILEMMA, "random", seed=7),
+    "position": lambda: dmplay.Position.from_text("hexworld", state="(3,2)"),
+    "solve": lambda: dmplay.solve("hexworld"),
 }
 COMMANDS = {
     "run": (DILEMMA, "--agent", "grim", "--vs", "random"),
@@ -31,6 +35,14 @@ def test_a_result_prints_in_a_few_lines(name: str) -> None:
     lines = str(RESULTS[name]()).splitlines()
     assert len(lines) <= 4
     assert all(len(line) <= 160 for line in lines)
+
+
+def test_a_review_prints_a_line_for_each_choice() -> None:
+    game = dmplay.play(DILEMMA, "random", seed=7, turns=2)
+    while not game.over:
+        game.act()
+    lines = repr(game.review("agent1")).splitlines()
+    assert [line.partition(",")[0] for line in lines] == ["turn 1", "turn 2"]
 
 
 def test_the_result_of_a_comparison_names_agents_and_interval() -> None:

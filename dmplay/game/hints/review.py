@@ -232,6 +232,9 @@ def list_costly_choices(moves: Sequence[ReviewedAction]) -> list[ReviewedAction]
 class Review(list[ReviewedAction]):
     """The reviewed choices of a game."""
 
+    def __repr__(self) -> str:
+        return "\n".join(map(str, self))
+
     def to_frame(self, library: str = "") -> Any:
         """Return a row per choice as a data frame of pandas, or of the `library` polars."""
         return make_frame([choice.data for choice in self], library)
