@@ -26,18 +26,30 @@ from dmplay.draw.panels import (
     TablePanel,
     TrianglePanel,
 )
-from dmplay.draw.picture_styles import NOTE_SIZE, REGION_COLOURS, PictureStyles, colour_values
+from dmplay.draw.picture_styles import (
+    ARROW_STYLES,
+    BELIEF_MARKERS,
+    EDGE,
+    FAINT_EDGE,
+    HATCH_EDGE,
+    HEX_COLOURS,
+    INK,
+    LINE_COLOURS,
+    LINE_STYLES,
+    MARKERS,
+    NOTE_SIZE,
+    PAPER,
+    REGION_COLOURS,
+    REGION_EDGE,
+    PictureStyles,
+    colour_values,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.cm import ScalarMappable
     from matplotlib.patches import Rectangle
 
-# The colours of Okabe and Ito, which colour-blind readers can tell apart.
-LINE_COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#000000", "#e69f00", "#56b4e9")
-LINE_STYLES = ("-", "--", "-.", ":")
-MARKERS = ("o", "s", "^", "D", "v", "P", "X")
-HEX_COLOURS = {"gain": "#009e73", "loss": "#d55e00", "hunter": "#fbe3b5", "prey": "#cfe8f7"}
 MAX_WHOLE_TICKS = 7
 MAX_MARKED_POINTS = 40  # of a line; longer lines have no markers
 MAX_CONTOUR_POINTS = 20_000  # of a heat map with contour lines
@@ -48,14 +60,12 @@ TABLE_GAP, MIN_TABLE_CHARACTERS = 4, 60  # characters between columns, and of th
 MAX_HEX_INCHES = 0.9  # width of a hex
 MAX_BOARD_INCHES = 2.4
 MIN_SHAPES_INCHES, MAX_SHAPES_INCHES = 2.0, 5.0  # height of shapes with equal scales
-ARROW_STYLES = {"end": "-|>", "both": "<|-|>"}
 LABEL_OFFSETS = {  # of a text from its point, in points, with its alignment
     "left": (-7, 0, "right", "center"),
     "right": (7, 0, "left", "center"),
     "above": (0, 6, "center", "bottom"),
     "below": (0, -6, "center", "top"),
 }
-BELIEF_MARKERS = {"past": (3, "#000000"), "forecast": (7, "none"), "now": (7, "#000000")}
 TRIANGLE_STEPS = 60  # points along a side at which values are drawn
 
 
@@ -124,12 +134,12 @@ def _draw_lines(ax: "Axes", panel: LinePanel, styles: PictureStyles) -> None:
     for region in panel.regions:
         ax.axvspan(
             region.low, region.high, facecolor=styles.get_colour(region.label),
-            hatch=styles.hatch(region.label), edgecolor="#bbbbbb", linewidth=0.0, zorder=0,
+            hatch=styles.hatch(region.label), edgecolor=REGION_EDGE, linewidth=0.0, zorder=0,
         )  # fmt: skip
         if region.low > panel.x.low:
-            ax.axvline(region.low, color="#777777", linewidth=0.8, zorder=1)
+            ax.axvline(region.low, color=FAINT_EDGE, linewidth=0.8, zorder=1)
     for x, label in panel.rules:
-        ax.axvline(x, color="#000000", linewidth=1.0, label=label, zorder=1)
+        ax.axvline(x, color=INK, linewidth=1.0, label=label, zorder=1)
     for series in panel.series:
         _draw_series(ax, series)
 
@@ -146,7 +156,7 @@ def _draw_series(ax: "Axes", series: Series) -> None:
     elif series.kind == "points":
         ax.plot(
             series.x, series.y, "o", markersize=8, markerfacecolor="none",
-            markeredgecolor="#000000", label=label, clip_on=False, zorder=4,
+            markeredgecolor=INK, label=label, clip_on=False, zorder=4,
         )  # fmt: skip
     elif series.is_thin:
         ax.plot(series.x, series.y, line_style, color=colour, linewidth=0.7, alpha=0.8)
@@ -203,17 +213,17 @@ def _draw_grid(ax: "Axes", panel: GridPanel, styles: PictureStyles) -> None:
                 hatched = ax.contourf(
                     x, y, is_here, levels=[0.5, 1.5], colors="none", hatches=[styles.hatch(label)]
                 )
-                hatched.set_edgecolor("#999999")
+                hatched.set_edgecolor(HATCH_EDGE)
                 hatched.set_linewidth(0.0)
     else:
         scale = styles.add_scale(ax, panel.value_label)
         ax.imshow(panel.values.T, **_scale_options(scale), **options)
         if columns * rows <= MAX_CONTOUR_POINTS and np.ptp(panel.values):
-            ax.contour(x, y, panel.values.T, 8, colors="#ffffff", linewidths=0.5)
+            ax.contour(x, y, panel.values.T, 8, colors=PAPER, linewidths=0.5)
     for mark_number, (mark_x, mark_y) in enumerate(panel.marks):
         label = "_nolegend_" if mark_number else panel.mark_label
         ax.plot(
-            mark_x, mark_y, "*", markersize=14, color="#ffffff", markeredgecolor="#000000",
+            mark_x, mark_y, "*", markersize=14, color=PAPER, markeredgecolor=INK,
             label=label, clip_on=False, linestyle="none",
         )  # fmt: skip
     ax.set_xlim(extent[:2])
@@ -252,14 +262,12 @@ def _draw_hexes(ax: "Axes", panel: HexPanel, styles: PictureStyles) -> None:
     scale = styles.add_scale(ax, panel.value_label, is_light=True) if has_values else None
     for cell in panel.cells:
         x, y = _hex_centre(cell.hex)
-        fill = HEX_COLOURS.get(cell.kind, "#ffffff")
+        fill = HEX_COLOURS.get(cell.kind, PAPER)
         if scale and cell.value is not None and not cell.kind:
             fill = to_hex(scale.to_rgba(np.array([cell.value]))[0])
         is_dark = np.dot(to_rgb(fill), (0.299, 0.587, 0.114)) < 0.45
-        ink = "#ffffff" if is_dark else "#000000"
-        ax.add_patch(
-            RegularPolygon((x, y), 6, radius=1 / sqrt(3), facecolor=fill, edgecolor="#444444")
-        )
+        ink = PAPER if is_dark else INK
+        ax.add_patch(RegularPolygon((x, y), 6, radius=1 / sqrt(3), facecolor=fill, edgecolor=EDGE))
         has_arrow = bool(cell.directions)
         middle = np.array([x, y + 0.15])
         for direction in cell.directions:
@@ -299,21 +307,19 @@ def _draw_triangle(ax: "Axes", panel: TrianglePanel, styles: PictureStyles) -> N
             colour = styles.get_colour(action)
             ax.fill(*points.T, facecolor=colour, edgecolor=colour, linewidth=0.5)
             ax.fill(
-                *points.T, facecolor="none", edgecolor="#999999", linewidth=0.0,
+                *points.T, facecolor="none", edgecolor=HATCH_EDGE, linewidth=0.0,
                 hatch=styles.hatch(action),
             )  # fmt: skip
         for start, end in zip(corners, np.roll(corners, -1, axis=0), strict=True):
             if not panel.shows_values and _divides_actions(panel, action, (start + end) / 2):
-                ax.plot(
-                    *(np.array([start, end]) @ TRIANGLE_CORNERS).T, "-", color="#444444", lw=0.8
-                )
+                ax.plot(*(np.array([start, end]) @ TRIANGLE_CORNERS).T, "-", color=EDGE, lw=0.8)
     outline = np.vstack([TRIANGLE_CORNERS, TRIANGLE_CORNERS[:1]])
-    ax.plot(*outline.T, "-", color="#000000", linewidth=1.0)
+    ax.plot(*outline.T, "-", color=INK, linewidth=1.0)
     for mark in panel.marks:
         size, fill = BELIEF_MARKERS[mark.kind]
         points = np.reshape(mark.beliefs, (-1, 3)) @ TRIANGLE_CORNERS
         ax.plot(
-            *points.T, "o", markersize=size, markerfacecolor=fill, markeredgecolor="#000000",
+            *points.T, "o", markersize=size, markerfacecolor=fill, markeredgecolor=INK,
             clip_on=False, zorder=4,
         )  # fmt: skip
     spec = ax.get_subplotspec()
@@ -363,7 +369,7 @@ def _draw_table(ax: "Axes", panel: TablePanel) -> None:
     ax.text(middle, -1.5, panel.column_title, ha="center", va="center", fontweight="bold")
     for x, label in zip(centres, panel.columns, strict=True):
         ax.text(x, -0.5, label, ha="center", va="center")
-    ax.plot([0, edges[-1]], [0, 0], "-", color="#000000", linewidth=0.8)
+    ax.plot([0, edges[-1]], [0, 0], "-", color=INK, linewidth=0.8)
     for i, label in enumerate(panel.rows):
         ax.text(0, i + 0.5, label, va="center")
         for j, (x, text) in enumerate(zip(centres, panel.cells[i], strict=True)):
@@ -380,7 +386,7 @@ def _make_cell_patch(corner: tuple[float, float], width: float, label: str) -> "
     from matplotlib.patches import Rectangle
 
     return Rectangle(
-        corner, width, 1, facecolor=REGION_COLOURS[0], edgecolor="#0072b2", label=label
+        corner, width, 1, facecolor=REGION_COLOURS[0], edgecolor=LINE_COLOURS[0], label=label
     )
 
 
@@ -392,11 +398,11 @@ def _draw_board(ax: "Axes", panel: BoardPanel) -> None:
     ax.set_xlim(-0.02, panel.size + 0.02)
     ax.set_ylim(panel.size + 0.02, -0.02)
     for row, column in np.ndindex(panel.size, panel.size):
-        ax.add_patch(Rectangle((column, row), 1, 1, facecolor="#ffffff", edgecolor="#777777"))
+        ax.add_patch(Rectangle((column, row), 1, 1, facecolor=PAPER, edgecolor=FAINT_EDGE))
     occupied = {(tile.row, tile.column) for tile in panel.tiles}
     for tile in panel.tiles:
         ink, fill = _get_tile_colours(tile.style)
-        edge, width = (LINE_COLOURS[0], 3.0) if tile.is_marked else ("#444444", 0.8)
+        edge, width = (LINE_COLOURS[0], 3.0) if tile.is_marked else (EDGE, 0.8)
         corner = (tile.column + 0.08, tile.row + 0.08)
         ax.add_patch(Rectangle(corner, 0.84, 0.84, facecolor=fill, edgecolor=edge, linewidth=width))
         middle = np.array([tile.column, tile.row]) + 0.5
@@ -414,7 +420,7 @@ def _draw_board(ax: "Axes", panel: BoardPanel) -> None:
             tip = middle + path + (-0.45 if tile.end in occupied else 0.3) * direction
             ax.annotate(
                 "", _to_pair(tip), _to_pair(middle + 0.42 * direction),
-                arrowprops={"arrowstyle": "-|>", "color": "#444444", "linewidth": 1.4,
+                arrowprops={"arrowstyle": "-|>", "color": EDGE, "linewidth": 1.4,
                             "shrinkA": 0, "shrinkB": 0},
             )  # fmt: skip
 
@@ -424,10 +430,7 @@ def _get_tile_colours(style: str) -> tuple[str, str]:
     from rich.style import Style
 
     ink, fill = Style.parse(style).color, Style.parse(style).bgcolor
-    return (
-        ink.get_truecolor().hex if ink else "#000000",
-        fill.get_truecolor().hex if fill else "#ffffff",
-    )
+    return (ink.get_truecolor().hex if ink else INK, fill.get_truecolor().hex if fill else PAPER)
 
 
 def _draw_shapes(ax: "Axes", panel: ShapesPanel) -> None:
@@ -446,12 +449,12 @@ def _draw_shapes(ax: "Axes", panel: ShapesPanel) -> None:
                 ax.add_patch(
                     Rectangle(
                         (shape.left, shape.bottom), *size, facecolor=REGION_COLOURS[0],
-                        edgecolor="#000000", zorder=order,
+                        edgecolor=INK, zorder=order,
                     )
                 )  # fmt: skip
             case Label():
                 if shape.has_dot:
-                    ax.plot(shape.x, shape.y, "o", markersize=8, color="#000000", zorder=order)
+                    ax.plot(shape.x, shape.y, "o", markersize=8, color=INK, zorder=order)
                 right, up, horizontal, vertical = LABEL_OFFSETS[shape.side]
                 ax.annotate(
                     shape.text, (shape.x, shape.y), (right, up), textcoords="offset points",
@@ -463,7 +466,7 @@ def _draw_polyline(ax: "Axes", line: Polyline, order: int) -> None:
     """Draw lines through points, with the heads of an arrow at the ends."""
     if not line.arrow_heads:
         style, width = ("--", 1.0) if line.is_dashed else ("-", 2.0)
-        ax.plot(*np.transpose(line.points), style, color="#444444", linewidth=width, zorder=order)
+        ax.plot(*np.transpose(line.points), style, color=EDGE, linewidth=width, zorder=order)
         return
     ax.annotate(
         "", line.points[-1], line.points[0], zorder=order,

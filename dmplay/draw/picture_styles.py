@@ -23,6 +23,16 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.cm import ScalarMappable
 
+INK, PAPER = "#000000", "#ffffff"
+EDGE, FAINT_EDGE, HATCH_EDGE, REGION_EDGE = "#444444", "#777777", "#999999", "#bbbbbb"
+# The colours of Okabe and Ito, which colour-blind readers can tell apart.
+LINE_COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", INK, "#e69f00", "#56b4e9")
+LINE_STYLES = ("-", "--", "-.", ":")
+MARKERS = ("o", "s", "^", "D", "v", "P", "X")
+HEX_COLOURS = {"gain": "#009e73", "loss": "#d55e00", "hunter": "#fbe3b5", "prey": "#cfe8f7"}
+ARROW_STYLES = {"end": "-|>", "both": "<|-|>"}
+# the size and the filling of marked beliefs
+BELIEF_MARKERS = {"past": (3, INK), "forecast": (7, "none"), "now": (7, INK)}
 REGION_COLOURS = ("#cfe8f7", "#fbe3b5", "#c3e6d6", "#f1d3e3", "#e3e3e3", "#fdf6b2", "#d9d2e9")
 HATCHES = ("", "///", "...", "\\\\\\", "xxx", "+++", "ooo")
 VALUE_COLOURS = "cividis"
@@ -84,7 +94,7 @@ class PictureStyles:
             for handle in ax.get_legend_handles_labels()[0]
         }
         patches = [
-            Patch(facecolor=self.get_colour(label), hatch=self.hatch(label), edgecolor="#777777",
+            Patch(facecolor=self.get_colour(label), hatch=self.hatch(label), edgecolor=FAINT_EDGE,
                   label=label)
             for label in self.labels
         ]  # fmt: skip

@@ -14,8 +14,10 @@ from typing import TYPE_CHECKING, Any
 
 from dmplay.draw.panels import Plot
 from dmplay.draw.picture_panels import compute_panel_height, draw_panel
-from dmplay.draw.picture_styles import NOTE_SIZE, PictureStyles
+from dmplay.draw.picture_styles import EDGE, NOTE_SIZE, PictureStyles
+from dmplay.draw.plot_text import MAX_COLUMNS, draw_plot
 from dmplay.errors import BadParameter
+from dmplay.output.svg_export import text_to_svg
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -49,7 +51,12 @@ LAYOUT_DIGITS = 5  # decimals of positions, as shares of the picture
 
 
 def render_picture(plot: Plot, file_format: str) -> bytes:
-    """Return a plot as the bytes of an SVG, PNG or PDF file."""
+    """Return a plot as the bytes of an SVG, PNG or PDF file.
+
+    Without matplotlib, an SVG file shows the plot as the terminal does.
+    """
+    if find_spec("matplotlib") is None:
+        return text_to_svg(draw_plot(plot, MAX_COLUMNS), plot.title).encode()
     with use_settings():
         figure = compose_figure(plot)
         buffer = io.BytesIO()
@@ -81,7 +88,7 @@ def compose_figure(plot: Plot) -> "Figure":
     bottom = (notes_height + legend_height) / height
     figure = Figure(figsize=(WIDTH_INCHES, height))
     figure.set_layout_engine("constrained", rect=(0.0, bottom, 1.0, 1.0 - bottom))
-    figure.text(0.02, legend_bottom, notes, fontsize=NOTE_SIZE, va="top", color="#444444")
+    figure.text(0.02, legend_bottom, notes, fontsize=NOTE_SIZE, va="top", color=EDGE)
     axes = figure.subplots(
         len(rows), plot.columns, squeeze=False, gridspec_kw={"height_ratios": heights}
     )
@@ -121,11 +128,12 @@ def _freeze_layout(figure: "Figure", title: "Text") -> None:
     title.set_y(round(title.get_position()[1], LAYOUT_DIGITS))
 
 
-def check_matplotlib() -> None:
-    """Raise BadParameter if matplotlib is not installed."""
-    if find_spec("matplotlib") is None:
+def check_matplotlib(file_format: str) -> None:
+    """Raise BadParameter if a format needs matplotlib and it is not installed."""
+    if file_format != "svg" and find_spec("matplotlib") is None:
         raise BadParameter(
-            "-o: pictures need matplotlib; install the extra plot: pip install 'dmplay[plot]'"
+            f"-o: {file_format} pictures need matplotlib; write an svg file, or install the extra "
+            "plot: pip install 'dmplay[plot]'"
         )
 
 

@@ -68,7 +68,7 @@ def report_plot(
     if extension not in PICTURE_FORMATS:
         expected = ", ".join(f".{name}" for name in PICTURE_FORMATS)
         raise BadParameter(f"-o {output}: expected a file name that ends in one of {expected}")
-    check_matplotlib()  # before a plot that may take long to compute
+    check_matplotlib(extension)  # before a plot that may take long to compute
     picture = add_to_picture(render_picture(build_plot(request), extension), extension)
     write_bytes(output, [picture], force=force)
     return Printout(escape_newlines(f"wrote {output}"))

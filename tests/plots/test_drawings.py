@@ -273,12 +273,16 @@ def test_names_with_dollar_signs_and_foreign_scripts_are_drawn() -> None:
     assert render_picture(Plot("$\\frac$", [panel]), "svg").startswith(b"<?xml")
 
 
-def test_a_picture_without_matplotlib_names_the_extra(monkeypatch: pytest.MonkeyPatch) -> None:
-    from dmplay.plots.picture_files import check_matplotlib
+def test_only_an_svg_picture_is_written_without_matplotlib(monkeypatch: pytest.MonkeyPatch) -> None:
+    from dmplay.plots.picture_files import check_matplotlib, render_picture
 
     monkeypatch.setitem(sys.modules, "matplotlib", None)
     with pytest.raises(BadParameter, match=r"install the extra plot: pip install 'dmplay\[plot\]'"):
-        check_matplotlib()
+        check_matplotlib("png")
+    check_matplotlib("svg")
+    picture = render_picture(BELIEFS, "svg").decode()
+    assert picture.startswith("<svg")
+    assert all(text in picture for text in ("sated", "0.750", "██████"))
 
 
 def test_a_plot_in_the_terminal_does_not_load_matplotlib() -> None:
