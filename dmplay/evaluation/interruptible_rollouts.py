@@ -19,6 +19,7 @@ from dmplay.simulation.rollouts import (
     rollout_entrants,
 )
 
+MAX_EPISODES = 10**9  # Their returns alone take 8 GB.
 MAX_FORFEITS = 3  # games left out of a run because of a forfeit; after one more it ends
 
 
@@ -32,9 +33,11 @@ class PartialRollouts(NamedTuple):
 
 
 def check_episode_count(episode_count: object) -> None:
-    """Raise BadParameter unless a number of games is an integer of at least 1."""
+    """Raise BadParameter unless a number of games is an integer, 1 to MAX_EPISODES."""
     if not isinstance(episode_count, INTEGER_TYPES) or episode_count < 1:
         raise BadParameter(f"episodes: got {episode_count!r}, expected a whole number, 1 or more")
+    if episode_count > MAX_EPISODES:
+        raise BadParameter(f"episodes: got {episode_count}, expected at most {MAX_EPISODES}")
 
 
 def run_rollouts_until_interrupted(

@@ -160,6 +160,7 @@ def rollout_entrants(
     check_problem(problem, spec.turn_limit)
     for policies in entrants:
         check_policies(problem.agents, policies)
+    keep = [keep] if isinstance(keep, str) else keep
     for name in keep:
         if name not in {*Rollout._fields, TRAJECTORIES}:
             raise UnknownName("array", name, [*Rollout._fields, TRAJECTORIES])

@@ -398,7 +398,7 @@ def test_a_run_or_comparison_that_cannot_work_gives_a_clear_error(
         interpret_command(arguments)
 
 
-def test_zero_episodes_are_refused() -> None:
+def test_too_few_and_too_many_episodes_are_refused() -> None:
     dilemma = dmplay.load_problem("prisoners-dilemma")
     grim = [dmplay.load_agent(dilemma, seat, "grim") for seat in range(2)]
     message = "^episodes: got 0, expected a whole number, 1 or more$"
@@ -408,6 +408,16 @@ def test_zero_episodes_are_refused() -> None:
         compare(dilemma, [grim, grim], episodes=0)
     with pytest.raises(BadParameter, match=message):
         dmplay.run_tournament(dilemma, {"one": grim, "other": grim}, episodes=0)
+    with pytest.raises(BadParameter, match="expected at most 1000000000"):
+        run(dilemma, grim, episodes=10**18)
+
+
+def test_the_name_of_one_array_to_keep_needs_no_list() -> None:
+    named, listed = (
+        dmplay.rollout("hexworld", "random", episodes=2, keep=keep)
+        for keep in ("returns", ["returns"])
+    )
+    assert repr(named) == repr(listed)
 
 
 def test_an_endless_game_is_played_until_its_discount_is_negligible(tmp_path: Path) -> None:

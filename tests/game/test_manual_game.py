@@ -74,6 +74,8 @@ def make_nothing() -> Any:
          "got <class 'object'>, expected a problem: its name, path, class or object"),
         (lambda: dmplay.Session(PROBLEM_NAME, dmplay.SeededUniforms(1)),
          "got 'hexworld', expected a problem, such as dmplay.load_problem(NAME)"),
+        (lambda: dmplay.tabulate(PROBLEM_NAME),
+         "got 'hexworld', expected a problem, such as dmplay.load_problem(NAME)"),
         (lambda: dmplay.run(3, [WALKER]), "got 3, expected a problem"),  # type: ignore[arg-type]
         (lambda: dmplay.run(make_nothing, [WALKER]),
          "make_nothing: got NoneType, expected a dmplay Problem"),
