@@ -254,17 +254,16 @@ class QmdpWithPartner(Qmdp, PartnerBeliefPolicy):
         return np.asarray((np.array(after) * is_seen).reshape(beliefs.shape))
 
     def describe_model(self, memory: Memory) -> str:
-        """Return the likeliest hexes in the belief, which is not the board's; '' with random."""
-        if self.to == "random":
-            return ""
-        hunt, parts = self.problem, []
-        b = self.split_nodes(memory[0][:1]).sum(axis=1)
-        b = b.reshape((len(hunt.hexes),) * hunt.walker_count)
-        for walker, name in enumerate([*hunt.agents, "prey"]):
-            chances = b.sum(axis=tuple(i for i in range(b.ndim) if i != walker))
-            hex_ = format_hex(hunt.hexes[chances.argmax()])
-            parts.append(f"{name} {hex_} {chances.max():.3f}")
-        return f"likeliest hexes {', '.join(parts)}"
+        """Return the likeliest hexes of the prey and the seat; '' if all are as likely."""
+        hunt = self.problem
+        joint = self.state_belief(memory)[0].reshape((len(hunt.hexes),) * hunt.walker_count)
+        texts = []
+        for walker, name in ((hunt.predators, "prey likeliest"), (self.seat, "you")):
+            chances = joint.sum(axis=tuple(i for i in range(joint.ndim) if i != walker))
+            texts.append(f"{name} at {format_hex(hunt.hexes[chances.argmax()])}")
+            if np.ptp(chances) < MIN_DIFFERENCE:
+                return ""
+        return ", ".join(texts)
 
     def forecast_observations(self, memory: Memory, action: int) -> tuple[Reals, Reals]:
         """Return the probability `[O]` of each observation, and the belief `[O, S]` after it."""
@@ -314,18 +313,6 @@ class PlansWithPartner(QmdpWithPartner):
         """Return a policy for the turns left, and for the rule of a single partner if known."""
         policy = super().adapt_to_game(question)
         return policy if isinstance(policy, PlansWithPartner) else self
-
-    def describe_model(self, memory: Memory) -> str:
-        """Return the likeliest hexes of the prey and the seat; '' if all are as likely."""
-        hunt = self.problem
-        joint = self.state_belief(memory)[0].reshape((len(hunt.hexes),) * hunt.walker_count)
-        texts = []
-        for walker, name in ((hunt.predators, "prey likeliest"), (self.seat, "you")):
-            chances = joint.sum(axis=tuple(i for i in range(joint.ndim) if i != walker))
-            texts.append(f"{name} at {format_hex(hunt.hexes[chances.argmax()])}")
-            if np.ptp(chances) < MIN_DIFFERENCE:
-                return ""
-        return ", ".join(texts)
 
     def choice_probabilities(self, memory: Memory) -> None:
         """Return None, as its rule has too many nodes for the plans of a partner."""
