@@ -54,14 +54,20 @@ _PUBLIC_MODULES = {
     "SeatPolicy": "agents.base",
     "StationaryPolicy": "agents.base",
     "ValuesBasis": "core.action_values",
-    # figures of problems
+    # figures and boards of problems
     "Axis": "draw.axes",
+    "BarsPanel": "draw.panels",
+    "BeliefMarks": "draw.panels",
     "Figure": "game.plot_kinds",
     "GridPanel": "draw.panels",
+    "HexPanel": "draw.panels",
     "LinePanel": "draw.panels",
     "Plot": "draw.panels",
+    "PlottedHex": "draw.panels",
     "Series": "draw.panels",
     "TablePanel": "draw.panels",
+    "TrianglePanel": "draw.panels",
+    "draw_panels": "draw.panel_text",
     # what puzzles about a problem use
     "RuleOfThumb": "game.rules_of_thumb",
     # by name, from files and installed packages

@@ -38,11 +38,17 @@ from dmplay.core.tabular import Tabular as Tabular
 from dmplay.core.tabular import tabulate as tabulate
 from dmplay.core.uniforms import SeededUniforms as SeededUniforms
 from dmplay.draw.axes import Axis as Axis
+from dmplay.draw.panel_text import draw_panels as draw_panels
+from dmplay.draw.panels import BarsPanel as BarsPanel
+from dmplay.draw.panels import BeliefMarks as BeliefMarks
 from dmplay.draw.panels import GridPanel as GridPanel
+from dmplay.draw.panels import HexPanel as HexPanel
 from dmplay.draw.panels import LinePanel as LinePanel
 from dmplay.draw.panels import Plot as Plot
+from dmplay.draw.panels import PlottedHex as PlottedHex
 from dmplay.draw.panels import Series as Series
 from dmplay.draw.panels import TablePanel as TablePanel
+from dmplay.draw.panels import TrianglePanel as TrianglePanel
 from dmplay.evaluation.agent_evaluation import evaluate as evaluate
 from dmplay.evaluation.agent_evaluation import evaluate_transcripts as evaluate_transcripts
 from dmplay.evaluation.comparison import compare as compare

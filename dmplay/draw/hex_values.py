@@ -21,8 +21,10 @@ def draw_hexes(
 ) -> Text | None:
     """Return the largest map that fits, or None if none fits.
 
-    Without a number of rows, hexes have at most their normal size. Small ones have no arrows.
+    Without a number of rows, hexes have at most their normal size. Small ones have no arrows. A map
+    of dots shows only arrows and signs, so that it needs some.
     """
+    has_signs = any(cell.directions or cell.kind for cell in panel.cells)
     cells = {cell.hex: cell for cell in panel.cells}
     names = COMPASS if ascii_only else ARROWS
 
@@ -55,7 +57,8 @@ def draw_hexes(
     for drawing in iter_maps(list(cells), make_cell, options, caption):
         width, height = measure_text(drawing)
         needed_columns = needed_columns or width
-        if width <= options.width and height <= options.height and drawing.plain.strip():
+        is_legible = "╱" in drawing.plain or (has_signs and bool(drawing.plain.strip()))
+        if width <= options.width and height <= options.height and is_legible:
             notes = []
             if width < needed_columns and panel.value_label:
                 notes.append(f"the best directions need {needed_columns} columns")

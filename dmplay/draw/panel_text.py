@@ -7,6 +7,7 @@ the same. Neither draws hexes, triangles, tables or regions.
 
 import itertools
 from collections.abc import Mapping, Sequence
+from functools import partial
 
 import numpy as np
 from rich.text import Text
@@ -15,7 +16,7 @@ from dmplay.core.arrays import Reals
 from dmplay.draw import theme
 from dmplay.draw.axes import PlotArea
 from dmplay.draw.bars import draw_bars
-from dmplay.draw.canvas import Canvas, draw_borders, join_beside, split_rows
+from dmplay.draw.canvas import Canvas, draw_borders, join_beside, measure_text, split_rows
 from dmplay.draw.grid_map import draw_grid
 from dmplay.draw.hex_values import draw_hexes
 from dmplay.draw.line_plot import draw_lines
@@ -65,9 +66,7 @@ def draw_panel(
     """
     area_rows = rows and rows - bool(panel.title)
     min_columns, min_rows = MIN_SIZES.get(type(panel), (0, 0))
-    if area_rows is not None and (
-        columns < min_columns or area_rows + bool(panel.title) < min_rows
-    ):
+    if columns < min_columns or (rows is not None and rows < min_rows):
         return None
     drawing: Text | None
     match panel:
@@ -97,19 +96,26 @@ def draw_panels(
 ) -> Text | None:
     """Return panels beside each other or, if they are too narrow, below each other.
 
-    If not all fit, only the first is drawn; None if it does not fit either.
+    None if they do not fit in these columns and rows.
     """
-    count = len(panels)
-    width = columns if count == 1 else columns // count - 2
-    for size in ((width, rows), (columns, rows // count)):
-        drawings = [draw_panel(panel, *size, ascii_only=ascii_only) for panel in panels]
-        if all(drawings):
-            parts = [split_rows(drawing) for drawing in drawings if drawing]
-            starts = [index * (width + 2) * (size[0] == width) for index in range(count)]
-            if size[0] == width:
-                return Text("\n").join(join_beside(parts, starts))
-            return Text("\n").join([row for part in parts for row in part])
-    return draw_panel(panels[0], columns, rows, ascii_only=ascii_only)
+    width = columns if len(panels) == 1 else columns // len(panels) - 2
+    drawings = [draw_panel(panel, width, rows, ascii_only=ascii_only) for panel in panels]
+    if all(drawings):
+        parts = [split_rows(drawing) for drawing in drawings if drawing]
+        return Text("\n").join(join_beside(parts, range(0, len(parts) * (width + 2), width + 2)))
+    # Panels that fill any space share the rows that the others leave, or else all share them.
+    draw = partial(draw_panel, columns=columns, ascii_only=ascii_only)
+    for filling in (LinePanel | GridPanel | TrianglePanel, Panel):
+        drawings = [None if isinstance(panel, filling) else draw(panel) for panel in panels]
+        free_rows = rows - sum(measure_text(drawing)[1] for drawing in drawings if drawing)
+        share = free_rows // max(drawings.count(None), 1)
+        drawings = [
+            drawing or draw(panel, rows=share)
+            for panel, drawing in zip(panels, drawings, strict=True)
+        ]
+        if free_rows >= 0 and all(drawings):
+            return Text("\n").join([drawing for drawing in drawings if drawing])
+    return None
 
 
 def _draw_board(panel: BoardPanel) -> Text:

@@ -76,6 +76,7 @@ def _iter_panels(picture: Picture, problem: Problem) -> Iterator[Sequence[Panel]
                 yield [build_hex_panel(picture, hex_map)]
             if grids := build_grid_panels(picture, problem):
                 yield grids
+                yield grids[:1]
             yield [build_state_table(picture, problem)]
         case Curve() if picture.numbers:
             yield [build_curve_panel(picture)]
@@ -88,7 +89,8 @@ def _iter_panels(picture: Picture, problem: Problem) -> Iterator[Sequence[Panel]
                 yield [build_triangle_panel(picture)]
             yield [build_vector_table(picture)]
         case StrategyMixes():
-            yield build_mixes(picture)
+            yield (mixes := build_mixes(picture))
+            yield mixes[:1]
 
 
 def build_hex_panel(state_values: StateValues, hex_map: HexMap) -> HexPanel:

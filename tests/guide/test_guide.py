@@ -60,8 +60,9 @@ def topic_file(name: str) -> Path:
 ENVIRONMENT_NAMES = ("Env", "VectorEnv", "ParallelEnv", "env")  # of dmplay.gym and dmplay.zoo
 
 
-def test_each_public_name_has_a_docstring_and_an_example_in_the_python_topic() -> None:
-    blocks, names = parse_blocks(read_topic("python")), vars(dmplay)["__all__"]
+def test_each_public_name_has_a_docstring_and_an_example_in_two_topics() -> None:
+    names = vars(dmplay)["__all__"]
+    blocks = [*parse_blocks(read_topic("python")), *parse_blocks(read_topic("panels"))]
     words = {word for block in blocks for word in re.findall(r"\w+", block.code)}
     assert [name for name in (*names, *ENVIRONMENT_NAMES) if name not in words] == []
     objects = {name: getattr(dmplay, name) for name in names if name != "WAIT_LABEL"}
