@@ -1,3 +1,4 @@
+import re
 from typing import Any
 
 import numpy as np
@@ -7,7 +8,9 @@ import dmplay
 from dmplay.core.hexgrid import format_hex, hex_distance, path_lengths
 from dmplay.core.problem import Problem
 from dmplay.errors import BadParameter, BadPolicy
+from dmplay.game.position import Position
 from dmplay.problems._shared.hex_hunt import STANDARD_HEXES
+from dmplay.problems.predator_prey.teach import give_reasons
 from dmplay.registry.agents import load_roster
 
 E, NE, NW, W, SW, SE = range(6)
@@ -280,3 +283,31 @@ def test_an_equilibrium_requires_two_agents_and_a_discount() -> None:
         dmplay.load_agent(load_hunt(2, 1), 0, "equilibrium")
     with pytest.raises(BadPolicy, match="below 1"):
         dmplay.load_agent(dmplay.load_problem("predator-prey", discount=1.0), 0, "equilibrium")
+
+
+@pytest.mark.parametrize("seat", [0, 1])
+@pytest.mark.parametrize("prey_hex", ["(-1,1)", "(1,1)", "(3,0)"])
+def test_the_distance_is_a_reason_only_for_the_better_step(seat: int, prey_hex: str) -> None:
+    for hex_ in map(format_hex, STANDARD_HEXES):
+        position = Position.from_text(
+            PROBLEM, seat, state=f"{hex_} {prey_hex}", players=["chase", "flee"]
+        )
+        for action in position.legal_actions:
+            reason = give_reasons(position, action)[0]
+            distances = [float(number) for number in re.findall(r"\d\.\d\d", reason)]
+            if distances:
+                is_best = position.labels[action] in position.best_actions()
+                assert is_best == ("any other step" in reason)
+                is_farther = distances[0] > distances[1]
+                assert distances[0] == distances[1] or is_farther == (is_best == (seat == 1))
+
+
+@pytest.mark.parametrize("prey", ["flee", "random"])
+def test_even_best_play_on_the_standard_map_ends_below_0(prey: str) -> None:
+    for prey_hex in map(format_hex, STANDARD_HEXES):
+        position = Position.from_text(
+            PROBLEM, 0, state=f"(1,2) {prey_hex}", players=["chase", prey]
+        )
+        values = position.values()
+        assert values is not None
+        assert values.q.max() < 0.0

@@ -95,7 +95,7 @@ def test_the_glyphs_of_a_crowded_hex_are_truncated() -> None:
     assert "│@Bo1…│" in fit_board(predator_prey, crowded_view, DrawOptions(80, 24)).plain
     assert ("* (1,2)", "A B o1 o2 o3") in predator_prey.panel_rows(crowded_view)
     assert predator_prey.describe_situation(crowded_view).startswith(
-        "at (1,2), you are predator1. you have the prey: any action eats it, and you stay."
+        "at (1,2), you are predator1. you have the prey: any action eats it."
     )
 
 

@@ -25,10 +25,28 @@ def _step_by_distance(position: Position, *, is_predator: bool) -> int | None:
     return find_only_best_step(position, -distances if is_predator else distances)
 
 
-def give_reasons(position: Position, action: int) -> list[str]:
-    """Return the chance of a catch, and the mean distance, after a step and after another one.
+def _compare_steps(position: Position, action: int, numbers: dict[int, float], sign: int) -> str:
+    """Return the number after a step and that after the best one, or after all others.
 
-    Return [] if the next states cannot be listed.
+    Return '' if the numbers, the higher the better if `sign` is 1, speak against the better step.
+    """
+    values, number = position.values(), numbers[action]
+    best = [action] if values is None else [int(a) for a in values.best_actions]
+    if action not in best:
+        other_number, text = numbers[best[0]], f"after {position.labels[best[0]].upper()},"
+        speaks_for_best = sign * round(other_number - number, 2) > 0
+    else:
+        other_number = sign * max(sign * numbers[a] for a in numbers if a != action)
+        text = f"after any other step, at {'most' if sign > 0 else 'least'}"
+        speaks_for_best = sign * round(number - other_number, 2) >= 0
+    return f"{number:.2f}; {text} {other_number:.2f}" if speaks_for_best else ""
+
+
+def give_reasons(position: Position, action: int) -> list[str]:
+    """Return the chance of a catch, and the mean distance, after a step and after others.
+
+    A number that speaks against the better step is left out. Return [] if the next states cannot be
+    listed.
     """
     problem, state = position.problem, position.state
     assert isinstance(problem, PredatorPrey)
@@ -50,26 +68,22 @@ def give_reasons(position: Position, action: int) -> list[str]:
         condition = "," if forecast.other_players else ", if the others move at random,"
         steps = lengths[states[:, [position.seat]], states[:, others]].min(axis=1)
         chances[a], distances[a] = float(p @ (steps == 0)), float(p @ steps)
-    sign = 1 if is_predator else -1
-
-    def compare(numbers: dict[int, float], sign: int) -> tuple[str, str, str]:
-        """Return the number after a step, and the best of the others with its number."""
-        best = max((a for a in numbers if a != action), key=lambda a: sign * numbers[a])
-        return f"{numbers[action]:.2f}", position.labels[best].upper(), f"{numbers[best]:.2f}"
-
-    name = position.labels[action].upper()
-    number, best, best_number = compare(distances, -sign)
-    reasons = [
-        f"{other.capitalize()} is {format_count(distance, 'step')} away. After {name}{condition} "
-        f"{other} will be {number} away on average; after {best}, the best other step, "
-        f"{best_number}."
-    ]
+    sign = -1 if is_predator else 1
+    distance_text = _compare_steps(position, action, distances, sign)
+    chance_text = ""
     if max(chances.values()) >= MIN_CHANCE:
-        number, best, best_number = compare(chances, sign)
-        reasons.append(
-            f"You will then share a hex with probability {number}; after {best}, the best other "
-            f"step, {best_number}."
+        chance_text = _compare_steps(position, action, chances, -sign)
+    reasons = [f"{other.capitalize()} is {format_count(distance, 'step')} away."]
+    if distance_text:
+        reasons[0] += (
+            f" After {position.labels[action].upper()}{condition} {other} will be "
+            f"{distance_text.replace(';', ' away on average;', 1)}."
         )
+    if chance_text:
+        action_text = "" if distance_text else f" after {position.labels[action].upper()}"
+        reasons.append(f"You will then share a hex{action_text} with probability {chance_text}.")
+    if not distance_text and not chance_text:
+        reasons[0] += " Its distance after the step does not decide: where all stand then does."
     return reasons
 
 

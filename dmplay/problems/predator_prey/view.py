@@ -13,6 +13,7 @@ from dmplay.draw import hex_map, theme
 from dmplay.draw.action_hints import format_probability
 from dmplay.draw.hex_map import HexCell, HexSize
 from dmplay.draw.options import DrawOptions
+from dmplay.problems._shared.hex_hunt import STANDARD_HEXES
 from dmplay.views.protocol import FinishedGame, Lesson
 
 from .rules import DEVOURED_REWARD, MOVE_REWARD, PredatorPrey
@@ -203,6 +204,15 @@ def describe_keys(view: View[PredatorPrey]) -> dict[str, str]:
     return hex_map.describe_wall_keys(view.problem.hexes, _list_positions(view)[view.seat])
 
 
+def _is_standard_hunt(problem: PredatorPrey) -> bool:
+    """Return whether a predator hunts a prey on the standard map, with a discount.
+
+    The map is too large for a catch in every second turn, so that the costs are more than is won.
+    """
+    is_pair = problem.predators == problem.prey == 1
+    return is_pair and problem.hexes == STANDARD_HEXES and problem.discount < 1.0
+
+
 def goal_lines(view: View[PredatorPrey]) -> list[str]:
     """Return the goal and the rewards of a predator or a prey, as clauses."""
     problem, slips = view.problem, [*filter(None, [hex_map.describe_slips(view.problem.slip)])]
@@ -213,6 +223,8 @@ def goal_lines(view: View[PredatorPrey]) -> list[str]:
             f"step onto {'the' if problem.prey == 1 else 'a'} prey",
             f"one turn later, that pays 1{unit}{sharing_clause}",
             "turns without a catch cost 1",
+            *["early catches count most"] * (problem.discount < 1.0),
+            *["even best play ends below 0 on average"] * _is_standard_hunt(problem),
             *slips,
             "a bump into a wall costs nothing more",
             f"a caught prey loses {-DEVOURED_REWARD:g} and reappears at random",
@@ -321,7 +333,7 @@ def _iter_shared_hex_sentences(view: View[PredatorPrey]) -> Iterator[str]:
     if not _mark_feeding_agents(view)[view.seat] or view.player_label != "you" or view.end_reason:
         return
     if view.seat in view.problem.predator_seats:
-        yield "you have the prey: any action eats it, and you stay."
+        yield "you have the prey: any action eats it."
     else:
         yield "you are caught: after any action you reappear on a random hex."
 
