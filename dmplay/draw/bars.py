@@ -4,7 +4,6 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from rich.text import Text
 
 from dmplay.core.arrays import Ints, Reals
 from dmplay.core.problem import Problem
@@ -49,19 +48,18 @@ def format_column(eighths: int, ascii_only: bool = False) -> str:
     return levels[-1] * full_rows + (levels[part - 1] if part else "")
 
 
-def draw_bars(  # noqa: PLR0913 - a panel, and its size
+def draw_bars(
     panel: BarsPanel,
     columns: int,
     rows: int | None = None,
     *,
     ascii_only: bool = False,
     max_bar_columns: int = MAX_BAR_COLUMNS,
-    min_bar_columns: int = MIN_BAR_COLUMNS,
-) -> Text:
-    """Return a row for each label: in each column, a bar and its number.
+) -> Canvas:
+    """Draw a row for each label: in each column, a bar and its number.
 
     If not all rows fit, the marked one and those with the largest numbers are drawn; of equal ones,
-    those near the marked one. There are no bars if they would be narrower than `min_bar_columns`.
+    those near the marked one. Without space for bars, there are only numbers.
     """
     numbers = np.array([values for _, values in panel.columns])  # [C, N]
     headings = [heading for heading, _ in panel.columns]
@@ -77,8 +75,7 @@ def draw_bars(  # noqa: PLR0913 - a panel, and its size
     label_columns = min(max(map(len, [panel.label_title, *names])), space)
     pitch = (columns - mark_columns - label_columns) // len(numbers)
     bar_columns = min(pitch - number_columns - 3, max_bar_columns)
-    bar_columns = max(bar_columns, min_bar_columns * (min_bar_columns == 1))
-    bar_columns = bar_columns if bar_columns >= min_bar_columns else 0
+    bar_columns = bar_columns if bar_columns >= MIN_BAR_COLUMNS else 0
     bar_space = bar_columns + bool(bar_columns)
     pitch = min(pitch, max(number_columns + bar_space, *map(len, headings), 0) + 2)
     left = mark_columns + label_columns + 2
@@ -103,17 +100,16 @@ def draw_bars(  # noqa: PLR0913 - a panel, and its size
         total = f" {1.0 - numbers[0, order].sum():.{panel.decimals}f}" if len(numbers) == 1 else ""
         note = f"{' ' * mark_columns}{format_count(omitted, 'other')}{total}"
         canvas.write_text(0, has_heading + len(order), note[:columns], "dim")
-    return canvas.to_text()
+    return canvas
 
 
 def _choose_rows(panel: BarsPanel, numbers: Reals, count: int) -> Ints:
     """Return the indices of the rows that are drawn if not all fit."""
     sizes = np.nan_to_num(numbers).max(axis=0)
     indices = np.arange(len(sizes))
-    if panel.marked_row is None:
-        return np.sort(np.argsort(-sizes, kind="stable")[:count])
     is_marked = indices == panel.marked_row
-    likeliest = np.lexsort((abs(indices - panel.marked_row), -sizes - 2.0 * is_marked))[:count]
+    distances = abs(indices - (panel.marked_row or 0))
+    likeliest = np.lexsort((distances, -sizes - 2.0 * is_marked))[:count]
     return np.sort(likeliest[(sizes[likeliest] > 0) | is_marked[likeliest]])
 
 
@@ -127,14 +123,9 @@ def draw_belief_bars(  # noqa: PLR0913 - a canvas, a position and the content
     max_bar_columns: int = 20,
 ) -> int:
     """Draw a probability bar for each state from row y on; return the next row."""
-    drawing = draw_bars(
-        BarsPanel("", names, [("", belief)]),
-        options.width,
-        ascii_only=options.ascii,
-        max_bar_columns=max_bar_columns,
-        min_bar_columns=1,
-    )
-    return canvas.write_drawing(0, y, drawing)
+    panel, columns = BarsPanel("", names, [("", belief)]), options.width
+    bars = draw_bars(panel, columns, ascii_only=options.ascii, max_bar_columns=max_bar_columns)
+    return canvas.write_canvas(0, y, bars)
 
 
 def list_state_probabilities(view: View[Problem]) -> tuple[list[str], Reals]:

@@ -58,14 +58,13 @@ class Canvas:
             y += 1
         return y
 
-    def write_drawing(self, x: int, y: int, drawing: Text) -> int:
-        """Write a drawing with its styles from column x of row y on; return the next row."""
-        for row in split_rows(drawing):
-            self.write_text(x, y, row.plain)
-            for start, end, style in row.spans:
-                self.write_text(x + start, y, row.plain[start:end], str(style))
-            y += 1
-        return y
+    def write_canvas(self, x: int, y: int, other: "Canvas") -> int:
+        """Write another canvas from column x of row y on; return the next row."""
+        for y_offset, (glyphs, styles) in enumerate(other._rows):
+            plain = "".join(glyphs).rstrip()
+            self.write_text(x, y + y_offset, plain)
+            self._rows[y + y_offset][1][x : x + len(plain)] = styles[: len(plain)]
+        return y + len(other._rows)
 
     def to_text(self) -> Text:
         """Return the drawing as text, one line per row, without trailing blanks."""

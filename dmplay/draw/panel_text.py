@@ -73,7 +73,7 @@ def draw_panel(
         case LinePanel():
             drawing = draw_lines(panel, columns, area_rows)
         case BarsPanel():
-            drawing = draw_bars(panel, columns, area_rows, ascii_only=ascii_only)
+            drawing = draw_bars(panel, columns, area_rows, ascii_only=ascii_only).to_text()
         case GridPanel():
             drawing = draw_grid(panel, columns, area_rows, glyphs)
         case HexPanel():

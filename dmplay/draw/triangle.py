@@ -72,7 +72,7 @@ def draw_triangle(
     if len(panel.alpha_vectors):
         _fill_triangle(canvas, x, panel, size, glyphs)
     for mark in panel.marks:
-        for column, row in np.unique(_locate_beliefs(mark.beliefs, size), axis=0).tolist():
+        for column, row in {*map(tuple, _locate_beliefs(mark.beliefs, size).tolist())}:
             canvas.write_text(x + column, 1 + row, *MARK_STYLES[mark.kind])
 
 

@@ -182,14 +182,18 @@ def test_alpha_vectors_of_three_states_are_a_triangle() -> None:
 def test_bars_that_do_not_fit_leave_out_the_smallest_numbers() -> None:
     numbers = np.array([0.4, 0.1, 0.1, 0.1, 0.3])
     panel = BarsPanel("", [*"abcde"], [("", numbers)])
-    assert draw_bars(panel, 20, 3).plain.split("\n") == [
+    assert draw_bars(panel, 20, 3).to_text().plain.split("\n") == [
         "a  ████▍······ 0.400",
         "e  ███▎······· 0.300",
         "3 others 0.300",
     ]
     marked = replace(panel, marked_row=2)
-    assert [row[:3] for row in draw_bars(marked, 20, 3).plain.split("\n")] == ["  a", "> c", "  3"]
-    assert draw_bars(panel, 10, 5).plain.split("\n")[0] == "a  0.400"
+    assert [row[:3] for row in draw_bars(marked, 20, 3).to_text().plain.split("\n")] == [
+        "  a",
+        "> c",
+        "  3",
+    ]
+    assert draw_bars(panel, 10, 5).to_text().plain.split("\n")[0] == "a  0.400"
 
 
 def test_mixes_mark_the_best_responses() -> None:

@@ -224,7 +224,7 @@ def _draw_belief_bars(
     canvas.write_text(x, y, "belief: skill", "dim")
     panel = BarsPanel("", PROFICIENCY_NAMES, [("", view.belief)])
     bars = draw_bars(panel, min(options.width, 36), ascii_only=options.ascii)
-    return canvas.write_drawing(x, y + 1, bars)
+    return canvas.write_canvas(x, y + 1, bars)
 
 
 def _draw_distance_table(view: View[Catch], canvas: Canvas) -> int:
