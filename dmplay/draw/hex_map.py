@@ -155,13 +155,6 @@ def _measure_map(size: HexSize, column_span: int, row_span: int) -> tuple[int, i
     return last_hex_column + size.width + 1, (row_span + 1) * row_pitch + size.slope_rows
 
 
-def draw_map(
-    hexes: Sequence[Hex], make_cell: Callable[[Hex, HexSize], HexCell], size: HexSize
-) -> Text:
-    """Return the map drawn in one size."""
-    return _draw_cells(hexes, [make_cell(hex_, size) for hex_ in hexes], size)
-
-
 @lru_cache(256)
 def _draw_captioned_map(
     hexes: tuple[Hex, ...], cells: tuple[HexCell, ...], size: HexSize, captions: tuple[str, ...]
