@@ -46,7 +46,7 @@ PLAN_RESOLUTION = 0.3
 
 @dataclass(frozen=True)
 class Sweep(SeatPolicy):
-    """Keeps one direction; reverses it every few turns, on sensing a prey, and one turn after that.
+    """Walks to and fro, and also turns back on sensing a prey and one turn later.
 
     Each seat begins in another direction. Of the rules that turn by a fixed angle at each of these
     three moments, this one catches most on the standard map.

@@ -60,8 +60,8 @@ def give_reasons(position: Position, action: int) -> list[str]:
         text = "Another move looks as good or better next turn"
         reasons.append(f"{text}; the value of {label} also counts later turns.")
     if position.agent and isinstance(position.agent.policy, PlansWithPartner):
-        text = f"Differences of values up to {PLAN_RESOLUTION:g} may be errors of the plans"
-        reasons.append(f"{text}, and judge no choice.")
+        text = f"if two differ by up to {PLAN_RESOLUTION:g}, they may be equal"
+        reasons.append(f"The values are estimates: {text}, and the choice is not judged.")
     return reasons
 
 

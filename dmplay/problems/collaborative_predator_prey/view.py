@@ -323,18 +323,22 @@ def goal_lines(view: View[CollaborativePredatorPrey]) -> list[str]:
     slips, player = hex_map.describe_slips(view.problem.slip), view.player_label
     see, sense, be = ("see", "sense", "are") if player == "you" else ("sees", "senses", "is")
     own_hex = f"{_get_possessive(view)} own hex"
-    is_blind, share = not view.problem.sighted, " each" * (len(view.problem.agents) > 1)
+    is_blind = not view.problem.sighted
+    pays = f"turns begun on its hex pay {CAPTURE_REWARD:g}"
+    if len(view.problem.agents) > 1:
+        pays = f"turns that a predator begins on its hex pay {CAPTURE_REWARD:g}"
+    untold = "a catch or " * is_blind + "the score"
     likely = f"the map shows how likely {player} and the prey are at each hex"
     return [
         "step onto the hidden, moving prey",
         f"{player} {see} {'neither it nor' if is_blind else 'only'} {own_hex}",
-        f"turns begun on its hex pay {CAPTURE_REWARD:g}{share}, others cost {-MOVE_REWARD:g}",
+        *([f"{player} {be} not told of {untold} until the end"] * (view.rewards is None)),
+        f"{pays}, others cost {-MOVE_REWARD:g}",
         *([f"keys step from wherever {player} {be}"] * is_blind),
         f"{player} {sense} it on {own_hex} or beside it",
         *([slips] if slips else []),
         *([likely] * is_blind),
         "a caught prey reappears anywhere",
-        *(["catches and score are told at the end"] * (view.rewards is None)),
     ]
 
 
@@ -450,5 +454,7 @@ def describe_end(game: FinishedGame[CollaborativePredatorPrey]) -> str:
     catches += ["..."] * (len(turns) > MAX_LISTED_CATCHES)
     where = f": {', '.join(catches)}" if turns else ""
     caught = f"{game.team} caught the prey in {len(turns)} of {game.turns}{where}"
-    pays = f"a turn that begins on its hex pays {CAPTURE_REWARD:g}"
-    return f"{caught}; {pays}, any other costs {-MOVE_REWARD:g}"
+    rewards = game.rewards[:, game.seat] * game.problem.discount ** np.arange(len(before))
+    gain, cost = rewards[rewards > 0].sum(), -rewards[rewards < 0].sum()
+    late = "; late turns count less" * (game.problem.discount < 1.0)
+    return f"{caught}; catches add {gain:.2f} to the score, other turns cost {cost:.2f}{late}"

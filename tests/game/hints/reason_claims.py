@@ -713,8 +713,8 @@ CLAIMS: dict[str, dict[str, Claim]] = {
         r"The hint's belief has the prey most likely at (.*\)), and you at (.*\))\.": check_belief,
         r"From that hex of yours to that of the prey it is (\d+) steps?, "
         r"first by ([a-z ]+)\.": check_way,
-        r"Differences of values up to (0\.3) may be errors of the plans, "
-        r"and judge no choice\.": check_resolution,
+        r"The values are estimates: if two differ by up to (0\.3), they may be equal, "
+        r"and the choice is not judged\.": check_resolution,
         r"It has predator2 most likely at (.*\))\.": check_partner,
         r"After ([a-z]+), (a predator is on the prey's hex with probability|you are|"
         r"you sense the prey with probability) (\d\.\d\d)(?: steps from the prey on average)?"
