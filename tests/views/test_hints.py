@@ -60,10 +60,10 @@ sated   ####.................................... 0.093
 hungry  ####################################.... 0.907
 chance of hunger, turn by turn =#
 
-this turn only   hunger  effort  reward  value below best
-s sing            -9.07   -0.50   -9.57  best
-f feed            -9.07   -5.00  -14.07  #......... -0.4
-i ignore          -9.07   +0.00   -9.07  ########## -3.25
+this turn: effort  reward  then hungry  value below best
+s sing      -0.50   -9.57          92%  best
+f feed      -5.00  -14.07           0%  #......... -0.4
+i ignore    +0.00   -9.07          92%  ########## -3.25
 
 if you sing:  belief then:
 chance        sated  hungry
@@ -80,14 +80,14 @@ sated   ████████████████████████
 hungry  ········································ 0.000
 chance of hunger, turn by turn ▅▁
 
-this turn only   hunger  effort  reward
-f feed            +0.00   -5.00   -5.00
-s sing            +0.00   -0.25   -0.25
-i ignore          +0.00   +0.00   +0.00
+this turn: effort  reward  then hungry
+f feed      -5.00   -5.00           0%
+s sing      -0.25   -0.25          33%
+i ignore    +0.00   +0.00          33%
 
-a hungry baby cries: 90%, with or without a song
-a sated baby cries: 0%, with or without a song
-an unfed sated baby gets hungry: 50%
+a hungry baby cries: 90%, a sated one: 0%
+singing changes neither
+an unfed sated baby gets hungry: 50%; if quiet, less
 true state: sated
 bars: your belief, computed as if caregiver1 acted at random""",
     ),

@@ -27,7 +27,7 @@ from dmplay.draw.bars import (
 from dmplay.draw.canvas import Canvas
 from dmplay.draw.number_line import format_signed_fixed
 from dmplay.draw.options import DrawOptions
-from dmplay.problems._shared.baby_care import FEED
+from dmplay.problems._shared.baby_care import ACTIONS, FEED, IGNORE
 from dmplay.problems.multicaregiver_crying_baby.rules import MulticaregiverCryingBaby
 from dmplay.views.generic import format_last_observation
 from dmplay.views.protocol import FinishedGame, Lesson
@@ -41,6 +41,7 @@ WIDE_BAR_COLUMNS, REGRET_BAR_COLUMNS = 40, 10
 # rows of a board from which it has a chart of the belief; maximum rows and columns of the chart
 MIN_CHART_HEIGHT, MAX_CHART_ROWS, MAX_CHART_COLUMNS = 34, 24, 64
 KEYS = {"f": "feed", "s": "sing", "i": "ignore"}
+MIN_CERTAIN_PROBABILITY = 1 - 1e-9
 HIDDEN_FACT = "the baby's hunger"
 
 
@@ -49,8 +50,8 @@ def iter_boards(view: View[CaregiverProblem], options: DrawOptions) -> Iterator[
 
     The large board comes first if `options.allow_large` is set. The small boards follow, with rows
     of hints and of the forecast below them, then without these rows. If there are no hints, a row
-    of expected rewards replaces them on a large screen until the game is over. Without a belief,
-    there are only the observation and the probabilities of crying.
+    of facts on the actions replaces them on a large screen until the game is over. Without a
+    belief, there are only the observation and the probabilities of crying.
     """
     if view.beliefs is None:
         sound = (format_last_observation(view), _choose_sound_style(view))
@@ -63,7 +64,7 @@ def iter_boards(view: View[CaregiverProblem], options: DrawOptions) -> Iterator[
         yield _draw_large_board(view, options)
     rows = format_regret_rows(options, list_action_keys(KEYS, options))
     if not rows and options.allow_large and not view.end_reason:
-        rows = [_format_expected_rewards(view, options)]
+        rows = [_format_action_facts(view, options)]
     rows += format_forecast_rows(view, options, view.problem.state_names)
     yield from iter_with_and_without_rows(_iter_small_boards(view, options), rows, options)
 
@@ -156,12 +157,14 @@ def _draw_belief_chart(
 def _draw_expected_rewards(
     view: View[CaregiverProblem], canvas: Canvas, y: int, options: DrawOptions
 ) -> None:
-    """Draw a table of the expected immediate reward of each action.
+    """Draw a table of the reward of each action and the hunger in the next turn.
 
-    The columns are the expected cost of hunger under the belief, the cost of effort and their sum.
-    With hints, a bar shows the regret and the best action comes first.
+    The columns are the cost of effort, the expected reward under the belief, which includes the
+    cost of hunger, and the probability of hunger after the action, if it can be told. With hints,
+    a bar shows the regret and the best action comes first.
     """
-    heading = "this turn only   hunger  effort  reward"
+    next_hunger = _predict_hunger(view)
+    heading = f"this turn: effort  reward{'  then hungry' * bool(next_hunger)}"
     canvas.write_text(0, y, heading, "dim")
     regret_heading = "value below best" if options.regret is not None else ""
     canvas.write_text(len(heading) + 2, y, regret_heading, "dim")
@@ -170,20 +173,45 @@ def _draw_expected_rewards(
     for row, action in enumerate(rank_actions(options, len(keys)), y + 1):
         effort = view.problem.action_rewards[view.seat][action]
         canvas.write_text(0, row, f"{keys[action]} {labels[action]}")
-        numbers = (hunger, effort, hunger + effort)
-        cells = "".join(f"{format_signed_fixed(number, 2):>8}" for number in numbers)
-        canvas.write_text(15, row, cells)
+        cells = f"{format_signed_fixed(effort, 2):>8}{format_signed_fixed(hunger + effort, 2):>8}"
+        cells += f"{next_hunger[action]:>13.0%}" if next_hunger else ""
+        canvas.write_text(9, row, cells)
         regret = format_regret_with_bar(options, action, REGRET_BAR_COLUMNS)
         canvas.write_text(len(heading) + 2, row, regret, theme.REGRET)
 
 
-def _format_expected_rewards(view: View[CaregiverProblem], options: DrawOptions) -> str:
-    """Return the expected immediate reward of each action in one row."""
+def _predict_hunger(view: View[CaregiverProblem]) -> list[float]:
+    """Return the probability of hunger after each action; [] if it is unknown what a partner does.
+
+    A partner of whose rule the belief knows nothing acts at random, as in the belief.
+    """
+    problem, joint_action = view.problem, list[int | None]([None] * len(view.problem.agents))
+    if view.known_partner == "feed-when-crying":
+        is_crying = format_last_observation(view) == "crying"
+        joint_action[1 - view.seat] = FEED if is_crying else IGNORE
+    elif view.known_partner in ACTIONS:
+        joint_action[1 - view.seat] = ACTIONS.index(view.known_partner)
+    elif view.known_partner not in {"", "random"}:
+        return []
+    unheard = [None] * len(joint_action)
+    probabilities = list[float]()
+    for action in range(len(ACTIONS)):
+        joint_action[view.seat] = action
+        probabilities.append(
+            float(problem.joint_belief_update(view.belief, joint_action, unheard)[-1])
+        )
+    return probabilities
+
+
+def _format_action_facts(view: View[CaregiverProblem], options: DrawOptions) -> str:
+    """Return the hunger after each action in one row, or the rewards if it is unknown."""
     hunger = float(view.belief[-1]) * view.problem.hungry_reward
     efforts = view.problem.action_rewards[view.seat]
-    pairs = zip(list_action_keys(KEYS, options), efforts, strict=True)
-    rewards = [f"{key} {format_signed_fixed(hunger + effort, 2)}" for key, effort in pairs]
-    return "  ".join(["this turn only:", *rewards])
+    facts = [f"{chance:.0%}" for chance in _predict_hunger(view)]
+    heading = "hungry in the next turn:" if facts else "this turn only:"
+    facts = facts or [format_signed_fixed(hunger + effort, 2) for effort in efforts]
+    pairs = zip(list_action_keys(KEYS, options), facts, strict=True)
+    return "  ".join([heading, *map("{0[0]} {0[1]}".format, pairs)])
 
 
 def _describe_cry_probabilities(view: View[CaregiverProblem]) -> list[str]:
@@ -191,11 +219,25 @@ def _describe_cry_probabilities(view: View[CaregiverProblem]) -> list[str]:
     problem = view.problem
     hungry = _format_cry_probability(problem.cries_hungry, problem.cries_hungry_sung)
     sated = _format_cry_probability(problem.cries_sated, problem.cries_sated_sung)
-    return [
-        f"a hungry baby cries: {hungry}",
-        f"a sated baby cries: {sated}",
-        f"an unfed sated baby gets hungry: {problem.becomes_hungry:.0%}",
-    ]
+    rows = [f"a hungry baby cries: {hungry}", f"a sated baby cries: {sated}"]
+    if _is_song_useless(problem):
+        rows = [
+            f"a hungry baby cries: {problem.cries_hungry:.0%}, a sated one: "
+            f"{problem.cries_sated:.0%}",
+            "singing changes neither",
+        ]
+    is_quiet_good_news = (
+        problem.cries_hungry > problem.cries_sated
+        and problem.cries_hungry_sung > problem.cries_sated_sung
+    )
+    clue = "; if quiet, less" * is_quiet_good_news
+    return [*rows, f"an unfed sated baby gets hungry: {problem.becomes_hungry:.0%}{clue}"]
+
+
+def _is_song_useless(problem: CaregiverProblem) -> bool:
+    """Return whether a baby cries as often without a song as with one."""
+    without_song = problem.cries_hungry, problem.cries_sated
+    return without_song == (problem.cries_hungry_sung, problem.cries_sated_sung)
 
 
 def _format_cry_probability(without_song: float, with_song: float) -> str:
@@ -209,12 +251,17 @@ def goal_lines(view: View[CaregiverProblem]) -> list[str]:
     """Return the goal and the costs of hunger, feeding and singing, as clauses."""
     problem = view.problem
     feeding, singing, _ = problem.action_rewards[view.seat]
-    goal = "keep the baby sated (not hungry)"
+    goal, team = "keep the baby sated (not hungry)", []
     if len(problem.agents) > 1:
         goal = f"with {problem.agents[1 - view.seat]}, keep the baby sated"
+        team = [
+            "hunger costs both caregivers, feeding only the one that feeds",
+            "both can feed, choose at the same time and hear the same",
+        ]
     return [
         goal,
         f"hunger costs {-problem.hungry_reward:g}, feeding {-feeding:g}, singing {-singing:g}",
+        *team,
         f"crying is the only clue{', clearer after singing' * _is_song_informative(problem)}",
     ]
 
@@ -255,6 +302,8 @@ def _describe_hunger_chances(view: View[CaregiverProblem]) -> Iterator[str]:
         "hungry": (problem.cries_hungry, problem.cries_hungry_sung),
         "sated": (problem.cries_sated, problem.cries_sated_sung),
     }
+    if _is_song_useless(problem):
+        yield "Singing costs, and changes nothing"
     singer = "you sing" if is_single_agent else "a caregiver sings"
     for state, (without_song, with_song) in chances.items():
         song = f", or {with_song:g} if {singer}" if with_song != without_song else ""
@@ -294,7 +343,9 @@ def describe_belief(view: View[CaregiverProblem]) -> str:
     if view.beliefs is None:
         return ""
     partners = view.problem.agents[: view.seat] + view.problem.agents[view.seat + 1 :]
-    partners = () if view.known_partner else partners
+    # A belief that is certain beside a random partner is certain beside any.
+    is_certain = float(view.belief.max()) >= MIN_CERTAIN_PROBABILITY
+    partners = () if view.known_partner or is_certain else partners
     assumption = "".join(f" as if {partner} acted at random" for partner in partners)
     return f"belief{assumption}: {format_belief(view.problem.state_names, view.belief)}."
 

@@ -152,20 +152,20 @@ hint: best i; s ▌··· -0.5; f ████ -3.88
     ("crying-baby", ("left", "left"), LARGE_SIZE, True): """\
  dmplay crying-baby    seed 7   before turn 4/5   score (discounted) -15.45
  keep the baby sated (not hungry); hunger costs 10, feeding 5, singing 0.5
-heard  quiet                                               reward   0
-                                                           discount 0.90
-sated   #######################################. 0.973     exact values
-hungry  #....................................... 0.027     2 turns left
-chance of hunger, turn by turn =___                          ignore -1.38
-                                                             sing   -1.88
-this turn only   hunger  effort  reward  value below best    feed   -5.27
-i ignore          -0.27   +0.00   -0.27  best
-s sing            -0.27   -0.50   -0.77  #......... -0.5
-f feed            -0.27   -5.00   -5.27  ########## -3.88
+heard  quiet                                              reward   0
+                                                          discount 0.90
+sated   #######################################. 0.973    exact values
+hungry  #....................................... 0.027    2 turns left
+chance of hunger, turn by turn =___                         ignore -1.38
+                                                            sing   -1.88
+this turn: effort  reward  then hungry  value below best    feed   -5.27
+i ignore    +0.00   -0.27          12%  best
+s sing      -0.50   -0.77          12%  #......... -0.5
+f feed      -5.00   -5.27           0%  ########## -3.88
 
 a hungry baby cries: 80%, with a song 90%
 a sated baby cries: 10%, with a song 0%
-an unfed sated baby gets hungry: 10%
+an unfed sated baby gets hungry: 10%; if quiet, less
 true state: sated
 
  turn 3. chose ignore, heard quiet. belief: sated 0.973, hungry 0.027. reward
