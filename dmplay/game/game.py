@@ -188,7 +188,8 @@ class Game:
         exact_seats = {
             choices.seat
             for choices in self.verdict.choices
-            if choices.worst and self.problem.actions[find_seat(self.problem, choices.seat)].labels
+            if choices.regret is not None
+            and self.problem.actions[find_seat(self.problem, choices.seat)].labels
         }
         moves = self.verdict.moves if self.transcript_path is not None else ()
         return any(move.is_mistake and move.seat in exact_seats for move in moves)

@@ -19,7 +19,9 @@ from dmplay.core.text import format_count
 from dmplay.draw.hex_map import describe_map
 from dmplay.errors import UnknownName
 from dmplay.game.action_breakdown import PossibleOutcome, merge_outcomes_by_text
+from dmplay.game.action_input import Keyboard
 from dmplay.game.hints.review import RIGHT_LOSS_PERCENT
+from dmplay.game.key_preferences import DEFAULT_KEY_PREFERENCES
 from dmplay.game.rules_of_thumb import build_seat_payoffs, is_repeated_game
 from dmplay.game.seats import HUMAN
 from dmplay.registry.agents import HintAgent, default_parameters, load_roster, make_script_policy
@@ -190,12 +192,14 @@ class ActionQuestion:
         """Return the legal action that a text names; raise UnknownName with the nearest names."""
         legal = self.legal_labels
         by_normal_form = {normalize_label(label): label for label in legal}
+        keyboard = Keyboard(self.problem, [self.seat], DEFAULT_KEY_PREFERENCES)
+        keys = {key: name for key, name, _ in keyboard.list_actions_with_keys(self.position.view)}
         aliases = {
             normalize_label(alias): normalize_label(label)
-            for alias, label in self.problem.action_aliases.items()
+            for alias, label in {**keys, **self.problem.action_aliases}.items()
         }
         word = normalize_label(text)
-        label = by_normal_form.get(aliases.get(word, word))
+        label = by_normal_form.get(word) or by_normal_form.get(aliases.get(word, ""))
         if label is None:
             raise UnknownName("action", text, legal)
         return self.labels.index(label)

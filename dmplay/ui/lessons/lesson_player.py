@@ -194,7 +194,7 @@ class LessonPlayer(LineDialog):
             problem = find_next_problem(
                 list_problem_entries(), self._run.lesson.steps[-1].position.problem
             )
-            self._print_lines(f"next game: dmplay {problem}")
+            words = f"dmplay {problem}, or the first lesson: {words}"
         self._print_lines(f"next: {escape_newlines(words)} ({following.title})")
         if self._terminal.full_screen and self._run.lesson.number:  # not a beginner's first game
             with suppress(DialogLeft), exit_on_signals():
