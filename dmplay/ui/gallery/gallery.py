@@ -230,9 +230,12 @@ class Gallery:
             for key in GALLERY_KEYS
             if key.footer_label and (self._unfinished_games or key.footer_label != "resume")
         ]
+        resumed = ""  # the problem of the game that would be resumed, if another one is selected
+        if self._unfinished_games and self.selected_problem not in self._unfinished_games:
+            resumed = f" {next(iter(self._unfinished_games))}"
         for min_priority in range(5):  # Drop keys of low priority first.
             text = "  ".join(
-                f"{key.label} {key.footer_label}"
+                f"{key.label} {key.footer_label}{resumed * (key.footer_label == 'resume')}"
                 for key in footer_keys
                 if key.priority >= min_priority
             )

@@ -175,8 +175,14 @@ def step_agents(screen: PlayScreen) -> None:
 
 
 def _start_animation(screen: PlayScreen) -> None:
-    """Start animating the last turn, if the terminal allows motion and the view can animate."""
-    if screen.terminal.motion and getattr(screen.game.view_module, "HAS_MOTION", False):
+    """Start animating the last turn, if the terminal allows motion and the view can animate.
+
+    The turn that ends a person's game does not move, because the review of the game comes next.
+    """
+    game = screen.game
+    is_reviewed = game.session.over and game.human_seats
+    has_motion = screen.terminal.motion and getattr(game.view_module, "HAS_MOTION", False)
+    if has_motion and not is_reviewed:
         screen.animation.start()
 
 
