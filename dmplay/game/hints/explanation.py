@@ -46,6 +46,7 @@ class Explanation(NamedTuple):
     label: str
     sentences: tuple[str, ...]
     data: dict[str, object]
+    is_worse: bool = False  # whether another action is better
 
     def __str__(self) -> str:
         """Return the explanation as one line."""
@@ -54,7 +55,7 @@ class Explanation(NamedTuple):
     @property
     def heading(self) -> str:
         """The action, and the agent and the game that the values are about."""
-        return f"why {self.label}"
+        return f"why {'not ' * self.is_worse}{self.label}"
 
 
 def explain_action(provider: HintProvider, action: float | None = None) -> Explanation:
@@ -85,7 +86,8 @@ def explain_action(provider: HintProvider, action: float | None = None) -> Expla
         position = provider.position
         reasons = list_reasons(position, int(explained) if position.labels else explained)
         data |= {**numbers, **({"reasons": [*reasons]} if reasons else {})}
-        return Explanation(label, (*reasons, *sentences), data)
+        is_worse = explained != hint.action
+        return Explanation(label, (*reasons, *sentences), data, is_worse)
     return _ValueExplainer(provider, hint, int(explained)).explain(label)
 
 
@@ -133,7 +135,9 @@ class _ValueExplainer:
         else:
             outcomes = self._describe_outcomes(parts) if parts else ""
             sentences = [self._describe_value(parts), outcomes, comparison, reason]
-        return Explanation(label, tuple(filter(None, sentences)), data)
+        lost = self._values[self._best] - self._values[self._action]
+        is_worse = bool(self._round_as_printed(lost) > 0.0)
+        return Explanation(label, tuple(filter(None, sentences)), data, is_worse)
 
     # Names and numbers
 

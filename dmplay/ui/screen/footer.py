@@ -57,8 +57,8 @@ class ActionKey(NamedTuple):
         key = KEY_SYMBOLS.get(self.key, self.key)
         label = key if self.key == self.label else "=".join(filter(None, (key, self.label)))
         if not self.is_legal:
-            return f" ({label} {self.effect}) " * bool(self.effect)
-        effect = f" ({self.effect})" * bool(self.effect)
+            return f" ({label} {self.effect.strip('()')}) " * bool(self.effect)
+        effect = f" {self.effect}" * bool(self.effect)
         return f" {label}{effect}{self.regret_text} "
 
 
@@ -148,7 +148,7 @@ def _iter_key_rows(game: Game, hint: Hint | None, effect_columns: int) -> Iterat
     """Yield the rows of action keys, from the fullest form to the shortest.
 
     For typed numbers these are instructions. With a hint, rows ranked by regret come first. The
-    effects of actions are left out if they need more than `effect_columns`.
+    effects of actions are in brackets unless they then need more than `effect_columns`.
     """
     if game.keyboard.is_number_entry(game.viewing_seat):
         steps = game.keyboard.describe_number_steps()
@@ -168,8 +168,14 @@ def _iter_key_rows(game: Game, hint: Hint | None, effect_columns: int) -> Iterat
         yield from (_join_keys(ranked) for ranked in _iter_ranked_keys(legal, hint))
         describe_keys = getattr(game.view_module, "describe_keys", None)
         effects: Mapping[str, str] = describe_keys(game.view()) if describe_keys else {}
-        with_effects = _join_keys(key._replace(effect=effects.get(key.label, "")) for key in legal)
-        yield from [with_effects] * (len(with_effects.plain) <= effect_columns)
+        names = [effects.get(key.label, "") for key in legal]
+        for form in ("({})", "{}"):
+            row = _join_keys(
+                key._replace(effect=name and form.format(name))
+                for key, name in zip(legal, names, strict=True)
+            )
+            if form == "{}" or len(row.plain) <= effect_columns:
+                yield row
         yield _join_keys(legal)
         for max_width in (*SHORT_LABEL_COLUMNS, 0):
             short_keys = [

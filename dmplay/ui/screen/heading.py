@@ -143,7 +143,10 @@ def _explain_terms(game: Game, snapshot: SeatSnapshot, *, has_panel: bool) -> It
         yield f"score hidden: {explain_hidden_reward(game)}"
     discount = game.problem.discount
     if discount < 1.0:
-        yield f"discounted: a reward counts {discount:g} as much for each turn before it"
+        yield (
+            f"discounted: a reward of turn 2 counts {discount:.3g}, of turn 3 {discount**2:.3g}, "
+            "and so on"
+        )
     if snapshot.view.beliefs is not None:
         yield "belief: how likely each state is"
 

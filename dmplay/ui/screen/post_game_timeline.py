@@ -13,7 +13,7 @@ from dmplay.errors import BadParameter
 from dmplay.game.background_tasks import run_cancellable
 from dmplay.game.game import Game
 from dmplay.game.hints import review
-from dmplay.game.hints.hint_provider import Hint, HintProvider, format_fixed
+from dmplay.game.hints.hint_provider import Hint, HintProvider, choose_decimals, format_fixed
 from dmplay.game.hints.review import ReviewedAction
 from dmplay.game.share_line import mark_losses
 from dmplay.game.verdict import Verdict, iter_verdicts
@@ -129,7 +129,7 @@ class GameTimeline(Game):
 
     def review_rows(self, width: int) -> list[str]:
         """Return the rows below the board: previous turn, regret bars and next choice."""
-        choices = self.describe_next_choices()
+        choices = self.describe_next_choices(width)
         beliefs = [
             move.stated_belief.format_line(move.decimal_count)
             for move in self._moves_by_turn[self.turns_played]
@@ -144,14 +144,19 @@ class GameTimeline(Game):
         mark = self.verdict.marks.get(self.turns_played, "")
         return [mark_turn_row(self.narrator.describe_turn(self.snapshot()), mark)]
 
-    def describe_next_choices(self) -> str:
+    def describe_next_choices(self, width: int | None = None) -> str:
         """Return a line of text on the turn that comes next in the review.
 
         It has the turn's number, the choice of each person, and the better choice if there is one,
-        with what the score lost.
+        with what this lost, and what the score lost if that fits in `width` columns.
         """
+        lines = [self._format_next_choices(with_score=with_score) for with_score in (True, False)]
+        return lines[width is not None and len(lines[0]) >= width]
+
+    def _format_next_choices(self, *, with_score: bool) -> str:
+        """Return the line of text on the turn that comes next."""
         turn, moves = self.turns_played, self._moves_by_turn[self.turns_played]
-        texts = [_describe_choice(move) for move in moves]
+        texts = [_describe_choice(move, with_score=with_score) for move in moves]
         if not moves:
             seats, chosen = self.reviewed_seats, self.finished_game.session.turns[turn].actions
             texts = [f"chose {self.problem.format_action(seat, chosen[seat])}" for seat in seats]
@@ -241,8 +246,11 @@ class GameTimeline(Game):
         return [f"{prefix}{row}{suffix}"]
 
 
-def _describe_choice(move: ReviewedAction) -> str:
-    """Return a choice as text, with the better action and its gain if there was one."""
+def _describe_choice(move: ReviewedAction, *, with_score: bool) -> str:
+    """Return a choice as text, with the better action and its gain if there was one.
+
+    With a discount and `with_score`, the text also says how much the score lost.
+    """
     if move.is_too_close:
         return f"chose {move.chosen}, {review.NOT_JUDGED}"
     if move.chosen in move.best:
@@ -256,9 +264,13 @@ def _describe_choice(move: ReviewedAction) -> str:
         return f"chose {move.chosen}; {best} was rated higher"
     gain = ""
     if move.regret is not None:
-        lost, decimals = move.regret, move.decimal_count
-        is_tiny = round(lost, decimals) == 0.0 < lost
-        gain = f" by {f'< {10.0**-decimals:g}' if is_tiny else format_fixed(lost, decimals)}"
+        losses = [move.regret, *[move.discounted_regret] * (move.discount_factor < 1.0)]
+        numbers = [
+            format_fixed(lost, max(move.decimal_count, choose_decimals([lost], move.scale)))
+            for lost in losses
+        ]
+        share = f", {numbers[-1]} of the score" * (with_score and len(numbers) > 1)
+        gain = f" by {numbers[0]}{share}"
     return (
         f"chose {move.chosen}; {best} {review.append_game(f'was better{gain}', move.basis.scope)}"
     )

@@ -198,7 +198,8 @@ def test_a_slip_onto_a_bad_hex_explains_why_the_straight_way_is_worse() -> None:
     problem = dmplay.load_problem("hexworld")
     game = make_game("hexworld")
     game.session.initial_state = problem.parse_state("(2,1)")
-    label, sentences, data = explain_action(game.hint_provider)
+    label, sentences, data, is_worse = explain_action(game.hint_provider)
+    assert not is_worse
     assert label == "nw in the state (2,1) (optimal)"
     value, outcomes, comparison, reason = sentences
     assert value == (

@@ -73,10 +73,10 @@ EXPECTED_FRAMES: dict[tuple[str, Sequence[str], tuple[int, int], bool], str] = {
  verdict: fair choices, bad luck
  bronze medal: your choices lost 5.97 (the regret); gold is for at most 0.07
  choices: best action 1 of 4 times; worst: turn 1, chose w, not se: 5.05 lost
- score -1.54 = best play's average 5.78 - your choices 5.97 - bad luck 1.35
- 100 random games (same start): 52 scored less than you, 5 the same, 43 more
+ score -1.54 = best play's average 5.78 - your choices 5.97 - luck 1.35
  same start and luck: optimal scored 8.1, you -1.539
  marks in the log: ?? lost very much (turn 1)
+ turn 4. chose E, slipped, bumped, stayed at (5,2). reward -1 (adds -0.73).
 
  Enter look back  PgUp log  X worst  Tab hint  ? help  q quit  : command""",
     ("hexworld", ("enter", "left"), LARGE_SIZE, False): """\
@@ -101,7 +101,7 @@ moves into a wall: ne -0.624, nw -0.624, sw -0.624, se -0.624    w      -0.48
 
  turn 2. chose W, moved W to (5,2). reward 0. score 0.
  value lost each turn █▃[▃]▁  [ ] = next turn; most in turns 1, 3, 2
- next, turn 3: chose se; e or w was better by 0.62.
+ next, turn 3: chose se; e or w was better by 0.62, 0.51 of the score.
 
  ← → turns  X worst  Tab why  Enter play on  N new  R restart  ? help  q quit""",
     ("hexworld", ("enter", "left"), SMALL_SIZE, True): """\
@@ -131,7 +131,7 @@ moves into a wall: ne -0.624, nw -0.624, sw -0.624, se -0.624    w      -0.48
    4, chose feed, not ignore: 2.83 of the score
    lost, by what you knew then
  score -19.42 = best play's average -13.47 - your
-   choices 3.29 - bad luck 2.66
+   choices 3.29 - luck 2.66
 
  Enter look back  PgUp log  ? help  q quit""",
     ("crying-baby", ("left", "left"), SMALL_SIZE, False): """\
@@ -171,7 +171,7 @@ true state: sated
  turn 3. chose ignore, heard quiet. belief: sated 0.973, hungry 0.027. reward
    0. score -15.45.
  value lost each turn _:_[=]:  [ ] = next turn; most in turns 4, 5, 2
- next, turn 4: chose feed; ignore was better by 3.88.
+ next, turn 4: chose feed; ignore was better by 3.88, 2.83 of the score.
 
  < > turns  X worst  Tab why  Enter play on  N new  R restart  ? help  q quit""",
     ("crying-baby", (), LARGE_SIZE, False): """\
@@ -190,13 +190,13 @@ true state: sated
  silver medal: your choices lost 3.29 (the regret); gold is for at most 0.08
  choices: best action 2 of 5 times; worst: turn 4, chose feed, not ignore: 2.83
    of the score lost, by what you knew then
- score -19.42 = best play's average -13.47 - your choices 3.29 - bad luck 2.66
- 100 random games (same start): 92 scored less than you, 8 more
+ score -19.42 = best play's average -13.47 - your choices 3.29 - luck 2.66
  same start and luck: optimal scored -15, you -19.42
  marks in the log: ?! lost much (turn 4)
 
+ turn 4. ?! chose feed, heard quiet. belief: sated 1.000, hungry 0.000.
  turn 5. chose sing, heard quiet. belief: sated 0.989, hungry 0.011. reward
-   -0.5 (adds -0.3281). score -19.42.
+   -0.5 (adds -0.33). score -19.42.
 
  Enter look back  PgUp log  X worst  Tab hint  ? help  q quit  : command""",
 }  # fmt: skip

@@ -76,7 +76,7 @@ def test_the_log_ends_with_the_position(screen: PlayScreen) -> None:
 
 def test_x_goes_to_the_worst_choices_in_order(screen: PlayScreen) -> None:
     assert press(screen, "X") == 4
-    assert screen.message == "next, turn 5: chose sw; e was better by 5.23."
+    assert screen.message == "next, turn 5: chose sw; e was better by 5.23, 3.43 of the score."
     assert screen.log[-1].startswith("value lost each turn ")
     assert screen.log[-1].endswith("[ ] = next turn; most in turns 5, 3, 1")
     assert press(screen, "X") == 2

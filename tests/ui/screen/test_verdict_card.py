@@ -113,7 +113,7 @@ def test_every_game_ends_with_its_result_and_the_next_keys(name: str, tmp_path: 
         terminal.ready()
         for sequence in iter_key_sequences(name):
             terminal.press(sequence).calm(0.03)
-        terminal.until(" over: ").until("\n 100 ")
+        terminal.until(" over: ").until("verdict: ")
         for key in ("Enter look back", "PgUp log", "N new", "R restart", "q quit"):
             terminal.until(key)
         assert "page 1 of" in terminal.press(PAGE_UP).calm().text or "over: " in terminal.text
