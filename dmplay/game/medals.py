@@ -12,7 +12,7 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 from dmplay.core.text import format_count
-from dmplay.game.hints.hint_provider import choose_decimals, format_fixed
+from dmplay.game.hints.hint_provider import MIN_DECIMALS, choose_decimals, format_fixed
 
 MEDALS = ("gold", "silver", "bronze")
 MAX_DECIMALS = 6  # of numbers that differ little
@@ -80,7 +80,8 @@ class Medal(NamedTuple):
         limit, _ = self.limits[name]
         number = limit if is_regret else self.best.score - limit
         result = self.loss if is_regret else self.best.score - self.loss
-        decimals = _choose_distinct_decimals([result, number, 0.0], self.scale)
+        least = MIN_DECIMALS if is_regret else 0  # scores are often whole numbers
+        decimals = _choose_distinct_decimals([result, number, 0.0], least)
         lost = f"{format_fixed(result, decimals)} (the regret)" if self.loss else "nothing"
         score = format_fixed(result, decimals)
         line = f"{self.name or 'no'} medal: "
@@ -95,7 +96,7 @@ class Medal(NamedTuple):
         line += f"; {name} is for {degree} {format_fixed(number, decimals)}{source}"
         if name == self.name:
             line += "".join(f"; no {medal}: {self.missing[medal]}" for medal in better[::-1])
-        return f"{line}; averages of {self.game_count} games" if self.game_count else line
+        return f"{line}; averages of {self.game_count} games each" if self.game_count else line
 
     def describe_score(self, limit_turns: int = 0) -> str:
         """Return the rank of the score among the mean scores of agents.
@@ -109,7 +110,7 @@ class Medal(NamedTuple):
         rule = str(self.rule) if has_rule else best
         if self.rule and self.rule.agent == best:
             best = rule
-        degree = "as good as" if self.loss <= 0 else "close to"
+        degree = "close to" if self.loss > 0 else "above" if self.loss < 0 else "as good as"
         ranks = {
             "gold": f"score {degree} the average of {best}",
             "silver": f"score above the average of {rule}, below that of {best}",
@@ -129,9 +130,11 @@ class Medal(NamedTuple):
             return f"{period}every way to play is about as good{' here' * (not period)}"
         decimals = choose_decimals([best, random], self.scale)
         means = f"{self.random} scored {format_fixed(random, decimals)}"
-        rule = self.rule if self.rule and self.rule.agent == self.best.agent else self.best.agent
+        rule = f"the agent {self.best.agent}"
+        if self.rule and self.rule.agent == self.best.agent:
+            rule = str(self.rule)
         means += f", {rule} {format_fixed(best, decimals)}"
-        judgment = f"{period}luck decides"
+        judgment = f"{period}luck counts for more than choices"
         if limit_turns and not self.best.error:  # every game of the best agent scores the same
             judgment = f"{turns} are too few to tell good play from bad"
         return f"{judgment}: on average of {self.game_count} games, {means}"
@@ -146,9 +149,9 @@ class Medal(NamedTuple):
         return {**facts, "exact": not self.game_count, "games": self.game_count}
 
 
-def _choose_distinct_decimals(numbers: Sequence[float], scale: float) -> int:
-    """Return the number of decimals that print different numbers as different texts."""
-    decimals, different = choose_decimals(numbers, scale), len({*numbers})
+def _choose_distinct_decimals(numbers: Sequence[float], least: int) -> int:
+    """Return the number of decimals, at least this, that print different numbers differently."""
+    decimals, different = least, len({*numbers})
     while decimals < MAX_DECIMALS and different > len(
         {format_fixed(number, decimals) for number in numbers}
     ):

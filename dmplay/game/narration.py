@@ -1,5 +1,6 @@
 """Descriptions of a game: a turn, the situation, the result, and hidden facts after the end."""
 
+import math
 from collections.abc import Mapping, Sequence
 
 from dmplay.core.problem import Problem
@@ -70,7 +71,9 @@ class Narrator:
         if snapshot.rewards_visible and snapshot.last_turn:
             reward = snapshot.last_turn.rewards.item(snapshot.seat)
             score, factor = self.seat_return(snapshot), discount ** (snapshot.turn - 1)
-            added = f" (adds {format_reward(reward * factor)})" * (reward != 0.0 and factor < 1.0)
+            part = reward * factor
+            decimals = max(2, 1 - math.floor(math.log10(abs(part)))) if part else 0
+            added = f" (adds {part:.{decimals}f})" * (part != 0.0 and factor < 1.0)
             parts.append(f"reward {format_reward(reward)}{added}. score {format_reward(score)}.")
         if self.ghost and self.ghost.is_shown_during_play:
             lead = format_reward(self.ghost.player_lead, sign="+")

@@ -74,13 +74,14 @@ class SeatChoices:
             return self
         return replace(self, worst=max(seat_moves, key=lambda move: move.loss))
 
-    def format_choice_lines(self, prefix: str = "", stake: float = 0.0) -> list[str]:
+    def format_choice_lines(self, prefix: str = "") -> list[str]:
         """Return a line on the choices; with exact values also one each on luck and worst turn.
 
-        Each line begins with the prefix. Luck is average relative to the stake.
+        Each line begins with the prefix.
         """
-        share = f"best action {self.best_count} of {format_count(self.count, 'time')}"
-        share += f", nearly the best {self.near_count} more" * (self.near_count > 0)
+        nearly = "or nearly best " * (self.near_count > 0)
+        right_count, times = self.best_count + self.near_count, format_count(self.count, "time")
+        share = f"best {nearly}action {right_count} of {times}"
         if self.regret is None:
             # ratings are not called points here
             name, _, _ = self.basis.accuracy.words.partition(",")
@@ -94,6 +95,8 @@ class SeatChoices:
                 return [f"{prefix}choices: none is judged, their values are {TOO_CLOSE}"]
             parts = [f"{share} by the {text}"]
             parts += [f"{self.unjudged_count} {NOT_JUDGED}"] * bool(self.unjudged_count)
+            if self.basis.accuracy is Accuracy.RATING:  # how much a lower rating costs is not known
+                parts = [] if self.worst else ["no action was clearly rated higher"]
             parts += [f"worst: {_describe_worst(self.worst)}"] if self.worst else []
             return [f"{prefix}choices: {'; '.join(parts)}"]
         numbers = [self.regret, self.luck or 0.0, self.start_value or 0.0]
@@ -102,9 +105,10 @@ class SeatChoices:
         then = ", by what you knew then" * self.has_hidden_states
         worst = f"worst: {_describe_worst(self.worst)}{then}" if self.worst else ""
         if self.luck is not None and self.start_value is not None:
-            explanation = self._explain_score(self.start_value, self.luck, decimals, stake)
-            choices = "; ".join(filter(None, [share, worst]))
-            return [f"{prefix}choices: {choices}", f"{prefix}{explanation}"]
+            explanation = self._explain_score(self.start_value, self.luck, decimals)
+            lines = [f"choices: {'; '.join(filter(None, [share, worst]))}"]
+            lines += [explanation] if self.regret or self.luck else []
+            return [f"{prefix}{line}" for line in lines]
         cost = f"; on average they lost {regret_text} (the regret)" * (self.regret > 0)
         if self.start_value is not None:
             cost += f"; best play averages {format_fixed(self.start_value, decimals)}"
@@ -126,14 +130,12 @@ class SeatChoices:
         return ", ".join(filter(None, [words, luck and f"{luck} luck"]))
 
     def _describe_luck(self, stake: float) -> str:
-        """Return the word before `luck`; '' if there was none, or if it is not known."""
-        if not self.luck:
+        """Return the word before `luck`; '' if there was hardly any, or if it is not known."""
+        if not self.luck or abs(self.luck) < AVERAGE_LUCK * stake:
             return ""
-        if abs(self.luck) < AVERAGE_LUCK * stake:
-            return "average"
         return "good" if self.luck > 0 else "bad"
 
-    def _explain_score(self, start_value: float, luck: float, decimals: int, stake: float) -> str:
+    def _explain_score(self, start_value: float, luck: float, decimals: int) -> str:
         """Return the score as the sum of its parts, which add up as printed.
 
         The rounding error is added to the luck, or to the start value if there is no luck.
@@ -149,7 +151,7 @@ class SeatChoices:
             sign, amount = "-" if luck_part < 0 else "+", format_fixed(abs(luck_part), decimals)
             names = [f"{name}'s" for name in self.others]
             others = f", {join_words(names)} choices included" if names else ""
-            text += f" {sign} {self._describe_luck(stake)} luck {amount}{others}"
+            text += f" {sign} luck {amount}{others}"
         return text
 
     @property
@@ -219,11 +221,10 @@ class Verdict:
             row
             for choices in self.choices
             if choices.count or has_effect
-            for row in choices.format_choice_lines(
-                f"{choices.seat} " if has_several_seats else "", self._stake
-            )
+            for row in choices.format_choice_lines(f"{choices.seat} " if has_several_seats else "")
         ]
-        if self.comparisons:
+        explains_score = any(choices.luck is not None for choices in self.choices)
+        if self.comparisons and not explains_score:
             # An agent with the same random numbers tells more than the games of a strong one.
             compared = self.comparisons[:1] if self.ghost_line else self.comparisons
             rows.append("; ".join(comparison.describe() for comparison in compared))
@@ -284,11 +285,12 @@ class Verdict:
     def marks(self) -> dict[int, str]:
         """The marks of the turns in which a choice lost much: ?? for very much, ?! for much.
 
-        A loss is relative to the stake: the loss for the lowest medal, or the greatest difference
-        between two actions in a turn if that is more.
+        A loss is relative to the stake: the largest of the loss for the lowest medal, the loss in
+        all turns, and the greatest difference between two actions in a turn.
         """
-        stake = max((move.discounted_spread for move in self.moves), default=0.0)
-        stake = max(stake, self._stake)
+        spread = max((move.discounted_spread for move in self.moves), default=0.0)
+        lost = sum(move.discounted_regret for move in self.costly_choices)
+        stake = max(self._stake, lost, spread)
         marks = dict[int, str]()
         for move in sorted(self.costly_choices, key=lambda move: move.discounted_regret):
             for mark, share in reversed(COSTLY_MARKS):
@@ -532,7 +534,8 @@ def _describe_worst(move: ReviewedAction) -> str:
     text = f"turn {move.turn}, chose {move.chosen}, not {' or '.join(move.best)}"
     if move.basis.accuracy is Accuracy.RATING:
         return f"{text}, which is rated higher"
-    lost, decimals, about = move.discounted_regret, move.decimal_count, ""
+    lost, about = move.discounted_regret, ""
+    decimals = max(move.decimal_count, choose_decimals([lost], move.scale))
     if move.basis.accuracy.is_estimate:
         about, decimals = "about ", 0 if lost >= MIN_ROUNDED_ESTIMATE else decimals
     share = " of the score" * (move.discount_factor < 1.0)

@@ -239,7 +239,10 @@ def panel_rows(view: View[Problem]) -> list[tuple[str, str]]:
     Actions and observations are not repeated, as the log and the board show them.
     """
     reward = format_signed(view.rewards[-1]) if view.rewards else "-"
-    return [("reward", reward), ("discount", f"{view.problem.discount:g}")]
+    return [
+        ("reward", reward),
+        ("discount", f"{view.problem.discount:g}" if view.problem.discount < 1.0 else "none"),
+    ]
 
 
 def describe_turn(view: View[Problem]) -> str:

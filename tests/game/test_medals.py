@@ -118,7 +118,7 @@ def test_a_game_that_loses_as_much_as_random_play_earns_no_bronze() -> None:
 
 @pytest.mark.parametrize(
     ("loss", "rank"),
-    [(-1.0, "as good as the average of optimal"), (0.05, "close to the average of optimal"),
+    [(-1.0, "above the average of optimal"), (0.05, "close to the average of optimal"),
      (2.0, "above the average of the rule rule, below that of optimal"),
      (9.0, "above the average of random play, below that of the rule rule"),
      (10.0, "not above the average of random play")],

@@ -126,8 +126,7 @@ def test_the_lines_of_a_game_of_hexworld() -> None:
         "of the rule nearest-exit (walks by a shortest path to the nearest good exit, as if no "
         "step slipped)",
         "choices: best action 1 of 3 times; worst: turn 1, chose e, not se: 3.20 lost",
-        "score -0.90 = best play's average 3.75 - your choices 4.07 - bad luck 0.58",
-        "100 random games (same start): 54 scored less than you, 19 the same, 27 more",
+        "score -0.90 = best play's average 3.75 - your choices 4.07 - luck 0.58",
         "same start and luck: optimal scored 8.1, you -0.9",
     ]
 
@@ -135,8 +134,8 @@ def test_the_lines_of_a_game_of_hexworld() -> None:
 @pytest.mark.parametrize(
     ("score", "start", "regret", "numbers"),
     [
-        (7.29, 7.0444, 0.7766, ("7.29", "7.04", "0.78", " + good luck 1.03")),
-        (-1.0, 0.504, 0.504, ("-1.00", "0.50", "0.50", " - bad luck 1.00")),
+        (7.29, 7.0444, 0.7766, ("7.29", "7.04", "0.78", " + luck 1.03")),
+        (-1.0, 0.504, 0.504, ("-1.00", "0.50", "0.50", " - luck 1.00")),
         (0.5, 1.004, 0.504, ("0.50", "1.00", "0.50", "")),
     ],
 )  # fmt: skip
@@ -157,7 +156,7 @@ def test_choices_that_lost_next_to_nothing_are_counted_apart() -> None:
     (choices,) = judge(play("travelers-dilemma", ["95", "96", "2"], "level-k")).choices
     assert choices.regret is not None
     assert (choices.best_count, choices.near_count, choices.count) == (1, 1, 3)
-    assert "best action 1 of 3 times, nearly the best 1 more" in choices.format_choice_lines()[0]
+    assert "best or nearly best action 2 of 3 times" in choices.format_choice_lines()[0]
 
 
 def test_the_mean_luck_of_many_games_is_zero() -> None:
@@ -175,10 +174,7 @@ def test_a_flawless_game_has_no_worst_action() -> None:
     (choices,) = judge(play("prisoners-dilemma", ["cooperate", "defect"], "tit-for-tat")).choices
     assert (choices.best_count, choices.count, choices.regret) == (2, 2, 0.0)
     assert choices.worst is None
-    assert choices.format_choice_lines() == [
-        "choices: best action 2 of 2 times",
-        "score -1.00 = best play's average -1.00",
-    ]
+    assert choices.format_choice_lines() == ["choices: best action 2 of 2 times"]
 
 
 @pytest.mark.parametrize(
@@ -219,8 +215,8 @@ def test_the_choices_of_known_opponents_are_luck(
     assert choices.regret is not None
     assert (choices.luck != 0.0) == has_luck
     other = game.problem.agents[1]
-    (line,) = (row for row in choices.format_choice_lines() if row.startswith("score "))
-    assert (f"{other}'s choices included" in line) == has_luck
+    lines = choices.format_choice_lines()
+    assert any(f"{other}'s choices included" in line for line in lines) == has_luck
 
 
 def test_the_mean_luck_against_a_known_opponent_is_zero() -> None:

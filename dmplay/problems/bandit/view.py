@@ -121,7 +121,7 @@ def lesson(view: View[Bandit]) -> Lesson:
 def panel_rows(view: View[Bandit]) -> list[tuple[str, str]]:
     """Return the side panel's rows: wins, pulls and the discount."""
     wins, pulls = _count_pulls(view)
-    discount = f"{view.problem.discount:.2f}"
+    discount = f"{view.problem.discount:.2f}" if view.problem.discount < 1.0 else "none"
     return [("wins", f"{wins.sum()} of {pulls.sum()}"), ("discount", discount)]
 
 
