@@ -8,7 +8,7 @@ import numpy as np
 
 from dmplay.core.arrays import Array, Bools, Reals
 from dmplay.core.user_code_locations import describe_user_exit
-from dmplay.errors import BadPolicy
+from dmplay.errors import BadPolicy, UnknownName
 
 # in NumPy's errors for writing to an array, and for making it writable
 READONLY_ERROR_WORDS = ("read-only", "WRITEABLE")
@@ -53,6 +53,8 @@ class Policy(GameFollower, Protocol):
 
     A policy may have one more method, `stated_belief(memory)`. It returns the belief `[B, S]` that
     it holds when it chooses, with NaN for none, or None. Transcripts record it.
+
+    It is a type for annotations. `isinstance` does not accept it; `dmplay.check` tries an agent.
     """
 
     @property
@@ -69,8 +71,11 @@ class Policy(GameFollower, Protocol):
 def requires_fields(*field_names: str) -> Callable[[UpdateMethod], UpdateMethod]:
     """Return a decorator for an `update_memory` that reads only these fields of a percept.
 
-    In batches of games, the other fields are not copied for it.
+    The fields are "action", "observation", "actions" and "reward". In batches of games, the other
+    fields are not copied for it. Raise UnknownName for any other name.
     """
+    for name in {*field_names} - {*Percept._fields}:
+        raise UnknownName("field of a percept", str(name), Percept._fields, "requires_fields")
 
     def mark_update(update: UpdateMethod) -> UpdateMethod:
         """Store the field names on the method and return it."""

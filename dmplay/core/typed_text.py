@@ -118,11 +118,14 @@ def parse_history(problem: Problem, seat: int, history: Sequence[str]) -> list[t
     observations = problem.observations[seat] if problem.partially_observable else None
     if not isinstance(observations, Labels):
         raise BadParameter("history: expected a problem that has observations with labels")
+    example = f"{problem.format_action(seat, 0)} {observations[0]}"
     pairs = []
     for turn in history:
-        action, _, observation = turn.strip().rpartition(" ")
-        if not action:
-            raise BadParameter(f"history: got {turn!r}, expected an action and an observation")
+        action, _, observation = str(turn).strip().rpartition(" ")
+        if not action or not isinstance(turn, str) or isinstance(history, str):
+            got = repr(history if isinstance(history, str) else turn)
+            expected = f"expected an action and an observation in each text, as in {[example]}"
+            raise BadParameter(f"history: got {got}, {expected}")
         action_index = int(problem.parse_action(seat, action))
         pairs.append((action_index, observations.parse_action(observation)))
     return pairs

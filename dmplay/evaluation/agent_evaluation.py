@@ -217,12 +217,13 @@ def evaluate_lineups(
     return Evaluation(tuple(players))
 
 
-def evaluate_transcripts(
+def evaluate_transcripts(  # noqa: PLR0913 - each is the caller's to choose
     paths: PathLike | Sequence[PathLike],
     *,
     problem: ProblemLike | None = None,
     seat: str = "",
     trusted: bool = False,
+    peek: bool = False,
     progress: ProgressCallback | None = None,
 ) -> Evaluation:
     """Return the parts of the value that the players of recorded games lost.
@@ -230,10 +231,11 @@ def evaluate_transcripts(
     In each game, it is the player of `seat`. Without a seat, these are its people and language
     models, else its programs, else the agent of the first seat. `paths` are those of `read`. A
     `problem` takes the place of the recorded name. Code that a file names is imported only if it is
-    `trusted`. A file that cannot be read is in `errors`, unless it is the only one.
+    `trusted`. `peek` reads unfinished games with hidden states too. A file that cannot be read is
+    in `errors`, unless it is the only one.
     """
     items = cast("list[PathLike]", paths if isinstance(paths, list | tuple) else [paths])
-    recorded = read([*items], problem=problem, trusted=trusted, skip_bad=True)
+    recorded = read([*items], problem=problem, trusted=trusted, peek=peek, skip_bad=True)
     if not recorded and len(recorded.errors) == 1:
         raise BadParameter(recorded.errors[0])
     groups: dict[object, _Group] = {}

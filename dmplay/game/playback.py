@@ -154,7 +154,13 @@ class Playback(NotebookDisplay, Game):
         return {key: value for key, value in facts if self.is_seed_visible or key not in SEED_KEYS}
 
     def go_to_turn(self, turn: int) -> None:
-        """Step to the position after this number of turns, or as near as the file allows."""
+        """Step to the position after this number of turns.
+
+        Raise BadParameter if the game has fewer turns.
+        """
+        turn_count = self.count_turns()
+        if not 0 <= turn <= turn_count:
+            raise BadParameter(f"turn: got {turn}, expected 0 to {turn_count}")
         while len(self.session.turns) > turn and self._count_steps_before(self._next_index):
             self.undo()
         while len(self.session.turns) < turn and not self.is_at_end:

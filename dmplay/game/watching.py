@@ -113,11 +113,13 @@ def load_watched_steps(
         if target.variant or target.settings:
             raise BadParameter("--variant and --set: a transcript has its own parameters")
         playback = Playback(Path(target.name), trusted=target.trusted)
-        playback.go_to_turn(playback.count_turns() if target.turn is None else target.turn)
+        turn_count = playback.count_turns()
+        turn = turn_count if target.turn is None else target.turn
+        if not 0 <= turn <= turn_count:
+            turns = format_count(turn_count, "turn")
+            raise BadParameter(f"--at: got {turn}, the game has {turns}")
+        playback.go_to_turn(turn)
         problem, session, name = playback.problem, playback.session, playback.problem_name
-        if target.turn not in {None, len(session.turns)}:
-            turns = format_count(playback.count_turns(), "turn")
-            raise BadParameter(f"--at: got {target.turn}, the game has {turns}")
     else:
         if target.turn is not None:
             raise BadParameter("--at: only with a transcript")

@@ -158,8 +158,9 @@ def test_a_position_does_not_change_when_the_game_goes_on() -> None:
 def test_a_wrong_text_is_one_clear_error() -> None:
     with pytest.raises(BadParameter, match=r"got '9,9', expected a state such as \(-?\d,\d\)"):
         Position.from_text("hexworld", state="9,9")
-    with pytest.raises(BadParameter, match="expected an action and an observation"):
-        Position.from_text("crying-baby", history=["feed"])
+    for history in (["feed"], [("feed", "quiet")], "feed quiet"):
+        with pytest.raises(BadParameter, match=r"an action .* as in \['feed crying'\]"):
+            Position.from_text("crying-baby", history=history)  # type: ignore[arg-type]
     with pytest.raises(BadParameter, match=r"add up to 1\.2"):
         Position.from_text("crying-baby", belief="hungry 0.5 sated 0.7")
     with pytest.raises(UnknownName, match="sing"):

@@ -75,6 +75,13 @@ def test_a_path_gives_one_game_and_a_folder_a_pattern_or_a_list_gives_several(ga
         dmplay.read(str(games / "q*.dmt"))
 
 
+def test_a_turn_that_a_game_does_not_have_is_refused(games: Path) -> None:
+    game = dmplay.read(games / "crying-baby.dmt")
+    for turn in -1, len(game.turns):
+        with pytest.raises(BadParameter, match=f"turn: got {turn}, expected 0 to"):
+            game.go_to_turn(turn)
+
+
 def test_a_bad_file_is_named(games: Path) -> None:
     with pytest.raises(BadTranscript, match=r"broken\.dmt:1: not a transcript"):
         dmplay.read(games)
@@ -134,8 +141,12 @@ def test_hidden_states_of_a_running_game_are_read_only_with_peek(tmp_path: Path)
     game.save(tmp_path / "game.dmt")
     with pytest.raises(BadParameter, match="this game can still be continued"):
         dmplay.read(tmp_path / "game.dmt")
+    with pytest.raises(BadParameter, match="this game can still be continued"):
+        dmplay.evaluate_transcripts(tmp_path)
     printout = export_rows([tmp_path], ["csv"], ExportOptions())
     assert ("".join(printout.text_chunks), printout.exit_code) == ("", 3)
     assert str(tmp_path / "game.dmt") in printout.stderr_text
+    (player,) = dmplay.evaluate_transcripts(tmp_path, peek=True).players
+    assert len(player.all_games) == 1
     assert "state" in dmplay.read(tmp_path / "game.dmt", peek=True).turns[1]
     assert "peeked: true" in (tmp_path / "game.dmt").read_text()
