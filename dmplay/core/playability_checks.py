@@ -6,6 +6,7 @@ from collections import Counter
 from collections.abc import Callable
 from dataclasses import fields
 from functools import cached_property, partial
+from typing import cast
 
 import numpy as np
 
@@ -72,6 +73,23 @@ def _check_member_kinds(problem: Problem) -> CheckResults:
         elif not callable(value := getattr(problem, name)):
             message = f"{name}: got {_describe_array(value)}, expected a method"
             yield CheckResult(False, name, message, independent=True)
+        elif getattr(type(problem), name) is not member:
+            yield _check_arguments(name, value, member)
+
+
+def _check_arguments(name: str, method: Callable[..., object], member: object) -> CheckResult:
+    """Return the result of the check that a method takes the arguments of the one of Problem."""
+    expected = [*inspect.signature(cast("Callable[..., object]", member)).parameters]
+    try:
+        signature = inspect.signature(method)
+    except ValueError:  # of a function in C
+        return CheckResult(True, name, "")
+    try:
+        signature.bind(*expected[1:])
+    except TypeError:
+        got = ", ".join(["self", *map(str, signature.parameters.values())])
+        return CheckResult(False, name, f"{name}: got ({got}), expected ({', '.join(expected)})")
+    return CheckResult(True, name, "")
 
 
 def _check_agent_names(problem: Problem) -> CheckResults:
