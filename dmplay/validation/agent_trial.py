@@ -82,7 +82,7 @@ def _play_batch(trial: AgentTrial) -> CheckedPolicy | Violation:
         else:
             policy = load_agent(problem, seat, agent, turns=TURNS)
         if policy is None:
-            raise BadParameter("--agent: a person cannot be checked; name an agent")
+            raise BadParameter("agent: a person cannot be checked; name an agent")
         checked = CheckedPolicy(problem, seat, policy)
         others: list[Policy] = [Random(problem, index) for index in range(len(problem.agents))]
         play_checked_games(checked, others, EPISODES, TURNS)

@@ -300,13 +300,11 @@ def test_a_simulated_solution_has_the_requested_games_and_turns(
     single = str(interpret_command(["solve", "2048", "--episodes", "2", "--turns", "1", "--json"]))
     assert json.loads(single)["result"] == "2 games with seed 1, 1 turn on average"
     for option in ("episodes", "workers"):
-        text = f"--{option}: has no effect, because this solution simulates no games; "
+        text = f"{option}: has no effect, because this solution simulates no games; "
         text += "the method is value iteration"
         with pytest.raises(BadParameter, match=text):
             interpret_command(["solve", "hexworld", f"--{option}", "8"])
-    text = (
-        "--turns: has no effect, because this solution takes no turn limit; the method is support"
-    )
+    text = "turns: has no effect, because this solution takes no turn limit; the method is support"
     with pytest.raises(BadParameter, match=text):
         interpret_command(["solve", "prisoners-dilemma", "--turns", "8"])
 

@@ -325,7 +325,7 @@ def test_solving_uses_the_requested_amount_of_work(monkeypatch: pytest.MonkeyPat
         use_solve_options(options := SolveOptions(work=2.0)),
         pytest.raises(
             BadParameter,
-            match=r"^--work: has no effect, because this solution computes no bounds; the",
+            match=r"^work: has no effect, because this solution computes no bounds; the",
         ),
     ):
         options.check_options_used(solve.solve_problem(Lamp()).method)

@@ -136,7 +136,7 @@ def test_a_correct_agent_passes(problem: str, agent: str, seat: str, folder: Pat
         (("--agent", "./own.py:Staedy"), 2, "did you mean Steady"),
         (("--agent", "./nothing.py:Steady"), 2, "no such file: ./nothing.py"),
         (("--agent", "optimall"), 2, "unknown agent 'optimall'; "),
-        (("--agent", "human"), 2, "--agent: a person cannot be checked; name an agent"),
+        (("--agent", "human"), 2, "agent: a person cannot be checked; name an agent"),
         (("--agent", "tit-for-tat", "--seat", "agnet2"), 2, "did you mean agent2 or agent1?"),
         (("--seat", "agent2"), 2, "--seat: expected --agent too"),
         ((), 0, "ok prisoners-dilemma: all invariants hold\n"),

@@ -30,7 +30,7 @@ class SolveOptions:
             if getattr(self, name) not in (None, "auto") and name not in self.used_options:
                 reason = UNUSED_OPTION_REASONS.get(name, "simulates no games")
                 cause = f"because this solution {reason}; the method is {method_name}"
-                raise BadParameter(f"--{name}: has no effect, {cause}")
+                raise BadParameter(f"{name}: has no effect, {cause}")
 
 
 _options: ContextVar[SolveOptions | None] = ContextVar("options", default=None)
