@@ -20,6 +20,7 @@ from dmplay.evaluation.player_evaluation import EvaluatedGame, Evaluation, Playe
 from dmplay.evaluation.sweep import expand_entrants
 from dmplay.external.bots.shutdown import close_bots
 from dmplay.game.hints.lost_value import ValueMeter, explain_missing_parts
+from dmplay.game.launch_requests import format_settings
 from dmplay.game.manual_game import ManualGame
 from dmplay.game.recorded_games import PathLike, read
 from dmplay.game.seats import HUMAN, list_judged_seats
@@ -29,9 +30,23 @@ from dmplay.registry.agents import (
     assign_entrant,
     find_agent_name,
     format_agent_label,
+    label_agents,
     load_agents,
 )
-from dmplay.registry.problems import ProblemLike, list_problems, load_problem, resolve_problem
+from dmplay.registry.problem_module_exports import get_problem_name
+from dmplay.registry.problem_name_kinds import (
+    CURRENT_FOLDER,
+    names_python_file,
+    rebase_name,
+    transcript_folder,
+)
+from dmplay.registry.problems import (
+    ProblemLike,
+    identify_problem,
+    list_problems,
+    load_problem,
+    resolve_problem,
+)
 from dmplay.simulation.worker_pool import WorkerCount, run_blocks
 from dmplay.transcript.format import resolve_turn_limit
 
@@ -55,6 +70,7 @@ class EvaluatedLineup:
     episodes: int = DEFAULT_EPISODES
     folder: Path | None = None  # for transcripts
     player_number: int | None = None  # in the names of transcripts, if there are several players
+    label: str = ""  # of the evaluated agent among several; "" for its name
     _meters: Meters = field(default_factory=dict)
 
     @cached_property
@@ -75,7 +91,8 @@ class EvaluatedLineup:
         """The name of the evaluated agent: that of its roster, else as it was given."""
         policy, agent = self.policies[self.seat], self.agents[self.seat]
         name = find_agent_name(self.problem, self.seat, policy)
-        return format_agent_label(agent) if name == type(policy).__name__ else name
+        label = self.label or format_agent_label(agent)
+        return label if name == type(policy).__name__ else name
 
     @property
     def _unrecorded_player(self) -> str:
@@ -86,25 +103,22 @@ class EvaluatedLineup:
         return self.player if is_only else ""
 
     def path(self, episode: int) -> Path:
-        """Return the path of an episode's transcript; raise BadParameter if there is a file."""
+        """Return the path of an episode's transcript."""
         title = self.title if self.player_number is None else f"{self.title} {self.player_number}"
         stem = "".join(c if c.isalnum() else "-" for c in title).strip("-")
         number = f"{episode:0{len(str(self.episodes - 1))}}"
-        path = (self.folder or Path()) / f"{stem}-{number}.dmt"
-        if path.exists():
-            raise BadParameter(f"{path}: this file exists; name another folder")
-        return path
+        return (self.folder or Path()) / f"{stem}-{number}.dmt"
 
     def prepare_folder(self) -> None:
-        """Make the folder, if there is one; raise BadParameter if a transcript exists in it."""
+        """Make the folder, if there is one; raise BadParameter if it is not empty."""
         if self.folder is None:
             return
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise BadParameter(f"{self.folder}: {error.strerror}") from None
-        for episode in range(self.episodes):
-            self.path(episode)
+        if any(self.folder.iterdir()):
+            raise BadParameter(f"{self.folder} is not empty; name another folder")
 
     def play_block(self, episodes: range) -> list[EvaluatedGame]:
         """Play and evaluate a block of episodes, and write their transcripts."""
@@ -157,7 +171,7 @@ def evaluate(  # noqa: PLR0913 - each is the caller's to choose
     the executor.
 
     If a `folder` is given, transcripts are written there, and `evaluate_transcripts` computes the
-    same numbers from them. Raise BadParameter if one of the files exists, and if a problem stands
+    same numbers from them. Raise BadParameter if the folder is not empty, and if a problem stands
     where an agent is expected.
     """
     is_list = isinstance(problems, list | tuple)
@@ -170,14 +184,18 @@ def evaluate(  # noqa: PLR0913 - each is the caller's to choose
         problem, meters = load_problem(item), Meters()
         check_problem(problem, turns)
         index = find_seat(problem, seat)
-        title = name or type(problem).__name__
-        for number, entrant in enumerate(entrants, 1):
-            agents = assign_entrant(problem, entrant, index, others)
+        title = name or get_problem_name(problem)
+        loaded = None if name else identify_problem(problem)
+        if loaded and loaded.name == title:
+            title = " ".join([title, *format_settings(loaded.parameters)])
+        seated = [assign_entrant(problem, entrant, index, others) for entrant in entrants]
+        labels = label_agents([agents[index] for agents in seated])
+        for number, (agents, label) in enumerate(zip(seated, labels, strict=True), 1):
             lineups.append(
                 EvaluatedLineup(
                     problem, agents, index, title, name, turns, seed, episodes,
                     None if folder is None else Path(folder),
-                    number if len(entrants) > 1 else None, meters,
+                    number if len(entrants) > 1 else None, label, meters,
                 )
             )  # fmt: skip
     return evaluate_lineups(lineups, workers, executor, progress)
@@ -242,10 +260,11 @@ def evaluate_transcripts(  # noqa: PLR0913 - each is the caller's to choose
     for number, game in enumerate(recorded):
         if progress:
             progress(number / len(recorded))
-        names, player = game.player_names, game.transcript.header.player
+        player, path = game.transcript.header.player, Path(game.transcript.path)
+        names = [_locate_agent(name, transcript_folder(path)) for name in game.player_names]
         title = " ".join([game.problem_name, *game.settings])
         for index in [find_seat(game.problem, seat)] if seat else list_judged_seats(names):
-            key = title, names, index, player
+            key = title, (*names,), index, player
             group = groups.setdefault(
                 key, _Group(game.problem, title, player or names[index], index, [], {})
             )
@@ -253,6 +272,15 @@ def evaluate_transcripts(  # noqa: PLR0913 - each is the caller's to choose
             group.games.append(measure_game(file, game.session, question, group.meters))
     players = [PlayerEvaluation.of_games(*group[:5]) for group in groups.values()]
     return Evaluation(tuple(players), tuple(recorded.errors))
+
+
+def _locate_agent(name: str, folder: Path) -> str:
+    """Return the name of an agent in a transcript of a folder, as it is given in the current one.
+
+    It differs if the agent is in a file.
+    """
+    name = rebase_name(name, folder, CURRENT_FOLDER)
+    return f"./{name}" if names_python_file(name) and name[0] not in "./" else name
 
 
 class _Group(NamedTuple):

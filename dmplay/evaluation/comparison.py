@@ -33,8 +33,8 @@ from dmplay.game.turn_facts import Row
 from dmplay.registry.agents import (
     AgentLike,
     assign_entrant,
-    format_agent_label,
     is_single_agent,
+    label_agents,
     load_agents,
 )
 from dmplay.registry.problems import ProblemLike, load_problem
@@ -172,12 +172,12 @@ def compare(  # noqa: PLR0913 - each is the caller's to choose
     if rule and not asymptotic:
         bound = _bound_difference(problem, control_variate, turns, return_bounds)
         rule = rule._replace(max_difference=bound)
-    labels = names or [
-        format_agent_label(
+    labels = names or label_agents(
+        [
             entrant if is_single_agent(entrant) else cast("Sequence[object]", entrant)[seat]
-        )
-        for entrant in entrants
-    ]
+            for entrant in entrants
+        ]
+    )
     active = [*range(len(entrants))]  # entrants that are not withdrawn
     withdrawals = list[str]()
     samples = np.zeros((2, 0, len(active)))

@@ -31,7 +31,7 @@ from dmplay.evaluation.interruptible_rollouts import (
 from dmplay.evaluation.statistics import Estimate, estimate_mean, make_estimate_row
 from dmplay.evaluation.sweep import expand_entrants
 from dmplay.game.turn_facts import Row
-from dmplay.registry.agents import AgentLike, format_agent_label, load_agents
+from dmplay.registry.agents import AgentLike, label_agents, load_agents
 from dmplay.registry.problems import ProblemLike, load_problem
 from dmplay.simulation.rollouts import RolloutSpec
 from dmplay.simulation.worker_pool import WorkerCount
@@ -221,7 +221,7 @@ def _load_entrants(
             expected = "expected a list of agents, or a dict of them by name"
             raise BadParameter(f"entrants: got {entrants!r}, {expected}")
         entrants = expand_entrants(entrants)
-        labels = [format_agent_label(agent) for agent in entrants]
+        labels = label_agents(entrants)
         if len({*labels}) < len(labels):
             twice = next(label for label in labels if labels.count(label) > 1)
             raise BadParameter(f"entrants: got {twice} twice, expected a dict of agents by name")

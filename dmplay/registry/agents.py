@@ -362,10 +362,26 @@ def is_single_agent(agents: object) -> bool:
 
 
 def format_agent_label(agent: object) -> str:
-    """Return the name of an agent for reports: as given, or that of its class or function."""
+    """Return the name of an agent for reports: as given, or that of its class or function.
+
+    That of an object has its parameters that differ from their defaults.
+    """
     if isinstance(agent, str):
         return agent
-    return str(getattr(agent, "__name__", type(agent).__name__))
+    name = str(getattr(agent, "__name__", type(agent).__name__))
+    is_policy = isinstance(agent, SeatPolicy) and not isinstance(agent, type)
+    return _format_agent_name(name, cast(SeatPolicy, agent)) if is_policy else name
+
+
+def label_agents(agents: Sequence[object]) -> list[str]:
+    """Return a label for each agent; objects, classes and functions of one name are numbered."""
+    labels = [*map(format_agent_label, agents)]
+    return [
+        label
+        if isinstance(agent, str) or labels.count(label) == 1
+        else f"{label} {labels[: index + 1].count(label)}"
+        for index, (agent, label) in enumerate(zip(agents, labels, strict=True))
+    ]
 
 
 def list_agents(problem: ProblemLike, seat: int | str = 0) -> list[str]:
@@ -737,7 +753,8 @@ def _format_agent_name(name: str, policy: SeatPolicy, omitted: Sequence[str] = (
     parts = []
     for key, default in default_parameters(type(policy)).items():
         value = getattr(policy, key)
-        if value != default and key not in omitted:
+        is_number_or_text = isinstance(value, str | int | float | np.generic)
+        if is_number_or_text and value != default and key not in omitted:
             parts.append(f"{key}={str(value).lower() if isinstance(value, bool) else value}")
     return f"{name}:{','.join(parts)}" if parts else name
 

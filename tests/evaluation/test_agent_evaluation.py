@@ -4,6 +4,7 @@ import csv
 import json
 import sys
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -38,6 +39,16 @@ class Feeder(dmplay.ReactivePolicy):
 
     def stated_belief(self, memory: Memory) -> Reals:
         return np.tile([0.2, 0.8], (len(memory[0]), 1))
+
+
+@dataclass(frozen=True)
+class Repeater(dmplay.ReactivePolicy):
+    """Repeats the action with this number."""
+
+    number: int = 0
+
+    def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
+        return np.full(len(memory[0]), self.number)
 
 
 def read_mean(estimate: BoundedEstimate | None) -> float:
@@ -82,7 +93,7 @@ def test_anybody_can_compute_the_table_again_from_the_transcripts(tmp_path: Path
     for path in folder.iterdir():
         assert_verified(path)
     assert dmplay.evaluate_transcripts(folder).list_rows() == evaluation.list_rows()
-    with pytest.raises(BadParameter, match="exists"):
+    with pytest.raises(BadParameter, match="games is not empty"):
         dmplay.evaluate("feed-when-crying", problems, GAMES, folder=folder)
 
 
@@ -178,6 +189,35 @@ def test_several_players_are_evaluated_on_the_same_games(tmp_path: Path) -> None
     assert dmplay.evaluate_transcripts(folder).list_rows() == rows
     lineup = dmplay.evaluate([["grim", "random"]], "prisoners-dilemma", 3)
     assert lineup == dmplay.evaluate("grim", "prisoners-dilemma", 3, others="random")
+
+
+def test_players_of_one_class_are_told_apart_in_games_and_transcripts(tmp_path: Path) -> None:
+    problem = dmplay.load_problem("crying-baby", feed_reward=-4.0)
+    agents = [Repeater(problem, 0, number) for number in (2, 2, 1, 0)]
+    players = ["Repeater:number=2 1", "Repeater:number=2 2", "Repeater:number=1", "Repeater"]
+    folder = tmp_path / "games"
+    rows = dmplay.evaluate(agents, problem, 2, turns=5, folder=folder).list_rows()
+    assert [row["player"] for row in rows] == players
+    assert {row["problem"] for row in rows} == {"crying-baby feed_reward=-4.0"}
+    assert dmplay.evaluate_transcripts(folder).list_rows() == rows
+    functions = [lambda view: "feed", lambda view: "sing"]
+    names = ["<lambda> 1", "<lambda> 2", "random"]
+    compared = dmplay.compare(problem, [*functions, "random"], episodes=3, turns=5)
+    assert list(compared.names) == names
+    dilemma, actions = "prisoners-dilemma", ["cooperate", "defect"]
+    choices = [lambda view: actions[0], lambda view: actions[1]]
+    result = dmplay.tournament(dilemma, [*choices, "random"], episodes=3)
+    assert list(result.entrants) == names
+
+
+def test_an_agent_of_a_file_has_the_same_name_in_transcripts_of_another_folder(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("feeder.py").write_text("def feed(view):\n    return 'feed'\n")
+    rows = dmplay.evaluate("./feeder.py:feed", "crying-baby", 2, folder="games").list_rows()
+    assert rows[0]["player"] == "./feeder.py:feed"
+    assert dmplay.evaluate_transcripts("games", trusted=True).list_rows() == rows
 
 
 @pytest.mark.parametrize("problem", ["hexworld", dmplay.load_problem("catch"), dmplay.MatrixGame])
