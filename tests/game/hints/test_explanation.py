@@ -486,7 +486,7 @@ def test_the_explanations_of_a_turn_count_as_a_hint_and_is_forbidden_with_hints(
         "why se in the state (7,2) (optimal): The best action se "
     )
     assert run_line(controller, "why w").startswith(
-        "why w in the state (7,2) (optimal): The action w is worth 5.54"
+        "why not w in the state (7,2) (optimal): The action w is worth 5.54"
     )
     assert game.session.hint_counts == {"agent": 1}
     run_line(controller, "se")

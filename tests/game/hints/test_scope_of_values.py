@@ -100,8 +100,8 @@ def test_the_values_of_the_first_turn_are_those_of_all_twenty() -> None:
         (
             "collaborative-predator-prey",
             None,
-            "hint by qmdp: sw (50 turns left, belief as if partners moved at random, "
-            "why lists its assumptions). ",
+            "hint by qmdp (50 turns left, belief as if partners moved at random, "
+            "why lists its assumptions): sw. ",
         ),
         (
             "prisoners-dilemma",

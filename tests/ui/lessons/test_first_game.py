@@ -119,7 +119,8 @@ def test_the_first_game_is_offered_until_it_was_finished(tmp_path: Path) -> None
     assert find_unplayed_first_game() is not None
     done = run_dmplay(tmp_path, "learn", "first", stdin="se\nse\nse\n")
     assert (
-        "Your first game is finished.\nnext game: dmplay 2048\nnext: dmplay learn 1" in done.stdout
+        "Your first game is finished.\nnext: dmplay 2048, or the first lesson: dmplay learn 1"
+        in done.stdout
     )
     assert (done.returncode, find_unplayed_first_game()) == (0, None)
     again = run_dmplay(tmp_path, "learn", "first", stdin="hint\n")
