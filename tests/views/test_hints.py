@@ -97,14 +97,14 @@ bars: your belief, computed as if caregiver1 acted at random""",
             regret=MACHINE_REGRET, forecast=MACHINE_FORECAST, revealed_state=np.array(1)
         ),
         r"""
-saw  nothing (not examined)                  0 failed
+saw  nondefective (no clue: unexamined)      0 failed
                                                  .
 0 failed  #############....... 0.656            / \
 1 failed  ######.............. 0.308           . m \
 2 failed  #................... 0.036          o m m \
 chance of failed parts, last turns :         /*m m m \
                                             / m m m e \
-mean pay now        value below best       / m m m e e \
+average pay now     value below best       / m m m e e \
 m manufacture +0.75 best                  / m m m i i e \
 e examine     +0.50 #....... -0.25       / i i i i i i i \
 i interrupt   -0.88 ####.... -1.5       / i i i i i i i r \

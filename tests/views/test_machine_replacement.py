@@ -26,7 +26,7 @@ saw  nothing yet                                0 ●
 2 failed  ···················· 0.000    1 ╱───────────────╲ 2
 chance of failed parts, turn by turn ▁
 
-mean pay now
+average pay now
 m manufacture +0.90
 e examine     +0.65
 i interrupt   -0.50
@@ -50,7 +50,7 @@ saw  defective                                    0
 2 failed  #########........... 0.450    1 /------*--------\ 2
 chance of failed parts, turn by turn _.:-=++#
 
-mean pay now
+average pay now
 m manufacture +0.37
 e examine     +0.12
 i interrupt   -1.95
@@ -67,7 +67,7 @@ def test_a_small_board_with_the_true_state() -> None:
     assert (
         board
         == """\
-saw  nothing (not examined)
+saw  nondefective (no clue: unexamined)
 0 failed  █████████████▏······ 0.656
 1 failed  ██████▏············· 0.308
 2 failed  ▊··················· 0.036
@@ -86,7 +86,7 @@ def test_the_corners_of_the_triangle_are_certain_beliefs() -> None:
 def test_descriptions_include_the_belief_and_the_expected_rewards() -> None:
     view = make_view_after("manufacture")
     assert machine_replacement.describe_turn(view) == (
-        "chose manufacture, not examined, so nothing learnt. "
+        "chose manufacture, saw nondefective (no clue: unexamined). "
         "belief: 0 failed 0.810, 1 failed 0.180, 2 failed 0.010."
     )
     assert machine_replacement.describe_situation(make_view_after()) == (

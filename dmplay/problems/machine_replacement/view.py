@@ -24,7 +24,6 @@ from dmplay.draw.bars import (
     draw_belief_chart,
     draw_probability_history,
     draw_true_state,
-    format_belief,
 )
 from dmplay.draw.canvas import Canvas, format_percent
 from dmplay.draw.options import DrawOptions
@@ -42,8 +41,12 @@ MAX_HISTORY_TURNS = 40  # turns in the belief history
 NEEDS_BELIEF = True  # no board hides the belief
 HIDDEN_FACT = "how many parts failed"
 KEYS = {"m": "manufacture", "e": "examine", "i": "interrupt", "r": "replace"}
-PAY_HEADING = "mean pay now"
+PAY_HEADING = "average pay now"
 ROUNDING = 1e-9  # makes a half, such as 0.475, round up
+REPAIR_EFFECTS = {
+    "interrupt": "failed parts are repaired; both parts work",
+    "replace": "both parts are new, and work",
+}
 STATE_NAMES = ("0 failed", "1 failed", "2 failed")
 # columns of the belief bars and of the small triangle
 BELIEF_COLUMNS, SMALL_TRIANGLE_COLUMNS = 36, 21
@@ -164,8 +167,15 @@ def _describe_effects(problem: MachineReplacement, options: DrawOptions) -> tupl
     return (
         f"{_describe_wear(problem)} ({make}, {examine})",
         f"{examine}: defective {clues} with 1, 2 failed",
-        f"{repair} repairs, {renew} puts in new parts",
+        f"{repair} repairs for {_format_cost_range(problem, 'interrupt')}; "
+        f"{renew}: new parts for {_format_cost_range(problem, 'replace')}",
     )
+
+
+def _format_cost_range(problem: MachineReplacement, action: str) -> str:
+    """Return the least and the greatest cost of a repair, by failed parts, as `0.5 to 2.5`."""
+    costs = -problem.tables.rewards[:, problem.actions[0].labels.index(action), 0]
+    return " to ".join(dict.fromkeys((f"{costs.min():g}", f"{costs.max():g}")))
 
 
 def _format_pay(pay: float, sign: str = "") -> str:
@@ -261,7 +271,8 @@ def goal_lines(view: View[MachineReplacement]) -> list[str]:
         "earn much by a machine whose two parts may fail",
         "only examine gives a clue",
         "failed parts lower what manufacture and examine pay",
-        "interrupt repairs failed parts, replace puts in new parts",
+        f"interrupt repairs failed parts for {_format_cost_range(view.problem, 'interrupt')}, "
+        f"replace puts in new parts for {_format_cost_range(view.problem, 'replace')}",
         _describe_wear(view.problem),
     ]
 
@@ -313,7 +324,12 @@ def _format_rewards_by_failures(rewards: Reals) -> str:
 
 
 def describe_turn(view: View[MachineReplacement]) -> str:
-    """Return a description of the last turn: the action, the product and the belief."""
+    """Return a description of the last turn: the action, the product and the belief.
+
+    After a repair, the state is certain.
+    """
+    if effect := REPAIR_EFFECTS.get(view.last_action_label or ""):
+        return f"chose {view.last_action_label}: {effect}."
     return f"chose {view.last_action_label}, {_describe_product_and_belief(view)}"
 
 
@@ -329,9 +345,8 @@ def _format_last_product(view: View[MachineReplacement]) -> str:
 
     After the other actions, the observation is the same in every state.
     """
-    if view.turns_played and not _is_examined(view, view.actions[-1]):
-        return "nothing (not examined)"
-    return format_last_observation(view)
+    is_clue = not view.turns_played or _is_examined(view, view.actions[-1])
+    return f"{format_last_observation(view)}{'' if is_clue else ' (no clue: unexamined)'}"
 
 
 def _is_examined(view: View[MachineReplacement], action: float) -> bool:
@@ -340,12 +355,10 @@ def _is_examined(view: View[MachineReplacement], action: float) -> bool:
 
 
 def _describe_product_and_belief(view: View[MachineReplacement]) -> str:
-    """Return the last product and the belief about failed parts, the likeliest number first."""
-    belief = format_belief(STATE_NAMES, view.belief)
-    product = f"saw {_format_last_product(view)}"
-    if view.turns_played and not _is_examined(view, view.actions[-1]):
-        product = "not examined, so nothing learnt"
-    return f"{product}. belief: {belief}."
+    """Return the last product and the belief about 0, 1 and 2 failed parts, in this order."""
+    pairs = zip(STATE_NAMES, view.belief, strict=True)
+    belief = ", ".join(f"{name} {probability:.3f}" for name, probability in pairs)
+    return f"saw {_format_last_product(view)}. belief: {belief}."
 
 
 def describe_end(game: FinishedGame[MachineReplacement]) -> str:
