@@ -18,6 +18,7 @@ def goal_lines(view: View[PrisonersDilemma]) -> list[str]:
     (cc, cd), (dc, dd) = view.problem.payoffs[:, :, 0]
     return [
         "spend few years in prison over all rounds",
+        f"what {other} gets does not count",
         "cooperate = silent, defect = blame",
         "a year costs 1",
         f"if {other} cooperates: cooperate pays {cc:g}, defect {dc:g}",
