@@ -146,7 +146,7 @@ class HierarchicalSoftmax(_MixedStrategyPolicy):
 
 @dataclass(frozen=True)
 class FictitiousPlay(GreedyPolicy, _PayoffTablePolicy):
-    """Plays best against the counts of the opponent's actions (fictitious play; ties: the first).
+    """Plays what does best against all earlier actions of the other (fictitious play).
 
     It takes the counts as equal in the first round, and at a tie plays the first listed action.
     """

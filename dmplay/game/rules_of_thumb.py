@@ -44,7 +44,11 @@ class RuleOfThumb(NamedTuple):
 
     def describe_action(self, position: Position) -> str:
         """Return the rule as a clause after the name of the action that it chooses."""
-        return self.describe(position) if self.describe else f'by the rule of thumb "{self.text}"'
+        return (
+            self.describe(position)
+            if self.describe
+            else f'which follows the simple rule "{self.text}"'
+        )
 
 
 class RuleChoice(NamedTuple):

@@ -231,8 +231,10 @@ class _ValueExplainer:
             chances.append(parts.next_replies)
         is_expected = min(map(np.max, chances)) >= MAJOR_SHARE
         verb = "is expected to choose" if is_expected else "most often chooses"
-        names = map(self._format_likeliest, chances)
+        names = [*map(self._format_likeliest, chances)]
         times = [" now", " next turn"] if len(chances) > 1 else [""]
+        if len({*names}) < len(names):  # the same action twice, with the same probability
+            names[1], times[1] = "", "again next turn"
         clause = " and ".join(map("".join, zip(names, times, strict=True)))
         return f"{agent[:1].upper()}{agent[1:]} {verb} {clause}"
 

@@ -32,16 +32,24 @@ class FixedClaim(ReactivePolicy):
         return np.full(len(u), self.claim - MIN_CLAIM)
 
 
+@dataclass(frozen=True)
+class LevelK(HierarchicalSoftmax):
+    """Mostly claims 90 to 100 by default, and does not react to the claims of the other.
+
+    It plays well, with errors, against an agent one level lower; level 0 is random (section 24.7).
+    """
+
+
 class Plan(RepeatedGamePlan):
     """Plans all rounds left for the other agent's rule, or for each rule that it may follow."""
 
     candidate_rules = {  # noqa: RUF012 - never written
-        "nash": Nash, "level-k": HierarchicalSoftmax, "claim": FixedClaim, "random": Random,
+        "nash": Nash, "level-k": LevelK, "claim": FixedClaim, "random": Random,
     }  # fmt: skip
 
 
 AGENTS = Roster(
-    {"nash": Nash, "level-k": HierarchicalSoftmax, "best-response": FictitiousPlay,
+    {"nash": Nash, "level-k": LevelK, "best-response": FictitiousPlay,
      "gradient-ascent": GradientAscent, "claim": FixedClaim, "plan-rounds": Plan},
     hint_provider="plan-rounds", default_partner="level-k", batch_agent="best-response",
     rule_of_thumb="best-response",

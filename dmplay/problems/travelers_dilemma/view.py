@@ -51,7 +51,8 @@ def goal_lines(view: View[TravelersDilemma]) -> list[str]:
     other = view.problem.agents[1 - view.seat]
     return [
         "get much for a lost bag",
-        f"both get the lower claim, its maker +{BONUS_DOLLARS:g}, the other -{BONUS_DOLLARS:g}",
+        f"both get the lower claim; who claimed it gets {BONUS_DOLLARS:g} more, the other "
+        f"{BONUS_DOLLARS:g} less",
         f"{other} lost an equal bag and claims at the same time",
         f"what {other} gets does not count",
         f"for example, claims {low:g} and {high:g} pay {low + BONUS_DOLLARS:g} and "
@@ -242,7 +243,8 @@ def _choose_windows(
     """Return the claims of the table's rows and of its columns, `claim_count` of each.
 
     They begin with the highest ones, and move only as far as the last claims require, so that the
-    table stays in place from round to round. The own ones also contain the claim of a forecast.
+    table stays in place from round to round. The own ones also contain the claim of a forecast,
+    or else of a hint.
     """
     windows = [range(MAX_CLAIM + 1 - claim_count, MAX_CLAIM + 1)] * 2
     for joint_action in view.joint_actions or ():
@@ -250,6 +252,9 @@ def _choose_windows(
         windows = [*map(_move_window, windows, claims)]
     if options.forecast is not None:
         claim = MIN_CLAIM + int(options.forecast.action)
+        windows[view.seat] = _move_window(windows[view.seat], claim)
+    elif options.regret is not None:
+        claim = MIN_CLAIM + int(np.argmin(options.regret))
         windows[view.seat] = _move_window(windows[view.seat], claim)
     return windows[0], windows[1]
 

@@ -371,7 +371,7 @@ def test_defection_pays_now_and_is_punished_by_tit_for_tat() -> None:
     game = make_game("prisoners-dilemma", "human", "tit-for-tat", turns=10)
     assert explain_action(game.hint_provider).sentences == (
         "The best action cooperate is worth -9.00: reward -1.00 now and -8.00 later.",
-        "Agent2 is expected to choose cooperate now and cooperate next turn.",
+        "Agent2 is expected to choose cooperate now and again next turn.",
         "The action defect, which pays the most now, is worth -11.00, 2.00 less than cooperate.",
         "It costs 1.00 less now but 3.00 more later, as agent2 then chooses defect.",
     )
@@ -393,7 +393,9 @@ def test_a_state_that_the_belief_excludes_is_not_assumed_to_be_certain() -> None
         game.choose(throw)
     assert game.view().belief[0] < 0.01  # a drop alone would suggest a skill of 20 m
     comparison = explain_action(game.hint_provider).sentences[2]
-    assert comparison.startswith('The action 100, by the rule of thumb "throw the farthest, ')
+    assert comparison.startswith(
+        'The action 100, which follows the simple rule "throw the farthest, '
+    )
 
 
 def test_later_turns_are_worth_less_if_the_observation_tells_less_of_the_same_state() -> None:

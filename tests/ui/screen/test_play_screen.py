@@ -988,7 +988,7 @@ def test_help_lists_the_keys_of_the_pace_only_if_something_moves_by_itself() -> 
 def test_help_describes_the_agent_that_plays_the_other_seat() -> None:
     current_game = make_game("rock-paper-scissors", "human", "frequency")
     text = " ".join(play_keys(current_game, "?").last.split())
-    assert "agent2 is played by frequency, which plays best against the counts of" in text
+    assert "agent2 is played by frequency, which plays what does best against" in text
 
 
 def test_the_letters_of_the_steps_stay_on_the_map() -> None:
