@@ -17,7 +17,7 @@ def give_reasons(position: Position, action: int) -> list[str]:
         return []
     other, problem, reply = 1 - position.seat, position.problem, int(parts.replies.argmax())
     assert isinstance(problem, RockPaperScissors)
-    name, chance = problem.format_action(other, np.array(reply)), float(parts.replies[reply])
+    name, chance = problem.format_action(other, reply), float(parts.replies[reply])
     agent = problem.agents[other]
     agent = f"{agent[:1].upper()}{agent[1:]}"
     if np.ptp(parts.replies) < MIN_PROBABILITY_DIFFERENCE:
