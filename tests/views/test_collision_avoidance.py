@@ -35,10 +35,10 @@ CLEAR_DESCRIPTION = "clear course: at this rate 301 m above aircraft A."
     [
         (
             make_collided_game(),
-            "kept the advisory: climb (free). height -30 m, rate -2.0 m/s, 0 s left. "
+            "kept climb (free). height -30 m, rate -2.0 m/s, 0 s left. "
             "collision: passed 30 m below aircraft A.",
             "collision: passed 30 m below aircraft A. "
-            "height -30 m, rate -2.0 m/s, 0 s left. advisory climb.",
+            "height -30 m, rate -2.0 m/s, 0 s left. advisory: climb.",
         ),
         (
             make_session_from_state(
@@ -46,7 +46,7 @@ CLEAR_DESCRIPTION = "clear course: at this rate 301 m above aircraft A."
             ),
             "changed the advisory to descend (costs 0.01). height +301 m, rate +0.0 m/s, "
             f"18 s left. {CLEAR_DESCRIPTION}",
-            f"{CLEAR_DESCRIPTION} height +301 m, rate +0.0 m/s, 18 s left. advisory descend.",
+            f"{CLEAR_DESCRIPTION} height +301 m, rate +0.0 m/s, 18 s left. advisory: descend.",
         ),
         (
             make_session_from_state("collision-avoidance", [300.0, 0.0, 0.0, 20.0], [0], [0.9]),
@@ -54,7 +54,7 @@ CLEAR_DESCRIPTION = "clear course: at this rate 301 m above aircraft A."
             "height +300 m, rate +1.0 m/s, 19 s left. "
             "clear course: at this rate 319 m above aircraft A.",
             "clear course: at this rate 319 m above aircraft A. "
-            "height +300 m, rate +1.0 m/s, 19 s left. advisory descend.",
+            "height +300 m, rate +1.0 m/s, 19 s left. advisory: descend.",
         ),
     ],
 )
@@ -69,7 +69,7 @@ def test_collisions_and_reversed_advisories_are_described(
 def test_the_panel_shows_height_rate_time_and_advisory() -> None:
     view = make_advised_game().view(0)
     assert collision_avoidance.panel_rows(view) == [
-        ("height", "+23 m"), ("rate", "-5.0 m/s"), ("pass in", "30 s"), ("advisory", "none"),
+        ("height", "+23 m"), ("rate", "-5.0 m/s"), ("pass in", "30 s"), ("advisory", "no-advisory"),
     ]  # fmt: skip
 
 
@@ -157,3 +157,13 @@ passed 30 m below A: COLLISION"""),
 def test_an_encounter_is_drawn(case: str) -> None:
     view, options, expected = FRAMES[case]
     assert fit_board(collision_avoidance, view, options).plain == expected[1:]
+
+
+def test_a_key_says_that_the_advisory_in_force_is_free_to_keep() -> None:
+    game = make_session_from_state("collision-avoidance", [300.0, 0.0, 0.0, 20.0], [0], [0.5])
+    assert collision_avoidance.describe_keys(game.view(0)) == {"descend": "keep, free"}
+
+
+def test_a_gust_after_the_pass_is_not_described() -> None:
+    game = make_session_from_state("collision-avoidance", [300.0, 0.0, 0.0, 0.0], [1], [0.9])
+    assert "gust" not in collision_avoidance.describe_turn(game.view(0))

@@ -31,6 +31,11 @@ def test_the_panel_shows_the_cost_of_the_number() -> None:
     ]  # fmt: skip
 
 
+def test_the_panel_shows_no_cost_of_the_number_after_the_end() -> None:
+    view = dataclasses.replace(make_pushed_game().view(0), end_reason="horizon")
+    assert "costs now" not in dict(simple_regulator.panel_rows(view))
+
+
 def test_a_push_is_described_with_its_target() -> None:
     view = make_pushed_game().view(0)
     assert (
@@ -163,7 +168,7 @@ s -0.102  a +0.250  aimed -0.276""",
                    │▁▂▄▇█▇▄▂▁
  ├────────┬────────┼─────●──┬────────┤
 -1      -0.5       0      +0.5      +1
-s +0.360   drawn around 0.3""",
+s +0.360   starts around 0.3""",
     ),
     "the number line grows with the number": (
         make_session_from_state("simple-regulator", [0.36], [10], [0.5, 0.25]).view(0),

@@ -47,8 +47,8 @@ def explain_by_simulation(
     mean = format_fixed(simulation.mean, decimals)
     turns = format_count(min(provider.position.turns_left or MAX_TURNS, MAX_TURNS), "turn")
     sentences = (
-        f"In {game_count} simulated games of at most {turns}, this action, followed by "
-        f"{provider.name}, returns {mean} on average (standard error {error:.2g}).",
+        f"This action scores {mean} on average in {game_count} simulated games of at most {turns}, "
+        f"in which {provider.name} plays on (standard error {error:.2g}).",
         f"The reward of this turn is {format_fixed(reward, decimals)}.",
     )
     if alternative is None or other is None:
@@ -65,7 +65,7 @@ def explain_by_simulation(
     error = float((other.returns - simulation.returns).std(ddof=1) / game_count**0.5)
     is_close = abs(other.mean - simulation.mean) <= CHANCE_ERRORS * error
     comparison = (
-        f"With the same random numbers, {alternative.text} {name} returns {other_mean}, which is "
+        f"With the same random numbers, {alternative.text} {name} scores {other_mean}, which is "
         f"{format_fixed(abs(difference), decimals)} {'more' if difference > 0 else 'less'}"
         f"{', no more than chance explains' * is_close}."
     )

@@ -26,7 +26,7 @@ class NoAdvisory(ConstantPolicy):
 
 @dataclass(frozen=True)
 class AvoidWhenNear(ReactivePolicy):
-    """Steers away from the intruder if it is near in height and time."""
+    """Steers away from aircraft A if it is near in height and time."""
 
     distance: float = parameter(50.0, "height difference below which it acts, m")
     time: float = parameter(30.0, "time to collision below which it acts, s")

@@ -112,8 +112,8 @@ def _describe_advisories(
         probability = _find_probability(problem, s, later)
         can_wait = action == present and probability - chances[safest] < MIN_PROBABILITY
         yield (
-            f"One second of {labels[action]} and then {labels[safest]} gives {probability:.3f}"
-            f"{', so the change can wait' * can_wait}."
+            f"One second of {labels[action]} and then {labels[safest]} collides with probability "
+            f"{probability:.3f}{', so the change can wait' * can_wait}."
         )
 
 

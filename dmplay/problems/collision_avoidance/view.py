@@ -43,10 +43,11 @@ STEADY_GUST_INDEX = 1  # the middle one of three gusts
 # metres; the smallest that holds all heights is the top
 MAX_HEIGHT_CHOICES = (100, 200, 300, 400, 600, 800)
 PATH_LEGENDS = (  # of the predicted paths and the past, the longest first
-    "left of ◆: past advisories; right of ◆: paths in calm air if you always advise ↑ climb, "
-    "∘ no-advisory, ↓ descend; ▒ collision",
-    "paths in calm air if you always advise ↑ climb, ∘ no-advisory, ↓ descend; ▒ collision",
+    "left of ◆: past advisories; right of ◆: the next seconds in calm air if you always advise "
     "↑ climb, ∘ no-advisory, ↓ descend; ▒ collision",
+    "the next seconds in calm air if you always advise ↑ climb, ∘ no-advisory, ↓ descend; "
+    "▒ collision",
+    "paths: next seconds by advisory; ▒ collision",
 )
 LABEL_COLUMNS = 6  # columns of the height labels
 PATH_POINT_COLUMNS = 3  # columns between two points of a path
@@ -261,7 +262,7 @@ def _draw_time_labels(canvas: Canvas, y: int, time_axis: NumberLine) -> None:
 def _get_current_advisory(view: View[CollisionAvoidance]) -> str:
     """Return the name of the advisory in force."""
     rate = float(view.observation[2])
-    return "none" if not rate else "climb" if rate > 0 else "descend"
+    return "no-advisory" if not rate else "climb" if rate > 0 else "descend"
 
 
 def _format_current_numbers(view: View[CollisionAvoidance]) -> tuple[str, str, str]:
@@ -273,14 +274,14 @@ def _format_current_numbers(view: View[CollisionAvoidance]) -> tuple[str, str, s
 def _format_state(view: View[CollisionAvoidance]) -> str:
     """Format the current state in one line, with its symbols."""
     h, dh, seconds_left = _format_current_numbers(view)
-    return f"◆ h {h} m  dh {dh} m/s  {seconds_left} s  {_get_current_advisory(view)}"
+    advisory = _get_current_advisory(view).replace("no-advisory", "none")  # a short row
+    return f"◆ h {h} m  dh {dh} m/s  {seconds_left} s  {advisory}"
 
 
 def _format_state_with_units(view: View[CollisionAvoidance]) -> str:
     """Format the current state in one line, with units only."""
     h, dh, seconds_left = _format_current_numbers(view)
-    advisory = _get_current_advisory(view).replace("none", "no advisory")
-    return f"◆ {h} m  {dh} m/s  {seconds_left} s left  {advisory}"
+    return f"◆ {h} m  {dh} m/s  {seconds_left} s left  {_get_current_advisory(view)}"
 
 
 def has_passed_intruder(view: View[CollisionAvoidance]) -> bool:
@@ -322,9 +323,11 @@ def _describe_pass_outcome(view: View[CollisionAvoidance]) -> str:
 
 
 def describe_keys(view: View[CollisionAvoidance]) -> dict[str, str]:
-    """Return the cost of each advisory that is not that of the last turn."""
-    costs = np.where(view.observation[2] == ADVISED_RATES, "", f"-{ADVISORY_CHANGE_COST:g}")
-    return {name: cost for name, cost in zip(ACTION_NAMES, costs.tolist(), strict=True) if cost}
+    """Return the cost of each advisory, or the one in force, which is free to keep."""
+    cost = f"-{ADVISORY_CHANGE_COST:g}"
+    if not view.observation[2]:
+        return {name: cost for name in ACTION_NAMES if name != _get_current_advisory(view)}
+    return {_get_current_advisory(view): "keep, free"}
 
 
 def goal_lines(view: View[CollisionAvoidance]) -> list[str]:
@@ -334,7 +337,8 @@ def goal_lines(view: View[CollisionAvoidance]) -> list[str]:
         "each second, advise the pilot",
         f"a collision costs {COLLISION_COST:g}, each change of the advisory "
         f"{ADVISORY_CHANGE_COST:g}",
-        "climb and descend change the rate, no-advisory lets it stay",
+        f"climb aims at a rate of {ADVISED_RATES[2]:+g} m/s, descend at {ADVISED_RATES[0]:+g}",
+        "no-advisory lets the rate stay",
         "gusts change it too",
     ]
 
@@ -355,10 +359,14 @@ def lesson(view: View[CollisionAvoidance]) -> Lesson:
 def _describe_response(problem: CollisionAvoidance) -> str:
     """Return a clause on how the rate follows an advisory."""
     down, _, up = ADVISED_RATES
-    exception = f" (by {up:g} m/s if the rate is less than {MAX_ACCELERATION:g} m/s from there)"
+    exception = (
+        f"; less than {MAX_ACCELERATION:g} m/s from there, climb adds {up:g} m/s and descend takes "
+        f"{-down:g} m/s away"
+    )
     return (
-        f"an advisory changes the rate by {MAX_ACCELERATION:g} m/s each second, towards {up:g} or "
-        f"{down:g} m/s{exception * (not problem.repaired)}"
+        f"each second, climb brings the rate {MAX_ACCELERATION:g} m/s nearer to {up:+g} m/s, and "
+        f"descend to {down:+g} m/s, so climb slows a faster climb"
+        f"{exception * (not problem.repaired)}"
     )
 
 
@@ -369,17 +377,19 @@ def panel_rows(view: View[CollisionAvoidance]) -> list[tuple[str, str]]:
     return [
         ("height", f"{h} m"),
         ("rate", f"{dh} m/s"),
-        ("pass in", "0 s: now; any key ends the game" if is_last_turn else f"{seconds_left} s"),
+        ("pass in", "0 s: now, the last turn" if is_last_turn else f"{seconds_left} s"),
         ("advisory", _get_current_advisory(view)),
     ]
 
 
 def describe_turn(view: View[CollisionAvoidance]) -> str:
     """Describe the last advisory, the gust if there was one, the state and the outcome."""
-    gust = view.problem.compute_gust(view.observations[-2], view.observation)
+    gust = 0.0  # after the pass, the rate is not shown any more
+    if not has_passed_intruder(view):
+        gust = view.problem.compute_gust(view.observations[-2], view.observation)
     effect = f"a gust {'raised' if gust > 0 else 'lowered'} the rate by {abs(gust):.0f} m/s"
     has_changed = view.observation[2] != view.observations[-2][2]
-    verb = "changed the advisory to" if has_changed else "kept the advisory:"
+    verb = "changed the advisory to" if has_changed else "kept"
     advisory = f"{verb} {_get_current_advisory(view)}"
     cost = f"costs {ADVISORY_CHANGE_COST:g}" if has_changed else "free"
     advisory += f" ({cost}){f'; {effect}' * (abs(gust) > 1)}"
@@ -388,7 +398,7 @@ def describe_turn(view: View[CollisionAvoidance]) -> str:
 
 def describe_situation(view: View[CollisionAvoidance]) -> str:
     """Describe the predicted outcome, the state and the advisory in force."""
-    advisory = f"advisory {_get_current_advisory(view)}"
+    advisory = f"advisory: {_get_current_advisory(view)}"
     return f"{_describe_pass_outcome(view)}. {_describe_state(view)}. {advisory}."
 
 

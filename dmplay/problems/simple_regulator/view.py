@@ -14,7 +14,7 @@ import numpy as np
 from rich.text import Text
 
 from dmplay.core.session import View
-from dmplay.core.text import format_reward
+from dmplay.core.text import format_count, format_reward
 from dmplay.draw import theme
 from dmplay.draw.action_hints import format_condition
 from dmplay.draw.bars import count_eighths, format_column
@@ -23,6 +23,7 @@ from dmplay.draw.number_line import NumberLine, format_signed_fixed
 from dmplay.draw.options import DrawOptions, Forecast
 from dmplay.views.protocol import FinishedGame, Lesson
 
+from .linear_policy_evaluation import OPTIMAL_POLICY, evaluate_finite_horizon
 from .rules import START_DEVIATION, START_MEAN, SimpleRegulator
 
 KEYS: dict[str, str] = {}
@@ -229,7 +230,7 @@ def _format_state(view: View[SimpleRegulator], is_brief: bool, options: DrawOpti
     number_text = f"{number_name} {format_signed_fixed(numbers[-1], 3)}"
     if not view.turns_played:
         mean_text = f"{mean:g}" if is_brief else f"{mean:g}, standard deviation {deviation:g}"
-        return f"{number_text}   drawn around {mean_text}"
+        return f"{number_text}   starts around {mean_text}"
     push, aim = format_signed_fixed(view.actions[-1], 3), format_signed_fixed(mean, 3)
     if is_brief:
         return f"{number_text}  {push_name} {push}  aimed {aim}"
@@ -237,10 +238,13 @@ def _format_state(view: View[SimpleRegulator], is_brief: bool, options: DrawOpti
 
 
 def goal_lines(view: View[SimpleRegulator]) -> list[str]:
-    """Return the goal, the costs, the push and the noise, as clauses."""
+    """Return the goal, the costs, the score of best play, the push and the noise, as clauses."""
+    turns, start = view.problem.horizon, float(view.observations[0][0])
+    best = evaluate_finite_horizon(view.problem, OPTIMAL_POLICY, turns).evaluate_at(start)
     return [
         "regulate a number: add pushes to keep it near 0",
         "each turn costs its square",
+        f"best play from this start scores about {best:.2f} in {format_count(turns, 'turn')}",
         "a push itself is free",
         *([f"chance moves it by about {view.problem.noise:g}"] if view.problem.noise else []),
         "the number may be an error, such as degrees off course",
@@ -269,7 +273,7 @@ def panel_rows(view: View[SimpleRegulator]) -> list[tuple[str, str]]:
         push, aim = (format_signed_fixed(x, 3) for x in (view.actions[-1], predict_number(view)[0]))
     return [
         ("number", format_signed_fixed(number, 3)),
-        ("costs now", format_reward(number * number)),
+        *([] if view.end_reason else [("costs now", format_reward(number * number))]),
         ("pushed", push),
         ("aimed at", aim),
         ("last turn", format_reward(view.rewards[-1]) if view.rewards else "-"),

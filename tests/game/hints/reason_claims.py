@@ -688,7 +688,8 @@ CLAIMS: dict[str, dict[str, Claim]] = {
         r"([\d.]+) and climb (\d\.\d+)\.": check_collisions,
         r"Each advisory, kept until the pass, collides with a probability under 0\.001\.":
         check_safety,
-        r"One second of ([a-z-]+) and then ([a-z-]+) gives (\d\.\d+)(, so the change can wait)?\.":
+        r"One second of ([a-z-]+) and then ([a-z-]+) collides with probability (\d\.\d+)"
+        r"(, so the change can wait)?\.":
         check_later_advisory,
         r"(?:There is no advisory now|The advisory is now ([a-z-]+)): a change costs 0\.01, and a "
         r"collision 1\.": check_change_cost,
