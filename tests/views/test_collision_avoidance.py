@@ -161,7 +161,8 @@ def test_an_encounter_is_drawn(case: str) -> None:
 
 def test_a_key_says_that_the_advisory_in_force_is_free_to_keep() -> None:
     game = make_session_from_state("collision-avoidance", [300.0, 0.0, 0.0, 20.0], [0], [0.5])
-    describe_keys = getattr(collision_avoidance, "describe_keys", dict)
+    describe_keys = getattr(collision_avoidance, "describe_keys", None)
+    assert describe_keys is not None
     assert describe_keys(game.view(0)) == {"descend": "keep, free"}
 
 
