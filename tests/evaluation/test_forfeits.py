@@ -123,7 +123,8 @@ def test_a_comparison_goes_on_without_an_entrant_that_forfeits() -> None:
     random, optimal = (dmplay.load_agent(problem, 0, name) for name in ("random", "optimal"))
     result = compare(problem, [[random], [bot], [optimal]], episodes=12, turns=3)
     assert result.active == (0, 2)
-    assert result.withdrawals == (f"Bot is withdrawn from the comparison: agent forfeits, {DEAD}",)
+    withdrawal = f"Bot:command={bot.command} is withdrawn from the comparison"
+    assert result.withdrawals == (f"{withdrawal}: agent forfeits, {DEAD}",)
     without_bot = compare(problem, [[random], [optimal]], episodes=12, turns=3)
     assert np.array_equal(result.returns, without_bot.returns)
     with pytest.raises(BadPolicy, match=f"theirs: agent forfeits, {DEAD}"):
