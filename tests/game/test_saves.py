@@ -242,7 +242,7 @@ def test_listing_saved_games_reads_only_those_that_are_shown(
 
 
 def test_an_outline_has_the_facts_of_the_whole_transcript(tmp_path: Path) -> None:
-    commands = "e\nhint\nw\nundo\nw\nhint\nw\nw\nquit\n"
+    commands = "e\nhint\nw\nundo\nw\nhint\nw\nquit\n"
     run_dmplay(tmp_path, "hexworld", "--seed", "7", "-o", "g.dmt", stdin=commands)
     outline = read_outline(tmp_path / "g.dmt")
     assert outline.header == read_transcript(tmp_path / "g.dmt").header
