@@ -146,9 +146,8 @@ class HierarchicalSoftmax(_MixedStrategyPolicy):
 
 @dataclass(frozen=True)
 class FictitiousPlay(GreedyPolicy, _PayoffTablePolicy):
-    """Plays what does best against all earlier actions of the other (fictitious play).
-
-    It takes the counts as equal in the first round, and at a tie plays the first listed action.
+    """Plays what does best against all earlier actions of the other (fictitious play). It takes
+    the counts as equal in the first round, and at a tie plays the first listed action.
     """
 
     uniform_count = 0

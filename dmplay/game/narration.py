@@ -73,7 +73,8 @@ class Narrator:
             score, factor = self.seat_return(snapshot), discount ** (snapshot.turn - 1)
             part = reward * factor
             decimals = max(2, 1 - math.floor(math.log10(abs(part)))) if part else 0
-            added = f" (adds {part:.{decimals}f})" * (part != 0.0 and factor < 1.0)
+            text = f"{part:.{decimals}f}".rstrip("0").rstrip(".")
+            added = f" (adds {text})" * (part != 0.0 and factor < 1.0)
             parts.append(f"reward {format_reward(reward)}{added}. score {format_reward(score)}.")
         if self.ghost and self.ghost.is_shown_during_play:
             lead = format_reward(self.ghost.player_lead, sign="+")

@@ -41,7 +41,7 @@ def read_end_hint_counts(path: Path) -> object:
 
 def test_hints_and_overlays_stay_counted_after_undo(tmp_path: Path) -> None:
     controller = GameController(start_recorded_game(tmp_path))
-    for command in ("hint", "e", "values", "policy", "undo", "look"):
+    for command in ("hint", "why", "e", "values", "e", "policy", "undo", "undo", "look"):
         run_line(controller, command)
     controller.end_game()
     assert read_end_hint_counts(tmp_path / "g.dmt") == {"agent": 3}
@@ -169,9 +169,9 @@ def test_a_rewritten_file_preserves_its_hint_counts(tmp_path: Path) -> None:
 
 def test_an_overlay_is_counted_once_for_each_turn_that_shows_it(tmp_path: Path) -> None:
     game = start_recorded_game(tmp_path)
-    # values, values, policy, states
+    # values, values and policy, states
     play_keys(game, "h", "V", "L", "h", "?", "x", "V", "V", "V", "h")
-    assert game.session.hint_counts == {"agent": 3}
+    assert game.session.hint_counts == {"agent": 2}
     catch_game = start_recorded_game(tmp_path, problem="catch", record_path=tmp_path / "c.dmt")
     play_keys(catch_game, "V", "V")
     assert not catch_game.session.hint_counts

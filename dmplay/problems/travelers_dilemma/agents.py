@@ -34,9 +34,10 @@ class FixedClaim(ReactivePolicy):
 
 @dataclass(frozen=True)
 class LevelK(HierarchicalSoftmax):
-    """Mostly claims 90 to 100 by default, and does not react to the claims of the other.
-
-    It plays well, with errors, against an agent one level lower; level 0 is random (section 24.7).
+    """Mostly claims 90 to 100 by default, and does not react to the claims of the other. It plays
+    well, with errors, against an agent one level lower; level 0 is random (section 24.7).
+    Its own level is `level`. A level above 0 plays an action with a probability proportional to
+    exp(`precision` u); u is the expected reward of that action against the level below.
     """
 
 

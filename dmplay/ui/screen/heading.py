@@ -116,7 +116,9 @@ def remaining_goal_lines(
     if goal_viewport:
         first, *others = clauses[_count_fitting_clauses(clauses, goal_viewport.width) :] or [""]
         terms = _explain_terms(game, snapshot, has_panel=True)
-        aids = ["Tab gives a hint, but costs the medal"] * can_earn_medal(game)
+        aids = ["Tab gives a hint, but costs the medal"] * (
+            can_earn_medal(game) and not game.hints_forbidden
+        )
         remaining = [*filter(None, [first, *terms, *others, *aids])]
     else:  # Then there is hardly a side panel either, which has the other players' rules.
         rules = [
