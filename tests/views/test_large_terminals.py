@@ -138,8 +138,8 @@ def test_the_help_page_lists_coordinates_for_hex_maps(name: str, is_listed: bool
 @pytest.mark.parametrize(
     ("size", "legend"),
     [
-        ((200, 60), "left of ◆: past advisories; right of ◆: paths in calm air if you always"),
-        ((80, 24), "↑ climb, ∘ no-advisory, ↓ descend; ▒ collision"),
+        ((200, 60), "left of ◆: past advisories; right of ◆: the next seconds in calm air"),
+        ((80, 24), "if you always advise ↑ climb, ∘ no-advisory, ↓ descend"),
     ],
 )
 def test_the_fan_of_paths_has_a_legend(size: tuple[int, int], legend: str) -> None:
