@@ -139,7 +139,7 @@ def test_the_help_page_lists_coordinates_for_hex_maps(name: str, is_listed: bool
     ("size", "legend"),
     [
         ((200, 60), "left of ◆: past advisories; right of ◆: the next seconds in calm air"),
-        ((80, 24), "if you always advise ↑ climb, ∘ no-advisory, ↓ descend"),
+        ((80, 24), "paths: next seconds by advisory; ▒ collision"),
     ],
 )
 def test_the_fan_of_paths_has_a_legend(size: tuple[int, int], legend: str) -> None:

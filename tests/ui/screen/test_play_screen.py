@@ -364,7 +364,7 @@ def test_a_screen_too_small_for_the_board_is_played_in_text() -> None:
         ("prisoners-dilemma", "grim", "agent1   -1"),
         ("hexworld", "optimal", "@ agent"),
         ("collaborative-predator-prey", "sweep", "@ where predator1 may be"),
-        ("collaborative-predator-prey", "sweep", "predator1 senses it on its"),
+        ("collaborative-predator-prey", "sweep", "predator1 sees neither it"),
         ("simple-regulator", "optimal", "costs its square"),
         ("travelers-dilemma", "random", "agent1 ↓   agent2 →"),
     ],
