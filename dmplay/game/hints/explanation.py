@@ -82,11 +82,10 @@ def explain_action(provider: HintProvider, action: float | None = None) -> Expla
             "best": hint.action_name,
             "about": hint.game,
         }
-        sentences, numbers = explain_by_simulation(provider, explained, hint.action)
+        sentences, numbers, is_worse = explain_by_simulation(provider, explained, hint.action)
         position = provider.position
         reasons = list_reasons(position, int(explained) if position.labels else explained)
         data |= {**numbers, **({"reasons": [*reasons]} if reasons else {})}
-        is_worse = explained != hint.action
         return Explanation(label, (*reasons, *sentences), data, is_worse)
     return _ValueExplainer(provider, hint, int(explained)).explain(label)
 

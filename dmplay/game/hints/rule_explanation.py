@@ -20,9 +20,10 @@ class _Alternative(NamedTuple):
 
 def explain_by_simulation(
     provider: HintProvider, action: float, recommended: float
-) -> tuple[tuple[str, ...], dict[str, object]]:
-    """Return sentences on an action of an agent without values, and their numbers.
+) -> tuple[tuple[str, ...], dict[str, object], bool]:
+    """Return sentences on an action of an agent without values, their numbers, and a fact.
 
+    The fact is whether the recommended action is better by more than chance explains.
     Simulated games replace the values if no other agent plays and no state is hidden.
     """
     simulation = provider.simulate_action(action)
@@ -31,7 +32,7 @@ def explain_by_simulation(
             f"{provider.agent_description}.",
             "This rule computes no values, so no number says how good its choice is.",
         )
-        return sentences, {}
+        return sentences, {}, False
     game_count = simulation.returns.size
     error = float(simulation.returns.std(ddof=1) / game_count**0.5)
     reward = float(simulation.first_rewards.mean())
@@ -52,7 +53,7 @@ def explain_by_simulation(
         f"The reward of this turn is {format_fixed(reward, decimals)}.",
     )
     if alternative is None or other is None:
-        return sentences, data
+        return sentences, data, False
     name = format_real_action(provider, alternative.action)
     data["compared_with"] = {
         "action": name,
@@ -69,7 +70,8 @@ def explain_by_simulation(
         f"{format_fixed(abs(difference), decimals)} {'more' if difference > 0 else 'less'}"
         f"{', no more than chance explains' * is_close}."
     )
-    return (*sentences, comparison), data
+    is_worse = action != recommended and difference > 0 and not is_close
+    return (*sentences, comparison), data, is_worse
 
 
 def _choose_alternative(
