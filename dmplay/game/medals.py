@@ -110,7 +110,9 @@ class Medal(NamedTuple):
         rule = str(self.rule) if has_rule else best
         if self.rule and self.rule.agent == best:
             best = rule
-        degree = "close to" if self.loss > 0 else "above" if self.loss < 0 else "as good as"
+        degree = "close to" if self.loss > 0 else "as good as"
+        if self.loss < -LOSS_TOLERANCE * self.scale:
+            degree = "above"
         ranks = {
             "gold": f"score {degree} the average of {best}",
             "silver": f"score above the average of {rule}, below that of {best}",

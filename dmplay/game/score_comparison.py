@@ -46,7 +46,7 @@ class ScoreComparison(NamedTuple):
     game_count: int
     lower_count: int
     equal_count: int = 0
-    has_same_start: bool = False  # whether other games may start otherwise
+    has_same_start: bool = False  # where chance decides the start
 
     def describe(self) -> str:
         """Return the counts of games that scored less than this one, the same and more."""

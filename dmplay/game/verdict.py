@@ -38,7 +38,7 @@ MAX_SECONDS = 1.0  # seconds of processor time of each part of a verdict that no
 COMPARISON_TASK = TaskInfo(
     "comparing your score with other games", is_after_game=True, delays_quit=True
 )
-AVERAGE_LUCK = 0.1  # of the regret of careless play: less luck is average
+AVERAGE_LUCK = 0.1  # of the regret of careless play: less luck is not named
 CHOICE_WORDS = {"gold": "excellent choices", "silver": "good choices", "bronze": "fair choices"}
 GOOD_WORDS = ("perfect", "excellent", "good")  # before `choices`
 MIN_ROUNDED_ESTIMATE = 10.0  # losses that are estimates and at least this have no decimals

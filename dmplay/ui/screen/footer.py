@@ -50,6 +50,7 @@ class ActionKey(NamedTuple):
     is_legal: bool
     regret_text: str = ""
     effect: str = ""
+    has_brackets: bool = True  # around the effect
 
     @property
     def text(self) -> str:
@@ -57,9 +58,9 @@ class ActionKey(NamedTuple):
         key = KEY_SYMBOLS.get(self.key, self.key)
         label = key if self.key == self.label else "=".join(filter(None, (key, self.label)))
         if not self.is_legal:
-            return f" ({label} {self.effect.strip('()')}) " * bool(self.effect)
-        effect = f" {self.effect}" * bool(self.effect)
-        return f" {label}{effect}{self.regret_text} "
+            return f" ({label} {self.effect}) " * bool(self.effect)
+        effect = f"({self.effect})" if self.has_brackets else self.effect
+        return f" {label}{f' {effect}' * bool(self.effect)}{self.regret_text} "
 
 
 def format_footer(
@@ -168,14 +169,10 @@ def _iter_key_rows(game: Game, hint: Hint | None, effect_columns: int) -> Iterat
         yield from (_join_keys(ranked) for ranked in _iter_ranked_keys(legal, hint))
         describe_keys = getattr(game.view_module, "describe_keys", None)
         effects: Mapping[str, str] = describe_keys(game.view()) if describe_keys else {}
-        names = [effects.get(key.label, "") for key in legal]
-        for form in ("({})", "{}"):
-            row = _join_keys(
-                key._replace(effect=name and form.format(name))
-                for key, name in zip(legal, names, strict=True)
-            )
-            if form == "{}" or len(row.plain) <= effect_columns:
-                yield row
+        with_effects = [key._replace(effect=effects.get(key.label, "")) for key in legal]
+        row = _join_keys(with_effects)
+        yield from [row] * (len(row.plain) <= effect_columns)
+        yield _join_keys(key._replace(has_brackets=False) for key in with_effects)
         yield _join_keys(legal)
         for max_width in (*SHORT_LABEL_COLUMNS, 0):
             short_keys = [
