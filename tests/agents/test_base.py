@@ -4,13 +4,11 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-import pytest
 
 import dmplay
 from dmplay.agents.base import MAX_TABULAR_STATES, ConstantPolicy, StationaryPolicy
 from dmplay.core.arrays import Array, Bools
 from dmplay.core.policy import Memory, Percept, requires_fields
-from dmplay.errors import UnknownName
 
 NO_UNIFORMS = np.zeros((40, 0))
 
@@ -64,11 +62,6 @@ class RewardOnlyPolicy(RecordingPolicy):
     @requires_fields("reward")
     def update_memory(self, memory: Memory, percept: Percept) -> Memory:
         return super().update_memory(memory, percept)
-
-
-def test_a_field_that_percepts_do_not_have_is_refused() -> None:
-    with pytest.raises(UnknownName, match="did you mean reward"):
-        requires_fields("action", "rewards")
 
 
 def test_rollouts_omit_the_percept_fields_that_a_policy_does_not_require() -> None:
