@@ -1,0 +1,87 @@
+"""The interface of learners: each one plays games and changes weights, one update at a time."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from typing import ClassVar
+
+import numpy as np
+
+from dmplay.algorithms.features import Features
+from dmplay.core.arrays import Array, Bools, Ints, Reals
+from dmplay.core.parameters import check_parameters, parameter
+from dmplay.core.problem import Problem
+from dmplay.simulation.learning_games import LearningGames
+
+
+@dataclass
+class LearningTask:
+    """The games, the features of their states, and the arrays that a learner changes."""
+
+    problem: Problem
+    games: LearningGames
+    features: Features
+    arrays: dict[str, Array] = field(default_factory=dict)  # all that a learner remembers
+
+    @property
+    def generator(self) -> np.random.Generator:
+        """The source of all random numbers of the training."""
+        return self.games.generator
+
+    def find_array(self, name: str, *shape: int, value: float = 0.0) -> Array:
+        """Return an array of the learner; a new one has `value` everywhere."""
+        return self.arrays.setdefault(name, np.full(shape, value))
+
+    @property
+    def weights(self) -> Reals:
+        """The weights `[F, A]`, whose sum over active features rates each action."""
+        return self.find_array("weights", self.features.count, self.problem.action_counts[0])
+
+
+@dataclass(frozen=True)
+class Learner(ABC):
+    """A learning algorithm, whose other dataclass fields are its parameters."""
+
+    name: ClassVar[str]
+    summary: ClassVar[str]
+    source: ClassVar[str]  # section of the book
+    feature_kind: ClassVar[str] = "tiles"  # of real numbers: tiles, or the numbers themselves
+
+    rows: int = parameter(16, "games that are played side by side", 1, 10_000)
+
+    def __post_init__(self) -> None:
+        """Raise BadParameter if a parameter is out of bounds."""
+        check_parameters(self)
+
+    def explain_misfit(self, problem: Problem) -> str:
+        """Return the reason why a problem cannot be learned; '' if it can."""
+        if not problem.action_counts[0]:
+            return "its actions are real numbers; it needs a list of actions"
+        return ""
+
+    @abstractmethod
+    def learn(self, task: LearningTask) -> Iterator[None]:
+        """Play and learn without end; yield after each update."""
+
+
+def rate_actions(weights: Reals, active: Ints, strengths: Reals | float = 1.0) -> Reals:
+    """Return the sum `[B, A]` of the weights `[F, A]` of the active features `[B, K]`."""
+    if isinstance(strengths, float):
+        return weights[active[:, 0]] if active.shape[1] == 1 else weights[active].sum(axis=1)
+    return np.asarray(strengths @ weights[active[0]])
+
+
+def add_to_weights(weights: Reals, active: Ints, actions: Ints, changes: Reals) -> None:
+    """Add the mean change of the rows that share a weight to the weights of active features.
+
+    The features are `[B, K]`, actions and changes `[B]`. With one row this is the textbook's
+    update; rows that share a weight would otherwise change it several times over.
+    """
+    indices = active * weights.shape[1] + actions[:, None]
+    flat = weights.reshape(-1)
+    if len(indices) == 1:
+        flat[indices[0]] += changes
+        return
+    indices = indices.reshape(-1)
+    sums = np.bincount(indices, changes.repeat(active.shape[1]), len(flat))
+    flat += sums / np.maximum(np.bincount(indices, minlength=len(flat)), 1)
