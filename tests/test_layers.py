@@ -20,7 +20,7 @@ PACKAGE_FOLDER = TESTS_FOLDER.parent / "dmplay"
 LAYERS = (
     "errors", "guide", "core", "terminal", "formats", "simulation", "algorithms", "solvers",
     "agents", "draw", "transcript", "external", "registry", "views", "gym", "zoo", "game",
-    "evaluation", "tutor", "ui", "output", "plots", "validation", "problems", "servers", "cli",
+    "evaluation", "training", "tutor", "ui", "output", "plots", "validation", "problems", "servers", "cli",
     "pytest_plugin", "__main__",
 )  # fmt: skip
 UI_LIBRARIES = {"rich", "typer", "prompt_toolkit"}

@@ -22,7 +22,7 @@ class CrossEntropy(Learner):
     name = "cross-entropy"
     summary = "sample policies, and move their distribution toward the best ones"
     source = "section 10.4, Cross Entropy Method"
-    feature_kind = "numbers"
+    default_features = "numbers"
 
     rows: int = parameter(40, "policies of a batch", 2, 10_000)
     games: int = parameter(1, "games of each policy", 1, 1000)
@@ -52,9 +52,9 @@ def play(task: LearningTask, policies: Reals) -> Reals:
     returns, factor, plays = np.zeros(len(policies)), 1.0, np.ones(len(policies), bool)
     games.restart()
     while plays.any():
-        active, strengths = task.features.activate(games.states)
-        if isinstance(strengths, float):
-            q = policies[rows, active].sum(axis=1)
+        indices, strengths = task.features.activate(games.inputs)
+        if strengths is None:
+            q = policies[rows, indices].sum(axis=1)
         else:
             q = (strengths[:, None, :] @ policies)[:, 0]
         turn = games.step(choose_greedy(q, games.legal))
@@ -62,3 +62,6 @@ def play(task: LearningTask, policies: Reals) -> Reals:
         factor *= task.problem.discount
         plays &= ~turn.ended
     return returns
+
+
+LEARNER = CrossEntropy

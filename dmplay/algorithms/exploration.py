@@ -54,5 +54,9 @@ def compute_softmax(preferences: Reals, legal: Bools | None) -> Reals:
 
 def choose_softmax(q: Reals, legal: Bools | None, precision: float, u: Reals) -> Ints:
     """Return an action with a probability proportional to exp(precision Q); uniforms `[B]`."""
-    cumulative = compute_softmax(precision * q, legal).cumsum(axis=1)
-    return np.asarray((cumulative[:, :-1] <= u[:, None]).sum(axis=1))
+    return sample_actions(compute_softmax(precision * q, legal), u)
+
+
+def sample_actions(probabilities: Reals, u: Reals) -> Ints:
+    """Return an action `[B]` from probabilities `[B, A]` by uniforms `[B]`."""
+    return np.asarray((probabilities.cumsum(axis=1)[:, :-1] <= u[:, None]).sum(axis=1))

@@ -1,47 +1,52 @@
-"""Features of states: a state's active ones, whose weights add up to values of its actions.
+"""Features of what a learner sees: the weights of the active ones add up to values of actions.
 
-A finite problem has one feature for each state. Real numbers have tiles, or the numbers themselves.
+A finite problem has one feature for each state, so that the weights are a table. Real numbers have
+tiles, or are features themselves.
 """
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
 from dmplay.core.arrays import Array, Ints, Reals
-from dmplay.core.problem import ContinuousStates, Problem
-from dmplay.errors import BadParameter
+from dmplay.core.problem import Problem
 
-SAMPLED_GAMES, SAMPLED_TURNS = 64, 100  # of random play, to measure numbers without bounds
-MAX_FEATURES = 2_000_000
+
+class Activation(NamedTuple):
+    """The active features of B inputs, with their strengths."""
+
+    indices: Ints  # [B, K]; [1, K] if all inputs have the same ones
+    strengths: Reals | None = None  # [B, K]; None for 1
 
 
 class Features(Protocol):
-    """A function from states to their active features: K of `count`, with their strengths."""
+    """A function from inputs to their active features."""
 
-    count: int
+    @property
+    def count(self) -> int:
+        """The number of features."""
 
-    def activate(self, s: Array) -> tuple[Ints, Reals | float]:
-        """Return the indices `[B, K]` of the active features, and their strengths `[B, K]`."""
+    def activate(self, s: Array) -> Activation:
+        """Return the active features of inputs `[B, ...]`."""
 
 
 @dataclass(frozen=True)
 class StateFeatures:
-    """One feature for each state of a finite problem, so that the weights are a table."""
+    """One feature for each state of a finite problem."""
 
     problem: Problem
     count: int
 
-    def activate(self, s: Array) -> tuple[Ints, Reals | float]:
-        """Return the index `[B, 1]` of each state; its strength is 1."""
-        return self.problem.state_indices(s)[:, None], 1.0
+    def activate(self, s: Array) -> Activation:
+        """Return the index `[B, 1]` of each state."""
+        return Activation(self.problem.state_indices(s)[:, None])
 
 
 @dataclass(frozen=True)
 class NumberFeatures:
-    """The numbers of a state, each divided by its scale, and a constant."""
+    """A constant, and each number of the input divided by its scale."""
 
-    centers: Reals
     scales: Reals
 
     @property
@@ -49,29 +54,36 @@ class NumberFeatures:
         """The number of features: the constant and each number."""
         return 1 + len(self.scales)
 
-    def activate(self, s: Array) -> tuple[Ints, Reals | float]:
-        """Return all indices `[1, 1 + d]`, and 1 and the scaled numbers `[B, 1 + d]`."""
+    def activate(self, s: Array) -> Activation:
+        """Return all indices, with 1 and the scaled numbers as strengths."""
         strengths = np.ones((len(s), self.count))
-        strengths[:, 1:] = (s - self.centers) / self.scales
-        return np.arange(self.count)[None], strengths
+        strengths[:, 1:] = s / self.scales
+        return Activation(np.arange(self.count)[None], strengths)
 
 
-def find_number_bounds(problem: Problem) -> tuple[Reals, Reals]:
-    """Return the lowest and the highest value of each number of a state.
+def rate_actions(weights: Reals, x: Activation) -> Reals:
+    """Return the sum `[B, A]` of the weights `[F, A]` of active features."""
+    if x.strengths is not None:
+        return np.asarray(x.strengths @ weights[x.indices[0]])
+    is_table = x.indices.shape[1] == 1
+    return np.asarray(weights[x.indices[:, 0]] if is_table else weights[x.indices].sum(axis=1))
 
-    Numbers without bounds are measured in games of random play with a fixed seed.
+
+def add_to_weights(weights: Reals, x: Activation, actions: Ints, changes: Reals) -> None:
+    """Change the values of actions `[B]` by `changes` `[B]`, spread over the active features.
+
+    A change is divided by the sum of squared strengths. If rows share a weight, it changes by the
+    mean of their changes, so that many rows do not move it too far; one row is the textbook update.
     """
-    if problem.state_bounds is not None and np.isfinite(problem.state_bounds).all():
-        return np.array(problem.state_bounds[0], float), np.array(problem.state_bounds[1], float)
-    if problem.state_grid is not None:
-        ends = [(axis.points[0], axis.points[-1]) for axis in problem.state_grid.axes]
-        return np.array(ends, float).T[0], np.array(ends, float).T[1]
-    from dmplay.simulation.learning_games import LearningGames
-
-    games = LearningGames(problem, SAMPLED_GAMES, np.random.Generator(np.random.PCG64(0)))
-    sample = []
-    for _ in range(SAMPLED_TURNS):
-        sample.append(games.states)
-        games.step(games.generator.integers(problem.action_counts[0], size=SAMPLED_GAMES))
-    numbers = np.concatenate(sample)
-    return numbers.min(axis=0), numbers.max(axis=0)
+    indices, strengths = x
+    if strengths is None:
+        parts = (changes / indices.shape[1])[:, None].repeat(indices.shape[1], axis=1)
+    else:
+        parts = strengths * (changes / (strengths**2).sum(axis=1))[:, None]
+    cells = (indices * weights.shape[1] + actions[:, None]).reshape(-1)
+    flat = weights.reshape(-1)
+    if len(actions) == 1:
+        flat[cells] += parts[0]
+        return
+    counts = np.bincount(cells, minlength=len(flat))
+    flat += np.bincount(cells, parts.reshape(-1), len(flat)) / np.maximum(counts, 1)

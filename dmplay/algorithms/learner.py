@@ -1,14 +1,14 @@
 """The interface of learners: each one plays games and changes weights, one update at a time."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import ClassVar
 
 import numpy as np
 
 from dmplay.algorithms.features import Features
-from dmplay.core.arrays import Array, Bools, Ints, Reals
+from dmplay.core.arrays import Array, Reals
 from dmplay.core.parameters import check_parameters, parameter
 from dmplay.core.problem import Problem
 from dmplay.simulation.learning_games import LearningGames
@@ -45,9 +45,16 @@ class Learner(ABC):
     name: ClassVar[str]
     summary: ClassVar[str]
     source: ClassVar[str]  # section of the book
-    feature_kind: ClassVar[str] = "tiles"  # of real numbers: tiles, or the numbers themselves
+    default_features: ClassVar[str] = "tiles"  # of real numbers
+    default_steps: ClassVar[int] = 300_000
 
     rows: int = parameter(16, "games that are played side by side", 1, 10_000)
+
+    features: str = parameter(
+        "auto", "features of real numbers: tiles, numbers", choices=("auto", "tiles", "numbers")
+    )
+    tilings: int = parameter(8, "tilings of real numbers", 1, 64)
+    tiles: int = parameter(8, "tiles of each number in a tiling", 1, 1000)
 
     def __post_init__(self) -> None:
         """Raise BadParameter if a parameter is out of bounds."""
@@ -63,25 +70,3 @@ class Learner(ABC):
     def learn(self, task: LearningTask) -> Iterator[None]:
         """Play and learn without end; yield after each update."""
 
-
-def rate_actions(weights: Reals, active: Ints, strengths: Reals | float = 1.0) -> Reals:
-    """Return the sum `[B, A]` of the weights `[F, A]` of the active features `[B, K]`."""
-    if isinstance(strengths, float):
-        return weights[active[:, 0]] if active.shape[1] == 1 else weights[active].sum(axis=1)
-    return np.asarray(strengths @ weights[active[0]])
-
-
-def add_to_weights(weights: Reals, active: Ints, actions: Ints, changes: Reals) -> None:
-    """Add the mean change of the rows that share a weight to the weights of active features.
-
-    The features are `[B, K]`, actions and changes `[B]`. With one row this is the textbook's
-    update; rows that share a weight would otherwise change it several times over.
-    """
-    indices = active * weights.shape[1] + actions[:, None]
-    flat = weights.reshape(-1)
-    if len(indices) == 1:
-        flat[indices[0]] += changes
-        return
-    indices = indices.reshape(-1)
-    sums = np.bincount(indices, changes.repeat(active.shape[1]), len(flat))
-    flat += sums / np.maximum(np.bincount(indices, minlength=len(flat)), 1)

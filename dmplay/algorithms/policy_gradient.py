@@ -1,13 +1,15 @@
 """Policy gradient: make actions more probable after which more reward came than usual."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
-from dmplay.algorithms.exploration import choose_softmax, compute_softmax
-from dmplay.algorithms.learner import Learner, LearningTask, rate_actions
-from dmplay.core.arrays import Reals
+from dmplay.algorithms.exploration import compute_softmax, sample_actions
+from dmplay.algorithms.features import rate_actions
+from dmplay.algorithms.learner import Learner, LearningTask
+from dmplay.core.arrays import Array, Bools, Reals
 from dmplay.core.parameters import parameter
 
 
@@ -23,7 +25,7 @@ class PolicyGradient(Learner):
     name = "policy-gradient"
     summary = "make actions more probable after which more reward came than usual"
     source = "section 11.5, Baseline Subtraction"
-    feature_kind = "numbers"
+    default_features = "numbers"
 
     rows: int = parameter(32, "games of a batch, after which theta changes", 2, 10_000)
     alpha: float = parameter(1.0, "length of a step", 0.0)
@@ -31,40 +33,38 @@ class PolicyGradient(Learner):
     def learn(self, task: LearningTask) -> Iterator[None]:
         """Play and learn without end; yield after each batch of games."""
         games, theta = task.games, task.weights
+        rows = np.arange(self.rows)
         while True:
-            turns, plays = [], np.ones(self.rows, bool)
+            turns, plays = list[tuple[Any, ...]](), np.ones(self.rows, bool)
             games.restart()
             while plays.any():
-                active, strengths = task.features.activate(games.states)
-                preferences = rate_actions(theta, active, strengths)
-                probabilities = compute_softmax(preferences, games.legal)
-                u = games.generator.random(self.rows)
-                a = (probabilities.cumsum(axis=1)[:, :-1] <= u[:, None]).sum(axis=1)
+                x = task.features.activate(games.inputs)
+                probabilities = compute_softmax(rate_actions(theta, x), games.legal)
+                a = sample_actions(probabilities, games.generator.random(self.rows))
                 turn = games.step(a)
-                turns.append((active, strengths, a, probabilities, turn.rewards * plays, plays))
+                score = -probabilities  # the gradient of log pi(a|s) by the preferences
+                score[rows, a] += 1.0
+                turns.append((x.indices, x.strengths, score, turn.rewards * plays, plays))
                 plays = plays & ~turn.ended
-            active, strengths, actions, probabilities, rewards, played = zip(*turns, strict=True)
-            advantages = compute_advantages(
-                np.array(rewards), np.array(played), task.problem.discount
-            )
-            score = -np.array(probabilities)  # gradient of log pi by the preferences
-            np.put_along_axis(
-                score, np.array(actions)[..., None],
-                1.0 + np.take_along_axis(score, np.array(actions)[..., None], 2), 2,
-            )
-            score *= advantages[..., None]
+            indices, strengths, scores, rewards, played = map(stack, zip(*turns, strict=True))
+            advantages = compute_advantages(rewards, played, task.problem.discount)
+            score = scores * advantages[..., None]
             gradient = np.zeros_like(theta)
-            if isinstance(strengths[0], float):
-                indices = np.array(active)
+            if strengths is None:
                 for k in range(indices.shape[2]):
                     np.add.at(gradient, indices[:, :, k], score)
             else:
-                gradient += np.tensordot(np.array(strengths), score, ([0, 1], [0, 1]))
-            theta += self.alpha * gradient / np.array(played).sum()
+                gradient += np.tensordot(strengths, score, ([0, 1], [0, 1]))
+            theta += self.alpha * gradient / played.sum()
             yield
 
 
-def compute_advantages(rewards: Reals, played: Reals, discount: float) -> Reals:
+def stack(arrays: Sequence[Array | None]) -> Any:
+    """Return the arrays of all turns as one; None if they are None."""
+    return None if arrays[0] is None else np.array(arrays)
+
+
+def compute_advantages(rewards: Reals, played: Bools, discount: float) -> Reals:
     """Return the reward to go of each turn `[T, B]` minus that of the mean game, standardized."""
     to_go = np.zeros_like(rewards)
     total = np.zeros(rewards.shape[1])
@@ -76,3 +76,6 @@ def compute_advantages(rewards: Reals, played: Reals, discount: float) -> Reals:
     advantages = (to_go - baseline) * played
     spread = np.sqrt((advantages**2).sum() / played.sum())
     return np.asarray(advantages / (spread or 1.0))
+
+
+LEARNER = PolicyGradient

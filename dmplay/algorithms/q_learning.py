@@ -6,7 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from dmplay.algorithms.exploration import ExploringLearner
-from dmplay.algorithms.learner import LearningTask, add_to_weights, rate_actions
+from dmplay.algorithms.features import add_to_weights, rate_actions
+from dmplay.algorithms.learner import LearningTask
 from dmplay.core.arrays import Bools, Reals
 from dmplay.core.parameters import parameter
 
@@ -29,20 +30,23 @@ class QLearning(ExploringLearner):
         """Play and learn without end; yield after each update."""
         games, Q, gamma = task.games, task.weights, task.problem.discount  # noqa: N806
         rows = np.arange(self.rows)
-        s = task.features.activate(games.states)[0]
+        s = task.features.activate(games.inputs)
         while True:
             q = rate_actions(Q, s)
             a = self.explore(task, q, games.legal)
             turn = games.step(a)
-            s_next = task.features.activate(turn.next_states)[0]
+            s_next = task.features.activate(turn.next_inputs)
             u_next = maximize(rate_actions(Q, s_next), turn.next_legal)
             target = turn.rewards + gamma * np.where(turn.terminated, 0.0, u_next)
-            alpha = self.alpha * self.alpha_decay ** (games.step_count / 1000) / s.shape[1]
+            alpha = self.alpha * self.alpha_decay ** (games.step_count / 1000)
             add_to_weights(Q, s, a, alpha * (target - q[rows, a]))
-            s = task.features.activate(games.states)[0] if turn.ended.any() else s_next
+            s = task.features.activate(games.inputs) if turn.ended.any() else s_next
             yield
 
 
 def maximize(q: Reals, legal: Bools | None) -> Reals:
     """Return the value `[B]` of the best legal action."""
     return np.asarray((q if legal is None else np.where(legal, q, -np.inf)).max(axis=1))
+
+
+LEARNER = QLearning

@@ -1,20 +1,34 @@
-"""The algorithms that can be watched: every module of this folder that offers one."""
+"""Algorithms by name: every module of this folder that can be watched, or that learns."""
 
 import importlib
 from functools import cache
 from pathlib import Path
+from types import ModuleType
 
+from dmplay.algorithms.learner import Learner
 from dmplay.algorithms.step import Algorithm
 from dmplay.core.problem import Problem
 from dmplay.errors import BadParameter, UnknownName
 
 
 @cache
-def load_algorithms() -> dict[str, Algorithm]:
-    """Return all algorithms by name, in alphabetical order."""
+def _load_modules() -> list[ModuleType]:
+    """Return the modules of this folder, in alphabetical order."""
     stems = sorted(file.stem for file in Path(__file__).parent.glob("[a-z]*.py"))
-    modules = [importlib.import_module(f"{__package__}.{stem}") for stem in stems]
-    algorithms = [getattr(module, "ALGORITHM", None) for module in modules]
+    return [importlib.import_module(f"{__package__}.{stem}") for stem in stems]
+
+
+@cache
+def load_learners() -> dict[str, type[Learner]]:
+    """Return the classes of all learners by name, in alphabetical order."""
+    learners = [getattr(module, "LEARNER", None) for module in _load_modules()]
+    return {learner.name: learner for learner in filter(None, learners)}
+
+
+@cache
+def load_algorithms() -> dict[str, Algorithm]:
+    """Return all algorithms that can be watched by name, in alphabetical order."""
+    algorithms = [getattr(module, "ALGORITHM", None) for module in _load_modules()]
     return {algorithm.name: algorithm for algorithm in filter(None, algorithms)}
 
 

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from dmplay.algorithms.exploration import ExploringLearner
-from dmplay.algorithms.learner import LearningTask, rate_actions
+from dmplay.algorithms.features import rate_actions
+from dmplay.algorithms.learner import LearningTask
 from dmplay.core.parameters import parameter
 
 
@@ -32,20 +33,22 @@ class SarsaLambda(ExploringLearner):
         rows = np.arange(self.rows)
         N = np.zeros((self.rows, *Q.shape))  # noqa: N806 - traces
         flat_traces = N.reshape(self.rows, -1)
-        s = task.features.activate(games.states)[0]
+        s = task.features.activate(games.inputs)
         q = rate_actions(Q, s)
         a = self.explore(task, q, games.legal)
         while True:
             turn = games.step(a)
-            s_next = task.features.activate(turn.next_states)[0]
+            s_next = task.features.activate(turn.next_inputs)
             q_next = rate_actions(Q, s_next)
             a_next = self.explore(task, q_next, turn.next_legal)
             u_next = np.where(turn.terminated, 0.0, q_next[rows, a_next])
             delta = turn.rewards + gamma * u_next - q[rows, a]
-            N[rows[:, None], s] = 0.0
-            N[rows[:, None], s, a[:, None]] = 1.0
-            alpha = self.alpha * self.alpha_decay ** (games.step_count / 1000) / s.shape[1]
-            change = delta @ flat_traces
+            indices, strengths = s
+            N[rows[:, None], indices] = 0.0
+            N[rows[:, None], indices, a[:, None]] = 1.0 if strengths is None else strengths
+            squares = indices.shape[1] if strengths is None else (strengths**2).sum(axis=1)
+            alpha = self.alpha * self.alpha_decay ** (games.step_count / 1000)
+            change = delta / squares @ flat_traces
             if self.rows > 1:
                 change /= np.maximum(flat_traces.sum(axis=0), 1.0)
             Q.reshape(-1)[:] += alpha * change
@@ -53,8 +56,11 @@ class SarsaLambda(ExploringLearner):
             s, a = s_next, a_next
             if turn.ended.any():
                 N[turn.ended] = 0.0
-                s = task.features.activate(games.states)[0]
+                s = task.features.activate(games.inputs)
                 new_a = self.explore(task, rate_actions(Q, s), games.legal)
                 a = np.where(turn.ended, new_a, a_next)
             q = rate_actions(Q, s)
             yield
+
+
+LEARNER = SarsaLambda

@@ -8,6 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
+from dmplay.algorithms.features import Activation
 from dmplay.core.arrays import Array, Ints, Reals
 
 
@@ -46,8 +47,9 @@ class TileFeatures:
         """The number of tiles `[d]` in a unit of each number."""
         return self.tiles / (self.high - self.low)
 
-    def activate(self, s: Array) -> tuple[Ints, Reals | float]:
-        """Return the index `[B, tilings]` of the tile of each tiling; its strength is 1."""
-        position = np.minimum(np.maximum((s - self.low) * self._scale, 0.0), self.tiles - 1e-9)
+    def activate(self, s: Array) -> Activation:
+        """Return the index `[B, tilings]` of the tile of each tiling."""
+        position = (s[:, : len(self.low)] - self.low) * self._scale
+        position = np.minimum(np.maximum(position, 0.0), self.tiles - 1e-9)
         coordinates = (position[:, None, :] + self._shifts).astype(np.int64)
-        return coordinates @ self._places + self._first_tiles, 1.0
+        return Activation(coordinates @ self._places + self._first_tiles)

@@ -284,7 +284,7 @@ def load_agent(
         raise
     if parameter_text and not callable(factory):
         raise BadPolicy(f"{agent}: an object takes no parameters; name its class")
-    parameters = _parse_parameters(factory, parameter_text, agent) if parameter_text else {}
+    parameters = parse_agent_parameters(factory, parameter_text, agent) if parameter_text else {}
     return _make_policy(problem, seat, agent, factory, parameters, turns)
 
 
@@ -588,7 +588,7 @@ def set_horizon_in_name(problem: Problem, seat: int, name: str, turn_limit: int)
     agent_class = load_roster(problem, seat).agents.get(base)
     if agent_class is None or not agent_class.plans_whole_game:
         return name
-    if "horizon" in _parse_parameters(agent_class, parameter_text, base):
+    if "horizon" in parse_agent_parameters(agent_class, parameter_text, base):
         return name
     agent = _make_roster_agent(problem, seat, name)
     return _format_agent_name(base, agent.adapt_to_game(AdviceQuestion(seat, turn_limit)))
@@ -648,7 +648,7 @@ def _make_roster_agent(problem: Problem, seat: int, name: str) -> SeatPolicy:
     if base not in agents:
         _raise_if_for_other_problems(problem, seat, base)
         raise UnknownName("agent", base, _valid_agent_names(problem, seat))
-    parameters = _parse_parameters(agents[base], parameter_text, base)
+    parameters = parse_agent_parameters(agents[base], parameter_text, base)
     agent = agents[base](problem, seat, **parameters)
     return agent.with_policy_maker(partial(_make_opponent, problem))
 
@@ -724,7 +724,7 @@ def make_bot(problem: Problem, seat: int, name: str, turn_limit: int | None = No
     return Bot(problem, seat, command, label, turn_limit, **options)  # type: ignore[arg-type]
 
 
-def _parse_parameters(agent_class: Any, text: str, name: str) -> dict[str, object]:
+def parse_agent_parameters(agent_class: Any, text: str, name: str) -> dict[str, object]:
     """Return the parameters in `a=1,b=2`, each parsed to the type of its default.
 
     The name of the positional parameter may be left out.

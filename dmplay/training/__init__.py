@@ -1,0 +1,1 @@
+"""Training of agents: the loop over seeds, evaluation at checkpoints, and learned files."""

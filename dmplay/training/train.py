@@ -1,0 +1,233 @@
+"""The training loop: several seeds of one learner, evaluated at checkpoints."""
+
+import time
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from dmplay.agents.learned_policy import (
+    LearnedPolicy,
+    build_features,
+    describe_features,
+    make_follower,
+)
+from dmplay.algorithms.learner import Learner, LearningTask
+from dmplay.algorithms.registry import load_learners
+from dmplay.core.arrays import Array, Reals
+from dmplay.core.problem import Problem
+from dmplay.core.uniforms import make_numpy_generator
+from dmplay.errors import BadParameter, UnknownName
+from dmplay.evaluation.statistics import Estimate
+from dmplay.registry.agents import parse_agent_parameters
+from dmplay.registry.problems import ProblemLike, load_problem
+from dmplay.simulation.learning_games import LearningGames
+from dmplay.training.checkpoints import Evaluator
+
+DEFAULT_SEEDS, DEFAULT_CHECKPOINTS = 10, 10
+BOOTSTRAP_SAMPLES = 2000
+
+
+class Checkpoint(NamedTuple):
+    """The progress of one seed: what it has played, and how good its policy is."""
+
+    steps: int
+    episodes: int
+    seconds: float  # of the processor, in the training loop alone
+    value: float  # expected return, or mean return
+
+
+@dataclass
+class TrainingRun:
+    """One seed of a training: its checkpoints, and what it has learned."""
+
+    seed: int
+    arrays: dict[str, Array] = field(default_factory=dict)
+    checkpoints: list[Checkpoint] = field(default_factory=list)
+
+    @property
+    def last(self) -> Checkpoint:
+        """The last checkpoint."""
+        return self.checkpoints[-1]
+
+
+@dataclass
+class Training:
+    """A learner on a problem, with one run for each seed."""
+
+    problem: Problem
+    learner: Learner
+    evaluator: Evaluator
+    features: dict[str, Any]
+    runs: list[TrainingRun] = field(default_factory=list)
+    is_interrupted: bool = False
+
+    def make_policy(self, run: TrainingRun) -> LearnedPolicy:
+        """Return the policy that a run has learned."""
+        features = build_features(self.problem, self.features)
+        follower = make_follower(self.problem)
+        return LearnedPolicy(self.problem, 0, features, run.arrays["weights"], follower)
+
+    @property
+    def curve(self) -> list[tuple[int, float, Estimate]]:
+        """The steps, mean seconds and interquartile mean of each checkpoint of all seeds."""
+        rows = zip(*(run.checkpoints for run in self.runs), strict=False)
+        return [
+            (row[0].steps, float(np.mean([point.seconds for point in row])),
+             estimate_interquartile_mean(np.array([point.value for point in row])))
+            for row in rows
+        ]  # fmt: skip
+
+    @cached_property
+    def best_run(self) -> TrainingRun:
+        """The run with the highest last value."""
+        return max(self.runs, key=lambda run: run.last.value)
+
+
+def parse_learner(text: str) -> Learner:
+    """Return the learner of a name such as `q-learning:alpha=0.2`; raise UnknownName."""
+    name, _, parameters = text.partition(":")
+    learners = load_learners()
+    if name not in learners:
+        raise UnknownName("learning algorithm", name, learners)
+    return learners[name](**parse_agent_parameters(learners[name], parameters, name))
+
+
+def train(  # noqa: PLR0913 - the options of a training
+    algorithm: str | Learner,
+    problem: ProblemLike,
+    *,
+    seeds: int | Sequence[int] = DEFAULT_SEEDS,
+    steps: int | None = None,
+    episodes: int | None = None,
+    eval_every: int | None = None,
+    eval_games: int = 1000,
+    progress: Callable[[float], None] | None = None,
+    **parameters: object,
+) -> Training:
+    """Train an algorithm on a problem once for each seed, and return the runs.
+
+    `seeds` is a number of seeds, 0 and so on, or a list of them. A run ends after this many `steps`
+    of the environment, or `episodes`. Each run is evaluated `eval_every` steps, by default ten
+    times: exactly if the states can be listed, else in the same `eval_games` games each time. The
+    interruption by Ctrl-C ends the training and keeps what was learned.
+    """
+    loaded = load_problem(problem, **parameters)
+    learner = parse_learner(algorithm) if isinstance(algorithm, str) else algorithm
+    obstacle = explain_misfit(learner, loaded)
+    if obstacle:
+        raise BadParameter(f"{learner.name} cannot learn {type(loaded).__name__}: {obstacle}")
+    kind = learner.features if learner.features != "auto" else learner.default_features
+    features = describe_features(loaded, kind, learner.tilings, learner.tiles)
+    training = Training(loaded, learner, Evaluator(loaded, eval_games), features)
+    numbers = range(seeds) if isinstance(seeds, int) else seeds
+    training.runs = [TrainingRun(seed) for seed in numbers]
+    budget = Budget.choose(learner, steps, episodes, eval_every)
+    try:
+        for index, run in enumerate(training.runs):
+            for share in iterate_checkpoints(training, run, budget):
+                if progress:
+                    progress((index + share) / len(training.runs))
+    except KeyboardInterrupt:
+        training.is_interrupted = True
+        training.runs = [run for run in training.runs if run.checkpoints]
+        if not training.runs:
+            raise
+    return training
+
+
+def explain_misfit(learner: Learner, problem: Problem) -> str:
+    """Return the reason why a problem cannot be learned; '' if it can."""
+    if len(problem.agents) > 1:
+        return "several agents choose; it trains one agent"
+    return learner.explain_misfit(problem)
+
+
+class Budget(NamedTuple):
+    """The steps or episodes after which a run ends, and the steps between checkpoints."""
+
+    steps: int | None
+    episodes: int | None
+    eval_every: int
+
+    @classmethod
+    def choose(
+        cls, learner: Learner, steps: int | None, episodes: int | None, eval_every: int | None
+    ) -> "Budget":
+        """Return the budget of these options; by default it is the learner's own number."""
+        if steps is None and episodes is None:
+            steps = learner.default_steps
+        for name, number in (("steps", steps), ("episodes", episodes), ("eval_every", eval_every)):
+            if number is not None and number < 1:
+                raise BadParameter(f"{name}: got {number}, expected 1 or more")
+        total = steps or episodes or 1
+        return cls(steps, episodes, eval_every or max(total // DEFAULT_CHECKPOINTS, 1))
+
+    def share(self, games: LearningGames) -> float:
+        """Return the share of the budget that was played, 1 at the end."""
+        shares = [games.step_count / self.steps] if self.steps else []
+        shares += [games.episode_count / self.episodes] if self.episodes else []
+        return min(max(shares), 1.0)
+
+
+def iterate_checkpoints(training: Training, run: TrainingRun, budget: Budget) -> Iterator[float]:
+    """Train one seed; yield the share that is done after each update of some milliseconds."""
+    problem, learner = training.problem, training.learner
+    generator = make_numpy_generator(run.seed)
+    games = LearningGames(problem, learner.rows, generator, make_follower(problem))
+    task = LearningTask(problem, games, build_features(problem, training.features), run.arrays)
+    updates = learner.learn(task)
+    counts_steps, seconds, due, update_count = budget.steps is not None, 0.0, 0, 0
+    try:
+        while True:
+            share = budget.share(games)
+            played = games.step_count if counts_steps else games.episode_count
+            if share == 1.0:
+                return
+            due += budget.eval_every
+            start_time = time.process_time()
+            while played < due and share < 1.0:
+                next(updates)
+                update_count += 1
+                played = games.step_count if counts_steps else games.episode_count
+                share = budget.share(games)
+                if update_count % 256 == 0:
+                    seconds += time.process_time() - start_time
+                    yield share
+                    start_time = time.process_time()
+            seconds += time.process_time() - start_time
+            value = training.evaluator.evaluate(training.make_policy(run))
+            point = Checkpoint(games.step_count, games.episode_count, seconds, value)
+            run.checkpoints.append(point)
+            yield share
+    except KeyboardInterrupt:
+        value = training.evaluator.evaluate(training.make_policy(run))
+        run.checkpoints.append(Checkpoint(games.step_count, games.episode_count, seconds, value))
+        raise
+
+
+def interquartile_mean(sample: Reals) -> Reals:
+    """Return the mean `[...]` of the middle half of samples `[..., E]`.
+
+    As in SciPy's `trim_mean` with 0.25, which rliable uses, a quarter is cut off on both sides,
+    rounded down.
+    """
+    cut = sample.shape[-1] // 4
+    middle = np.sort(sample, axis=-1)[..., cut : sample.shape[-1] - cut]
+    return np.asarray(middle.mean(axis=-1))
+
+
+def estimate_interquartile_mean(sample: Reals, seed: int = 0) -> Estimate:
+    """Return the interquartile mean of seeds `[E]` with a 95 % percentile bootstrap interval.
+
+    Source: Agarwal et al., Deep Reinforcement Learning at the Edge of the Statistical Precipice
+    (2021), the library rliable. With one problem, the strata of the bootstrap are one.
+    """
+    generator = make_numpy_generator(seed)
+    draws = generator.integers(len(sample), size=(BOOTSTRAP_SAMPLES, len(sample)))
+    means = interquartile_mean(sample[draws])
+    low, high = np.quantile(means, (0.025, 0.975))
+    mean = float(interquartile_mean(sample))
+    return Estimate(mean, float(means.std()), float(low), float(high))
