@@ -20,8 +20,8 @@ PACKAGE_FOLDER = TESTS_FOLDER.parent / "dmplay"
 LAYERS = (
     "errors", "guide", "core", "terminal", "formats", "simulation", "algorithms", "solvers",
     "agents", "draw", "transcript", "external", "registry", "views", "gym", "zoo", "game",
-    "evaluation", "training", "tutor", "ui", "output", "plots", "validation", "problems", "servers", "cli",
-    "pytest_plugin", "__main__",
+    "evaluation", "training", "tutor", "ui", "output", "plots", "validation", "problems",
+    "servers", "cli", "pytest_plugin", "__main__",
 )  # fmt: skip
 UI_LIBRARIES = {"rich", "typer", "prompt_toolkit"}
 ALLOWED_LIBRARIES = {  # beyond the standard library and NumPy

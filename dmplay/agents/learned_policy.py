@@ -9,7 +9,13 @@ import numpy as np
 from dmplay.agents.base import SeatPolicy
 from dmplay.agents.belief_policy import SeatBeliefs
 from dmplay.algorithms.exploration import choose_greedy
-from dmplay.algorithms.features import Features, NumberFeatures, StateFeatures, rate_actions
+from dmplay.algorithms.features import (
+    AfterstateFeatures,
+    Features,
+    NumberFeatures,
+    StateFeatures,
+    rate_actions,
+)
 from dmplay.algorithms.tile_coding import TileFeatures
 from dmplay.core.arrays import Array, Bools, Reals, readonly_copy
 from dmplay.core.policy import GameFollower, Memory, Percept, requires_fields
@@ -62,6 +68,8 @@ def describe_features(
     States that can be listed have one feature each, whatever the kind.
     """
     state_count = problem.state_count
+    if kind == "afterstates":
+        return {"kind": kind}
     if problem.partially_observable:
         if not isinstance(state_count, int):
             raise BadParameter("its hidden states cannot be listed, so there is no belief")
@@ -85,6 +93,8 @@ def build_features(problem: Problem, description: Mapping[str, Any]) -> Features
     match description:
         case {"kind": "states", "count": int(count)}:
             features: Features = StateFeatures(problem, count)
+        case {"kind": "afterstates"} if problem.afterstate_feature_count:
+            return AfterstateFeatures(problem)
         case {"kind": "numbers", "scales": scales}:
             features = NumberFeatures(np.array(scales, float))
         case {"kind": "tiles", "low": low, "high": high, "tilings": tilings, "tiles": tiles}:

@@ -16,8 +16,8 @@ DECAY_STEPS = 1000  # steps of the environment that `decay` is about
 class ExploringLearner(Learner):
     """A learner that explores by epsilon-greedy choice with decay, or by softmax."""
 
-    epsilon: float = parameter(0.1, "probability of a random action at the start", 0.0, 1.0)
-    decay: float = parameter(1.0, "factor on epsilon for each 1,000 steps", 0.0, 1.0)
+    epsilon: float = parameter(0.3, "probability of a random action at the start", 0.0, 1.0)
+    decay: float = parameter(0.99, "factor on epsilon for each 1,000 steps", 0.0, 1.0)
     precision: float = parameter(
         0.0, "softmax choice with this factor on the values; 0: epsilon-greedy", 0.0
     )

@@ -61,8 +61,30 @@ class NumberFeatures:
         return Activation(np.arange(self.count)[None], strengths)
 
 
+@dataclass(frozen=True)
+class AfterstateFeatures:
+    """The features of the states after each action, before chance acts."""
+
+    problem: Problem
+
+    @property
+    def count(self) -> int:
+        """The number of features."""
+        return self.problem.afterstate_feature_count
+
+    def activate(self, s: Array) -> Activation:
+        """Return the features `[K, B, A]` of all actions, with their rewards `[B, A]`."""
+        rewards, indices = self.problem.afterstates(s)
+        return Activation(indices, rewards)
+
+
 def rate_actions(weights: Reals, x: Activation) -> Reals:
-    """Return the sum `[B, A]` of the weights `[F, A]` of active features."""
+    """Return the sum `[B, A]` of the weights `[F, A]` of active features.
+
+    Afterstates have weights `[F]`; the result is then the reward plus the value of the afterstate.
+    """
+    if weights.ndim == 1:
+        return np.asarray(x.strengths + weights[x.indices].sum(axis=0))
     if x.strengths is not None:
         return np.asarray(x.strengths @ weights[x.indices[0]])
     is_table = x.indices.shape[1] == 1

@@ -69,4 +69,3 @@ class Learner(ABC):
     @abstractmethod
     def learn(self, task: LearningTask) -> Iterator[None]:
         """Play and learn without end; yield after each update."""
-

@@ -27,8 +27,8 @@ class PolicyGradient(Learner):
     source = "section 11.5, Baseline Subtraction"
     default_features = "numbers"
 
-    rows: int = parameter(32, "games of a batch, after which theta changes", 2, 10_000)
-    alpha: float = parameter(1.0, "length of a step", 0.0)
+    rows: int = parameter(16, "games of a batch, after which theta changes", 2, 10_000)
+    alpha: float = parameter(4.0, "length of a step", 0.0)
 
     def learn(self, task: LearningTask) -> Iterator[None]:
         """Play and learn without end; yield after each batch of games."""

@@ -23,8 +23,8 @@ class QLearning(ExploringLearner):
     summary = "learn the value of each action from the best action of the next state"
     source = "section 17.2, Q-Learning"
 
-    alpha: float = parameter(0.1, "learning rate", 0.0, 2.0)
-    alpha_decay: float = parameter(1.0, "factor on alpha for each 1,000 steps", 0.0, 1.0)
+    alpha: float = parameter(0.2, "learning rate", 0.0, 2.0)
+    alpha_decay: float = parameter(0.99, "factor on alpha for each 1,000 steps", 0.0, 1.0)
 
     def learn(self, task: LearningTask) -> Iterator[None]:
         """Play and learn without end; yield after each update."""

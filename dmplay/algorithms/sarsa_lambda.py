@@ -23,8 +23,8 @@ class SarsaLambda(ExploringLearner):
     summary = "learn Q of all recent states and actions from each reward, by eligibility traces"
     source = "section 17.4, Eligibility Traces"
 
-    alpha: float = parameter(0.1, "learning rate", 0.0, 2.0)
-    alpha_decay: float = parameter(1.0, "factor on alpha for each 1,000 steps", 0.0, 1.0)
+    alpha: float = parameter(0.2, "learning rate", 0.0, 2.0)
+    alpha_decay: float = parameter(0.99, "factor on alpha for each 1,000 steps", 0.0, 1.0)
     lambda_: float = parameter(0.9, "factor on the traces in each turn", 0.0, 1.0)
 
     def learn(self, task: LearningTask) -> Iterator[None]:

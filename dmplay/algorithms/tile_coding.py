@@ -45,7 +45,7 @@ class TileFeatures:
     @cached_property
     def _scale(self) -> Reals:
         """The number of tiles `[d]` in a unit of each number."""
-        return self.tiles / (self.high - self.low)
+        return np.asarray(self.tiles / (self.high - self.low))
 
     def activate(self, s: Array) -> Activation:
         """Return the index `[B, tilings]` of the tile of each tiling."""

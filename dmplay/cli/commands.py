@@ -28,6 +28,7 @@ COMMANDS = {  # the module in this folder, and the function or the Typer group i
     "records": "reports:records",
     "solve": "reports:solve",
     "watch": "watching:watch",
+    "train": "training:train",
     "convert": "reports:convert",
     "run": "evaluation:run",
     "evaluate": "evaluation:evaluate",

@@ -321,6 +321,19 @@ class Problem(ABC):
         """Return the mask `[B, n, A]` of the legal actions; None if all are legal."""
         return None
 
+    @property
+    def afterstate_feature_count(self) -> int:
+        """The number of features of afterstates; 0 if the problem lists none."""
+        return 0
+
+    def afterstates(self, s: Array) -> tuple[Reals, Ints]:
+        """Return the rewards `[B, A]` of all actions, and features `[K, B, A]` of the afterstates.
+
+        An afterstate is the state after an action, before chance acts. The reward of an illegal
+        action is -inf. A feature is an index below `afterstate_feature_count`.
+        """
+        raise NotImplementedError
+
     def action_labels(self, s: Array) -> tuple[Labels, ...] | None:
         """Return the action labels of each agent in one state, or None if they do not depend on it.
 

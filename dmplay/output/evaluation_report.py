@@ -243,22 +243,25 @@ def _run_headline(request: EvaluationRequest, result: RunResult) -> str:
 
 def _plot_sweep(results: Sequence[SettingResult]) -> str:
     """Return a plot of the first seat's mean return by setting, with confidence intervals."""
+    name = f"mean return of {results[0].run.seat_summaries[0].seat}"
     estimates = [item.run.seat_summaries[0].returns for item in results]
+    return plot_estimates(name, [str(item) for item in results], estimates)
+
+
+def plot_estimates(name: str, labels: Sequence[str], estimates: Sequence[Estimate]) -> str:
+    """Return a plot with a row for each estimate: its label, its interval and its mean."""
     finite = [x for item in estimates for x in (item.low, item.mean, item.high) if np.isfinite(x)]
     low, high = min(finite), max(finite)
     scale = (PLOT_COLUMNS - 1) / (high - low) if high > low else 0.0
-    label_columns = max(len(str(item)) for item in results)
-    rows = [
-        f"mean return of {results[0].run.seat_summaries[0].seat}, "
-        f"{format_number(low, 4)} to {format_number(high, 4)}:"
-    ]
-    for setting, item in zip(results, estimates, strict=True):
+    label_columns = max(map(len, labels))
+    rows = [f"{name}, {format_number(low, 4)} to {format_number(high, 4)}:"]
+    for label, item in zip(labels, estimates, strict=True):
         ends = np.clip([item.low, item.mean, item.high], low, high)
         start, middle, end = (round(float(x - low) * scale) for x in ends)
         line = " " * start + "─" * (end - start + 1)
         marked_line = f"{line[:middle]}●{line[middle + 1 :]}"
         rows.append(
-            f"{setting!s:<{label_columns}}  {marked_line:<{PLOT_COLUMNS}}  "
+            f"{label:<{label_columns}}  {marked_line:<{PLOT_COLUMNS}}  "
             f"{format_number(item.mean, 5)}"
         )
     return "\n".join(rows)

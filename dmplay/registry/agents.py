@@ -1,7 +1,8 @@
 """Agents by name: those that can play a seat, the one that gives hints, and full names.
 
 An agent is `NAME`, `NAME:PARAMETER=VALUE,...`, `MODULE:ATTRIBUTE`, `./FILE.py:ATTRIBUTE` or a
-program, `bot:COMMAND` or `bot:PARAMETER=VALUE,...,COMMAND`.
+program, `bot:COMMAND` or `bot:PARAMETER=VALUE,...,COMMAND`. `learned:FILE` is what
+`dmplay train` wrote.
 """
 
 import inspect
@@ -9,6 +10,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import Field, dataclass, fields, is_dataclass, replace
 from functools import cache, cached_property, partial
 from itertools import product
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, cast
 
 import numpy as np
@@ -59,6 +61,7 @@ class PlainAgent(Protocol):
 
 # a name, a policy, its class, a function of problem and seat that makes it, or a plain agent
 AgentLike = str | Policy | PlainAgent | Callable[..., object]
+LEARNED_PREFIX = "learned:"  # of the name of an agent that a file holds
 MAX_LISTED_PROBLEMS = 4  # maximum number of problems listed for an agent that does not fit
 
 
@@ -273,6 +276,11 @@ def load_agent(
         return _make_policy(problem, seat, format_agent_label(agent), agent, {}, turns)
     if names_bot(agent):
         return make_bot(problem, seat, agent, turns)
+    if agent.startswith(LEARNED_PREFIX):
+        from dmplay.agents.learned_file import read_learned_file
+
+        path = Path(agent.removeprefix(LEARNED_PREFIX))
+        return read_learned_file(path).make_policy(problem, agent)
     if not names_user_code(problem, seat, agent):
         return _make_roster_agent(problem, seat, agent)
     source, _, remainder = agent.partition(":")
@@ -655,7 +663,7 @@ def _make_roster_agent(problem: Problem, seat: int, name: str) -> SeatPolicy:
 
 def _valid_agent_names(problem: Problem, seat: int) -> list[str]:
     """Return the names that an agent of a seat can have."""
-    return ["human", *load_roster(problem, seat).agents, "script", "replay", "bot"]
+    return ["human", *load_roster(problem, seat).agents, "script", "replay", "bot", "learned:FILE"]
 
 
 def _raise_if_for_other_problems(problem: Problem, seat: int, name: str) -> None:

@@ -7,6 +7,7 @@ import numpy as np
 from dmplay.core.arrays import Array, Bools, Ints, Reals
 from dmplay.core.policy import GameFollower, Memory, required_fields
 from dmplay.core.problem import Problem, build_percept, make_initial_observation
+from dmplay.core.return_bounds import count_weighty_turns
 from dmplay.core.session import DEFAULT_TURN_LIMIT
 
 
@@ -37,7 +38,7 @@ class LearningGames:
         follower: GameFollower | None = None,
     ) -> None:
         self.problem, self.generator, self._follower = problem, generator, follower
-        self.turn_limit = problem.horizon or DEFAULT_TURN_LIMIT
+        self.turn_limit = problem.horizon or count_weighty_turns(problem) or DEFAULT_TURN_LIMIT
         self.turns, self.step_count, self.episode_count = np.zeros(rows, np.int64), 0, 0
         self._uniform_count = problem.uniform_counts.step
         self._memory: Memory = ()

@@ -73,7 +73,7 @@ class Evaluator:
         p, next_states = mdp.probabilities[rows, actions], mdp.next_states[rows, actions]
         rewards = mdp.rewards[rows, actions]
         if self.problem.horizon:
-            values = np.zeros(len(rows))
+            values: Reals = np.zeros(len(rows))
             for _ in range(self.problem.horizon):
                 values = rewards + mdp.discount * (p * values[next_states]).sum(axis=1)
             return values
@@ -117,7 +117,7 @@ class Evaluator:
         roster = load_roster(self.problem)
         name = "optimal" if "optimal" in roster.agents else roster.hint_provider
         try:
-            agent = load_agent(self.problem, 0, name, turns=self.problem.horizon)
+            agent = load_agent(self.problem, 0, name or "", turns=self.problem.horizon)
             return self._play(agent), f"agent {name}"
         except DmplayError:
             return float("nan"), "unknown"

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from dmplay.agents.learned_file import LearnedFile
 from dmplay.agents.learned_policy import (
     LearnedPolicy,
     build_features,
@@ -28,6 +29,7 @@ from dmplay.training.checkpoints import Evaluator
 
 DEFAULT_SEEDS, DEFAULT_CHECKPOINTS = 10, 10
 BOOTSTRAP_SAMPLES = 2000
+SEED_BITS = 64  # of a seed, below the steps after which a run goes on
 
 
 class Checkpoint(NamedTuple):
@@ -46,6 +48,13 @@ class TrainingRun:
     seed: int
     arrays: dict[str, Array] = field(default_factory=dict)
     checkpoints: list[Checkpoint] = field(default_factory=list)
+
+    @classmethod
+    def of_file(cls, file: LearnedFile) -> "TrainingRun":
+        """Return the run that goes on where a file was written."""
+        checkpoints = [Checkpoint(*point) for point in file.header["curve"]]
+        arrays = {name: array.copy() for name, array in file.arrays.items()}
+        return cls(int(file.header["seed"]), arrays, checkpoints)
 
     @property
     def last(self) -> Checkpoint:
@@ -92,7 +101,8 @@ def parse_learner(text: str) -> Learner:
     learners = load_learners()
     if name not in learners:
         raise UnknownName("learning algorithm", name, learners)
-    return learners[name](**parse_agent_parameters(learners[name], parameters, name))
+    make: Callable[..., Learner] = learners[name]
+    return make(**parse_agent_parameters(make, parameters, name))
 
 
 def train(  # noqa: PLR0913 - the options of a training
@@ -104,15 +114,16 @@ def train(  # noqa: PLR0913 - the options of a training
     episodes: int | None = None,
     eval_every: int | None = None,
     eval_games: int = 1000,
+    start: LearnedFile | None = None,
     progress: Callable[[float], None] | None = None,
     **parameters: object,
 ) -> Training:
     """Train an algorithm on a problem once for each seed, and return the runs.
 
     `seeds` is a number of seeds, 0 and so on, or a list of them. A run ends after this many `steps`
-    of the environment, or `episodes`. Each run is evaluated `eval_every` steps, by default ten
-    times: exactly if the states can be listed, else in the same `eval_games` games each time. The
-    interruption by Ctrl-C ends the training and keeps what was learned.
+    of the environment, or `episodes`. Each run is evaluated every `eval_every` steps, by default
+    ten times: exactly if the states can be listed, else in the same `eval_games` games each time.
+    Ctrl-C ends the training and keeps what was learned. With `start`, one run goes on from a file.
     """
     loaded = load_problem(problem, **parameters)
     learner = parse_learner(algorithm) if isinstance(algorithm, str) else algorithm
@@ -124,6 +135,9 @@ def train(  # noqa: PLR0913 - the options of a training
     training = Training(loaded, learner, Evaluator(loaded, eval_games), features)
     numbers = range(seeds) if isinstance(seeds, int) else seeds
     training.runs = [TrainingRun(seed) for seed in numbers]
+    if start is not None:
+        start.make_policy(loaded, "the file")  # checks that it fits
+        training.runs = [TrainingRun.of_file(start)]
     budget = Budget.choose(learner, steps, episodes, eval_every)
     try:
         for index, run in enumerate(training.runs):
@@ -165,6 +179,13 @@ class Budget(NamedTuple):
         total = steps or episodes or 1
         return cls(steps, episodes, eval_every or max(total // DEFAULT_CHECKPOINTS, 1))
 
+    def after(self, earlier: Checkpoint) -> "Budget":
+        """Return the budget of a run that goes on after a checkpoint."""
+        return self._replace(
+            steps=self.steps and self.steps + earlier.steps,
+            episodes=self.episodes and self.episodes + earlier.episodes,
+        )
+
     def share(self, games: LearningGames) -> float:
         """Return the share of the budget that was played, 1 at the end."""
         shares = [games.step_count / self.steps] if self.steps else []
@@ -175,11 +196,16 @@ class Budget(NamedTuple):
 def iterate_checkpoints(training: Training, run: TrainingRun, budget: Budget) -> Iterator[float]:
     """Train one seed; yield the share that is done after each update of some milliseconds."""
     problem, learner = training.problem, training.learner
-    generator = make_numpy_generator(run.seed)
+    earlier = run.checkpoints[-1] if run.checkpoints else Checkpoint(0, 0, 0.0, 0.0)
+    # what continues a run has other random numbers than its beginning
+    generator = make_numpy_generator(run.seed + (earlier.steps << SEED_BITS))
     games = LearningGames(problem, learner.rows, generator, make_follower(problem))
+    games.step_count, games.episode_count = earlier.steps, earlier.episodes
+    budget = budget.after(earlier)
     task = LearningTask(problem, games, build_features(problem, training.features), run.arrays)
     updates = learner.learn(task)
-    counts_steps, seconds, due, update_count = budget.steps is not None, 0.0, 0, 0
+    counts_steps, seconds, update_count = budget.steps is not None, earlier.seconds, 0
+    due = earlier.steps if counts_steps else earlier.episodes
     try:
         while True:
             share = budget.share(games)

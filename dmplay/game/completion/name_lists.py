@@ -49,6 +49,13 @@ def list_algorithms() -> list[str]:
     return [*load_algorithms()]
 
 
+def list_learners() -> list[str]:
+    """Return the names of the learning algorithms."""
+    from dmplay.algorithms.registry import load_learners
+
+    return [*load_learners()]
+
+
 def complete_transcripts(word: str = "") -> list[str]:
     """Return the transcripts and folders in the folder of a partial path, without hidden ones."""
     folder = Path(word).parent if word and not word.endswith("/") else Path(word or ".")

@@ -10,10 +10,11 @@ import numpy as np
 from dmplay.agents.base import AdviceQuestion
 from dmplay.agents.belief_policy import BeliefPolicy, GreedyBeliefPolicy
 from dmplay.agents.horizon import MAX_HORIZON, HorizonPolicy
+from dmplay.algorithms.thompson import sample_best_actions
 from dmplay.core.action_values import Accuracy, ValuesBasis
 from dmplay.core.arrays import Array, Bools, Ints, Reals
 from dmplay.core.best_actions import select_greedy_actions
-from dmplay.core.chance import Categorical, weighted_sum
+from dmplay.core.chance import weighted_sum
 from dmplay.core.memoization import memoize
 from dmplay.core.parameters import parameter
 from dmplay.core.policy import Memory
@@ -49,8 +50,7 @@ class ThompsonSampling(BeliefPolicy):
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
         """Return the best actions for sampled states (Thompson sampling, section 15.4)."""
-        states = Categorical.from_probabilities(memory[0]).sample_events(u)
-        return np.asarray(self._best_actions[states])
+        return sample_best_actions(memory[0], self._best_actions, u)
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,7 @@ import numpy as np
 from dmplay.agents.available_agents import Roster
 from dmplay.agents.base import SeatPolicy
 from dmplay.agents.horizon import MAX_HORIZON
+from dmplay.algorithms.ucb1 import compute_upper_bounds
 from dmplay.core.arrays import Array, Bools, Reals
 from dmplay.core.best_actions import select_greedy_actions
 from dmplay.core.parameters import parameter
@@ -61,10 +62,7 @@ class Ucb1(SeatPolicy):
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
         """Return the first arm with the highest bound; an arm that was not pulled has no bound."""
         wins, pulls = memory
-        turns = np.maximum(pulls.sum(axis=1, keepdims=True), 1.0)
-        width = self.exploration * np.sqrt(np.log(turns) / np.maximum(pulls, 1.0))
-        bounds = np.where(pulls > 0.0, wins / np.maximum(pulls, 1.0) + width, np.inf)
-        return select_greedy_actions(bounds)
+        return select_greedy_actions(compute_upper_bounds(wins, pulls, self.exploration))
 
 
 @dataclass(frozen=True)

@@ -65,7 +65,7 @@ def group_by_stage(boards: BoardArray) -> Iterator[tuple[int, Ints]]:
 
 def iter_pattern_entries(boards: BoardArray) -> Iterator[tuple[int, Ints]]:
     """Yield each pattern in each symmetry, with the table entry `[N]` of each board."""
-    for view in _list_symmetries(boards):
+    for view in list_symmetries(boards):
         for pattern, ((first_shift, first_mask), *pieces) in enumerate(_split_patterns()):
             entries = view >> first_shift
             entries &= first_mask
@@ -102,7 +102,7 @@ def save_pattern_tables(path: Path, tables: PatternTable) -> None:
                 np.lib.format.write_array(file, array)
 
 
-def _list_symmetries(boards: BoardArray) -> list[Ints]:
+def list_symmetries(boards: BoardArray) -> list[Ints]:
     """Return the boards in all eight rotations and reflections."""
     rotated = boards.byteswap()
     rotated = rotated >> 4 & LOW_NIBBLE_MASK | (rotated & LOW_NIBBLE_MASK) << 4

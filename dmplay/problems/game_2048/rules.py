@@ -19,7 +19,7 @@ from dmplay.core.parameters import parameter
 from dmplay.core.problem import Outcome, Problem
 from dmplay.core.spaces import Labels
 
-from . import packed_boards
+from . import afterstates, packed_boards
 from .packed_boards import Cells
 
 EMPTY_CELL = "."
@@ -75,6 +75,12 @@ class Game2048(Problem):
         new_tile = packed_boards.select_nth_bit(empty_cells, cell) * (tile + 1)
         next_boards = result.cells_with_tiles(new_tile * (result.after != result.before))
         return Outcome(next_boards, result.scores.astype(float)[:, None], next_boards)
+
+    afterstate_feature_count = afterstates.TABLE_COUNT * afterstates.ENTRIES_PER_TABLE
+
+    def afterstates(self, s: Array) -> tuple[Reals, Ints]:
+        """Return the score of each slide, and the entries of its board in tables of four cells."""
+        return afterstates.list_afterstates(s)
 
     def legal_actions_mask(self, s: Array) -> Bools:
         """Return a mask of the slides that move something."""

@@ -1,0 +1,164 @@
+"""The report of a training, as text, JSON or CSV, and the file of the agent that it learned."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from dmplay.agents.learned_file import format_learned_file, read_learned_file
+from dmplay.algorithms.registry import load_learners
+from dmplay.core.safe_files import write_bytes
+from dmplay.core.text import format_count, format_json_report, format_number
+from dmplay.draw.canvas import ASCII_TRANSLATION
+from dmplay.evaluation.solutions.solution import Row
+from dmplay.game.command_line_results import Printout
+from dmplay.game.launch_requests import parse_settings
+from dmplay.output.evaluation_report import plot_estimates
+from dmplay.output.tables import format_csv, format_table
+from dmplay.registry.problems import parameter_values, resolve_problem
+from dmplay.terminal.progress import ProgressBar
+from dmplay.terminal.signals import INTERRUPTED_EXIT_CODE
+from dmplay.training.policy_difference import compare_with_optimum
+from dmplay.training.train import Training, TrainingRun, train
+
+MAX_DIFFERENT_STATES = 10  # rows of the table of different states
+
+
+class TrainingRequest(NamedTuple):
+    """The options of `dmplay train`."""
+
+    algorithm: str
+    problem: str
+    settings: Sequence[str] = ()
+    seeds: int = 10
+    first_seed: int = 0
+    steps: int | None = None
+    episodes: int | None = None
+    eval_every: int | None = None
+    eval_games: int = 1000
+    continued: Path | None = None
+    output: Path | None = None
+    force: bool = False
+    output_format: str = ""
+    motion: bool = True
+    ascii: bool = False
+
+
+def report_learners(*, json: bool) -> str:
+    """Return each learning algorithm with its purpose, its source and its parameters."""
+    rows: list[Row] = [
+        {"algorithm": name, "purpose": learner.summary, "source": learner.source}
+        for name, learner in load_learners().items()
+    ]
+    if json:
+        return format_json_report({"algorithms": rows})
+    lines = ["Train an agent: dmplay train ALGORITHM PROBLEM", ""]
+    lines += [f"{row['algorithm']}: {row['purpose']} ({row['source']})" for row in rows]
+    return "\n".join(lines)
+
+
+def report_training(request: TrainingRequest) -> Printout:
+    """Train, write the file of the best agent if one is given, and return the report."""
+    algorithm, name, settings, start = request.algorithm, request.problem, {}, None
+    if request.continued is not None:
+        start = read_learned_file(request.continued)
+        algorithm, name = start.header["learner"], start.header["problem"]
+        settings = dict(start.header["settings"])
+    settings |= parse_settings(request.settings, "--set")
+    loaded = resolve_problem(name, settings)
+    seeds = range(request.first_seed, request.first_seed + request.seeds)
+    quiet = bool(request.output_format)
+    with ProgressBar(f"training {algorithm} on {name}", quiet=quiet, motion=request.motion) as bar:
+        training = train(
+            algorithm,
+            loaded.problem,
+            seeds=seeds,
+            steps=request.steps,
+            episodes=request.episodes,
+            eval_every=request.eval_every,
+            eval_games=request.eval_games,
+            start=start,
+            progress=bar,
+        )
+    all_values = parameter_values(loaded.problem)
+    facts = {
+        "algorithm": training.learner.name,
+        "learner": algorithm,
+        "problem": loaded.name,
+        "settings": {key: all_values[key.replace("-", "_")] for key in settings},
+    }
+    if request.output is not None:
+        data = format_learned_agent(training, training.best_run, facts)
+        write_bytes(request.output, [data], force=request.force)
+    text = _format_report(training, facts, request)
+    exit_code = INTERRUPTED_EXIT_CODE if training.is_interrupted else 0
+    note = "interrupted: the report is about what was learned until then"
+    return Printout(text, stderr_text=note * training.is_interrupted, exit_code=exit_code)
+
+
+def format_learned_agent(training: Training, run: TrainingRun, facts: dict[str, Any]) -> bytes:
+    """Return the bytes of the file of the agent that a run has learned."""
+    header = {
+        **facts,
+        "seed": run.seed,
+        "actions": [*training.problem.actions[0].labels],
+        "features": training.features,
+        "curve": [list(point) for point in run.checkpoints],
+        "optimum": training.evaluator.optimum[0],
+    }
+    return format_learned_file(header, run.arrays)
+
+
+def _format_report(training: Training, facts: dict[str, Any], request: TrainingRequest) -> str:
+    """Return the report as text, JSON or CSV."""
+    rows: list[Row] = [
+        {"seed": run.seed, **point._asdict()} for run in training.runs for point in run.checkpoints
+    ]
+    if request.output_format == "csv":
+        return format_csv(rows)
+    (optimum, source), best = training.evaluator.optimum, training.best_run
+    difference = compare_with_optimum(training.evaluator, training.make_policy(best))
+    if request.output_format == "json":
+        curve = [
+            {"steps": steps, "seconds": seconds, "mean": item.mean, "low": item.low,
+             "high": item.high}
+            for steps, seconds, item in training.curve
+        ]  # fmt: skip
+        facts = facts | {"curve": curve, "runs": rows, "optimum": optimum, "optimum source": source}
+        if difference is not None:
+            states = [state._asdict() for state in difference.rows]
+            facts["difference"] = {"seed": best.seed, "cost": difference.cost, "states": states}
+        return format_json_report(facts)
+    last_steps, seconds, last = training.curve[-1]
+    lowest = format_number(min(run.last.value for run in training.runs), 5)
+    marks = [*(item for _, _, item in training.curve)]
+    marks.append(last._replace(mean=optimum, low=optimum, high=optimum))
+    is_exact = training.evaluator.mdp is not None
+    measure = "expected return" if is_exact else "mean return"
+    labels = [f"{steps:,} steps" for steps, _, _ in training.curve]
+    parts = [
+        f"{facts['learner']} on {facts['problem']}: {format_count(len(training.runs), 'seed')} of "
+        f"{last_steps:,} steps, {seconds:.2f} s each in the training loop",
+        plot_estimates(
+            f"{measure}, interquartile mean of the seeds with 95 % interval",
+            [*labels, f"optimum, {source}"],
+            marks,
+        ),
+        f"after training: {last}; lowest seed {lowest}",
+    ]
+    if difference is not None:
+        count, total = len(difference.rows), difference.state_count
+        line = f"the policy of seed {best.seed} is optimal in all {total} states"
+        if count:
+            line = (
+                f"the policy of seed {best.seed} is wrong in {count} of {total} states, which "
+                f"costs {format_number(difference.cost, 2)}"
+            )
+        table = [state._asdict() for state in difference.rows[:MAX_DIFFERENT_STATES]]
+        parts.append("\n".join([line, *([format_table(table, 3)] if count else [])]))
+    if request.output is not None:
+        parts.append(
+            f"wrote {request.output}, the agent of seed {best.seed}: "
+            f"dmplay {facts['problem']} --agent learned:{request.output}"
+        )
+    text = "\n\n".join(parts)
+    return text.translate(ASCII_TRANSLATION) if request.ascii else text
