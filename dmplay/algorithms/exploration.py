@@ -35,6 +35,11 @@ def choose_greedy(q: Reals, legal: Bools | None) -> Ints:
     return np.asarray((q if legal is None else np.where(legal, q, -np.inf)).argmax(axis=1))
 
 
+def maximize(q: Reals, legal: Bools | None) -> Reals:
+    """Return the value `[B]` of the best legal action."""
+    return np.asarray((q if legal is None else np.where(legal, q, -np.inf)).max(axis=1))
+
+
 def choose_epsilon_greedy(q: Reals, legal: Bools | None, epsilon: float, u: Reals) -> Ints:
     """Return a random action with probability epsilon, else the best one; uniforms `[B, 2]`."""
     greedy = choose_greedy(q, legal)

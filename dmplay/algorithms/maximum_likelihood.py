@@ -5,9 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dmplay.algorithms.exploration import ExploringLearner
+from dmplay.algorithms.exploration import ExploringLearner, maximize
 from dmplay.algorithms.learner import LearningTask
-from dmplay.core.arrays import Reals
+from dmplay.core.arrays import Bools, Reals
 from dmplay.core.parameters import parameter
 from dmplay.core.problem import Problem
 
@@ -46,6 +46,8 @@ class MaximumLikelihood(ExploringLearner):
         games, Q, gamma = task.games, task.weights, task.problem.discount  # noqa: N806
         N = task.find_array("counts", *Q.shape, len(Q))  # noqa: N806
         n, rho = (task.find_array(name, *Q.shape) for name in ("visits", "reward_sums"))
+        legal = task.problem.legal_actions_mask(task.problem.enumerate_states())
+        is_legal = np.ones(Q.shape, bool) if legal is None else legal[:, 0]
         s = task.features.activate(games.inputs).indices[:, 0]
         while True:
             a = self.explore(task, Q[s], games.legal)
@@ -55,24 +57,32 @@ class MaximumLikelihood(ExploringLearner):
             np.add.at(rho, (s, a), turn.rewards)
             np.add.at(N, (s, a, s_next), ~turn.terminated)  # after the end, all values are 0
             if self.update == "full":
-                sweep_until_stable(Q, N, n, rho, gamma)
+                sweep_until_stable(Q, is_legal, N, n, rho, gamma)
             else:
                 states = task.generator.integers(len(Q), size=self.random_updates)
                 for state in (*s.tolist(), *states.tolist()):
-                    Q[state] = back_up(N[state], n[state], rho[state], gamma, Q)
+                    u = maximize(Q, is_legal)
+                    Q[state] = back_up(N[state], n[state], rho[state], gamma * u)
             s = task.features.activate(games.inputs).indices[:, 0]
             yield
 
 
-def back_up(N: Reals, n: Reals, rho: Reals, gamma: float, Q: Reals) -> Reals:  # noqa: N803
-    """Return R(s, a) + gamma sum T(s'|s, a) max Q(s', a') `[..., A]`, from counts `[..., A, S]`."""
-    return np.asarray((rho + gamma * (N @ Q.max(axis=1))) / np.maximum(n, 1.0))
+def back_up(N: Reals, n: Reals, rho: Reals, discounted_u: Reals) -> Reals:  # noqa: N803
+    """Return R(s, a) + sum T(s'|s, a) gamma U(s') `[..., A]`, from counts `[..., A, S]`."""
+    return np.asarray((rho + N @ discounted_u) / np.maximum(n, 1.0))
 
 
-def sweep_until_stable(Q: Reals, N: Reals, n: Reals, rho: Reals, gamma: float) -> None:  # noqa: N803
+def sweep_until_stable(  # noqa: PLR0913, PLR0917 - the model
+    Q: Reals,  # noqa: N803
+    is_legal: Bools,
+    N: Reals,  # noqa: N803
+    n: Reals,
+    rho: Reals,
+    gamma: float,
+) -> None:
     """Back up all states together until no value of Q changes: value iteration of the model."""
     for _ in range(MAX_SWEEPS):
-        backed_up = back_up(N, n, rho, gamma, Q)
+        backed_up = back_up(N, n, rho, gamma * maximize(Q, is_legal))
         change = np.abs(backed_up - Q).max()
         Q[:] = backed_up
         if change <= MAX_CHANGE:

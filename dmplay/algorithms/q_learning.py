@@ -5,10 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dmplay.algorithms.exploration import ExploringLearner
+from dmplay.algorithms.exploration import ExploringLearner, maximize
 from dmplay.algorithms.features import add_to_weights, rate_actions
 from dmplay.algorithms.learner import LearningTask
-from dmplay.core.arrays import Bools, Reals
 from dmplay.core.parameters import parameter
 
 
@@ -42,11 +41,6 @@ class QLearning(ExploringLearner):
             add_to_weights(Q, s, a, alpha * (target - q[rows, a]))
             s = task.features.activate(games.inputs) if turn.ended.any() else s_next
             yield
-
-
-def maximize(q: Reals, legal: Bools | None) -> Reals:
-    """Return the value `[B]` of the best legal action."""
-    return np.asarray((q if legal is None else np.where(legal, q, -np.inf)).max(axis=1))
 
 
 LEARNER = QLearning

@@ -13,10 +13,11 @@ from dmplay.core.parameters import parameter
 
 @dataclass(frozen=True)
 class SarsaLambda(ExploringLearner):
-    """Learns Q of recent states and actions together, by replacing eligibility traces.
+    """Learns Q of recent states and actions together, by eligibility traces.
 
-    N(s, a) = 1 and Q = Q + alpha delta N for all states and actions, then N = gamma lambda N;
-    algorithm 17.4.
+    N(s, a) = N(s, a) + 1 and Q = Q + alpha delta N for all states and actions, then
+    N = gamma lambda N; algorithm 17.4. A replacing trace is 1 instead, and 0 for the other actions
+    (Sutton and Barto, 2018, section 12.5).
     """
 
     name = "sarsa-lambda"
@@ -26,6 +27,9 @@ class SarsaLambda(ExploringLearner):
     alpha: float = parameter(0.2, "learning rate", 0.0, 2.0)
     alpha_decay: float = parameter(0.99, "factor on alpha for each 1,000 steps", 0.0, 1.0)
     lambda_: float = parameter(0.9, "factor on the traces in each turn", 0.0, 1.0)
+    traces: str = parameter(
+        "accumulating", "accumulating or replacing", choices=("accumulating", "replacing")
+    )
 
     def learn(self, task: LearningTask) -> Iterator[None]:
         """Play and learn without end; yield after each update."""
@@ -44,8 +48,10 @@ class SarsaLambda(ExploringLearner):
             u_next = np.where(turn.terminated, 0.0, q_next[rows, a_next])
             delta = turn.rewards + gamma * u_next - q[rows, a]
             indices, strengths = s
-            N[rows[:, None], indices] = 0.0
-            N[rows[:, None], indices, a[:, None]] = 1.0 if strengths is None else strengths
+            marks = 1.0 if strengths is None else strengths
+            if self.traces == "replacing":
+                N[rows[:, None], indices] = 0.0
+            N[rows[:, None], indices, a[:, None]] += marks
             squares = indices.shape[1] if strengths is None else (strengths**2).sum(axis=1)
             alpha = self.alpha * self.alpha_decay ** (games.step_count / 1000)
             change = delta / squares @ flat_traces

@@ -40,7 +40,7 @@ class TileFeatures:
     @cached_property
     def _first_tiles(self) -> Ints:
         """The index `[tilings]` of the first tile of each tiling."""
-        return np.arange(self.tilings) * (self.tiles + 1) ** len(self.low)
+        return np.asarray(np.arange(self.tilings) * (self.tiles + 1) ** len(self.low))
 
     @cached_property
     def _scale(self) -> Reals:

@@ -91,7 +91,7 @@ class Evaluator:
         mdp = self.mdp
         if mdp is None:
             return None
-        values = np.zeros(len(mdp.states))
+        values: Reals = np.zeros(len(mdp.states))
         for _ in range(self.problem.horizon or MAX_SWEEPS):
             previous, values = values, mdp.compute_action_values(values).max(axis=1)
             if not self.problem.horizon and abs(values - previous).max() < MAX_EXACT_CHANGE:

@@ -1,0 +1,222 @@
+"""Training reaches its optimum, is repeatable, goes on from a file and reports curves."""
+
+import json
+from pathlib import Path
+from zipfile import ZipFile
+
+import numpy as np
+import pytest
+
+import dmplay
+from dmplay.agents.learned_file import read_learned_file
+from dmplay.errors import BadParameter, BadPolicy
+from dmplay.training.checkpoints import Evaluator
+from dmplay.training.policy_difference import compare_with_optimum
+from dmplay.training.train import estimate_interquartile_mean, interquartile_mean, train
+from tests.support.programs import run_dmplay
+from tests.support.random_problems import RandomProblem
+
+
+@pytest.fixture(scope="module")
+def learned_path(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The file of an agent that learned hexworld for a moment."""
+    folder = tmp_path_factory.mktemp("learned")
+    options = ("--seeds", "2", "--steps", "8000", "-o", "agent.npz")
+    assert run_dmplay(folder, "train", "q-learning", "hexworld", *options).returncode == 0
+    return folder / "agent.npz"
+
+
+def test_q_learning_reaches_the_optimum_of_hexworld() -> None:
+    training = train("q-learning", "hexworld", seeds=2, steps=200_000, eval_every=100_000)
+    optimum, source = training.evaluator.optimum
+    assert source == "exact"
+    assert optimum == pytest.approx(dmplay.solve("hexworld").value())
+    assert training.curve[-1][2].mean > 0.99 * optimum
+    difference = compare_with_optimum(training.evaluator, training.make_policy(training.best_run))
+    assert difference is not None
+    assert difference.cost == pytest.approx(optimum - training.best_run.last.value, abs=1e-9)
+
+
+@pytest.mark.slow
+def test_the_cross_entropy_method_balances_the_pole() -> None:
+    training = train("cross-entropy", "cart-pole:gym", seeds=3, eval_every=10**9)
+    assert min(run.last.value for run in training.runs) >= 495
+
+
+@pytest.mark.slow
+def test_policy_gradient_balances_the_pole() -> None:
+    training = train("policy-gradient", "cart-pole:gym", seeds=3, eval_every=10**9)
+    assert min(run.last.value for run in training.runs) >= 495
+
+
+@pytest.mark.slow
+def test_sarsa_lambda_drives_the_car_out_of_the_valley() -> None:
+    learner = "sarsa-lambda:rows=8,alpha=1,alpha_decay=1,epsilon=0,traces=replacing"
+    training = train(learner, "mountain-car:gym", seeds=3, steps=200_000, eval_every=10**9)
+    assert min(run.last.value for run in training.runs) >= -112
+
+
+@pytest.mark.slow
+def test_beliefs_are_inputs_where_the_state_is_hidden() -> None:
+    training = train("policy-gradient", "crying-baby", seeds=2, eval_every=10**9, eval_games=500)
+    optimum, source = training.evaluator.optimum
+    assert source == "agent optimal"
+    assert training.curve[-1][2].mean > 1.05 * optimum  # both are negative
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_the_exact_value_of_a_policy_is_the_mean_of_its_games(seed: int) -> None:
+    problem = RandomProblem(seed=seed)
+    training = train("q-learning", problem, seeds=1, steps=500, eval_every=500)
+    policy, evaluator = training.make_policy(training.runs[0]), training.evaluator
+    exact = evaluator.evaluate(policy)
+    returns = dmplay.rollout(problem, [policy], episodes=20_000).returns[:, 0]
+    assert exact == pytest.approx(returns.mean(), abs=5 * returns.std() / 20_000**0.5)
+    assert evaluator.optimum[0] == pytest.approx(dmplay.solve(problem).value())
+
+
+def test_an_exact_value_counts_the_turns_of_a_horizon() -> None:
+    problem = RandomProblem(seed=3, turns=4)
+    optimum, source = Evaluator(problem).optimum
+    assert source == "exact"
+    assert optimum == pytest.approx(dmplay.solve(problem, turns=4).value())
+
+
+def test_the_interquartile_mean_is_that_of_the_middle_half() -> None:
+    sample = np.array([100.0, 1.0, 2.0, 3.0, 4.0, 5.0, -50.0, 6.0, 7.0, 8.0])
+    assert interquartile_mean(sample) == pytest.approx(np.mean([2, 3, 4, 5, 6, 7]))
+    estimate = estimate_interquartile_mean(sample)
+    assert estimate.low < estimate.mean < estimate.high
+    assert estimate_interquartile_mean(np.full(10, 2.0))[0::2] == (2.0, 2.0)
+
+
+def test_a_learned_agent_plays_by_its_file(learned_path: Path) -> None:
+    report = run_dmplay(learned_path.parent, "run", "hexworld", "--agent", "learned:agent.npz",
+                        "--episodes", "50", "--json")  # fmt: skip
+    assert json.loads(report.stdout)["runs"][0]["agent"] == "learned:agent.npz"
+    policy = dmplay.load_agent("hexworld", 0, f"learned:{learned_path}")
+    assert dmplay.rollout("hexworld", [policy], episodes=200).returns.mean() > 1
+
+
+def test_numpy_reads_a_learned_agent_without_pickle(learned_path: Path) -> None:
+    with np.load(learned_path, allow_pickle=False) as archive:
+        weights, header = archive["weights"], json.loads(archive["header.json"])
+    assert weights.shape == (25, 6)
+    assert header["algorithm"] == "q-learning"
+    assert header["problem"] == "hexworld"
+    assert header["digest"].startswith("sha256:")
+
+
+def test_training_again_gives_the_same_arrays(learned_path: Path) -> None:
+    learned = read_learned_file(learned_path)
+    training = train("q-learning", "hexworld", seeds=[learned.header["seed"]], steps=8000)
+    np.testing.assert_array_equal(training.runs[0].arrays["weights"], learned.arrays["weights"])
+
+
+def test_training_goes_on_from_a_file(learned_path: Path) -> None:
+    options = ("--continue", "agent.npz", "--steps", "4000", "-o", "more.npz")
+    assert run_dmplay(learned_path.parent, "train", *options).returncode == 0
+    more = read_learned_file(learned_path.parent / "more.npz").header
+    earlier = read_learned_file(learned_path).header
+    assert more["curve"][: len(earlier["curve"])] == earlier["curve"]
+    assert more["curve"][-1][0] == 12_000
+
+
+def damage(path: Path, target: Path, change: str) -> None:
+    with ZipFile(path) as archive:
+        entries = {name: archive.read(name) for name in archive.namelist()}
+    if change == "curve":
+        header = json.loads(entries["header.json"])
+        entries["header.json"] = json.dumps(header | {"seed": 77}).encode()
+    elif change == "pickle":
+        entries["weights.npy"] = entries["weights.npy"].replace(b"'<f8'", b"'|O' ")
+    elif change == "shape":
+        entries["weights.npy"] = entries["weights.npy"].replace(b"(25, 6)", b"(9**9,)")
+    elif change == "size":
+        entries["weights.npy"] = entries["weights.npy"].replace(b"(25, 6)", b"(9025,)")
+    elif change == "header":
+        del entries["header.json"]
+    with ZipFile(target, "w") as archive:
+        for name, content in entries.items():
+            archive.writestr(name, content)
+
+
+@pytest.mark.parametrize(
+    ("change", "reason"),
+    [
+        ("curve", "the digest differs"),
+        ("pickle", "not an array of numbers"),
+        ("shape", "not the file of a learned agent"),
+        ("size", "not an array of numbers"),
+        ("header", "header.json"),
+    ],
+)
+def test_a_damaged_file_is_refused_in_one_line(
+    learned_path: Path, tmp_path: Path, change: str, reason: str
+) -> None:
+    damage(learned_path, tmp_path / "bad.npz", change)
+    with pytest.raises(BadPolicy, match=reason) as error:
+        read_learned_file(tmp_path / "bad.npz")
+    assert "\n" not in str(error.value)
+
+
+def test_a_file_that_is_no_archive_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "text.npz").write_text("hello", encoding="utf-8")
+    with pytest.raises(BadPolicy, match="not the file of a learned agent"):
+        read_learned_file(tmp_path / "text.npz")
+
+
+def test_a_learned_agent_of_another_problem_is_refused(learned_path: Path) -> None:
+    with pytest.raises(BadPolicy, match="it was trained on hexworld"):
+        dmplay.load_agent("cart-pole", 0, f"learned:{learned_path}")
+    with pytest.raises(BadPolicy, match="expected"):
+        dmplay.load_agent("hexworld:straight-line", 0, f"learned:{learned_path}")
+
+
+def test_the_rows_of_csv_and_json_are_the_checkpoints(tmp_path: Path) -> None:
+    command = (
+        "train",
+        "sarsa",
+        "hexworld",
+        "--seeds",
+        "2",
+        "--steps",
+        "320",
+        "--eval-every",
+        "160",
+    )
+    lines = run_dmplay(tmp_path, *command, "--csv").stdout.splitlines()
+    assert lines[0] == "seed,steps,episodes,seconds,value"
+    assert [line.split(",")[:2] for line in lines[1:]] == [
+        ["0", "160"], ["0", "320"], ["1", "160"], ["1", "320"],
+    ]  # fmt: skip
+    facts = json.loads(run_dmplay(tmp_path, *command, "--json").stdout)
+    assert [row["steps"] for row in facts["curve"]] == [160, 320]
+    assert facts["optimum"] == pytest.approx(4.16863, abs=1e-4)
+    assert facts["difference"]["states"]
+
+
+@pytest.mark.parametrize(
+    ("algorithm", "problem", "reason"),
+    [
+        ("q-learning", "predator-prey", "several agents choose"),
+        ("q-learning", "simple-regulator", "its actions are real numbers"),
+        ("afterstates", "hexworld", "it lists no afterstates"),
+        ("maximum-likelihood", "cart-pole", "it counts states"),
+    ],
+)
+def test_a_misfit_is_explained(algorithm: str, problem: str, reason: str) -> None:
+    with pytest.raises(BadParameter, match=reason):
+        train(algorithm, problem, seeds=1, steps=10)
+
+
+def test_an_interruption_keeps_what_was_learned() -> None:
+    def interrupt(share: float) -> None:
+        if share > 0.5:
+            raise KeyboardInterrupt
+
+    training = train("q-learning", "hexworld", seeds=2, steps=20_000, progress=interrupt)
+    assert training.is_interrupted
+    assert [run.seed for run in training.runs] == [0, 1]
+    assert training.runs[0].last.steps == 20_000
+    assert 0 < training.runs[1].last.steps < 20_000
