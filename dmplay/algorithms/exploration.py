@@ -23,7 +23,9 @@ class ExploringLearner(Learner):
     )
 
     def explore(self, task: LearningTask, q: Reals, legal: Bools | None) -> Ints:
-        """Return an action `[B]` by values `[B, A]`, random at times."""
+        """Return an action `[B]` by values `[B, A]`, random at times; that of recorded turns."""
+        if task.games.recorded_actions is not None:
+            return task.games.recorded_actions
         if self.precision:
             return choose_softmax(q, legal, self.precision, task.generator.random(len(q)))
         epsilon = self.epsilon * self.decay ** (task.games.step_count / DECAY_STEPS)

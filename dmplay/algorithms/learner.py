@@ -47,6 +47,8 @@ class Learner(ABC):
     source: ClassVar[str]  # section of the book
     default_features: ClassVar[str] = "tiles"  # of real numbers
     default_steps: ClassVar[int] = 300_000
+    # whether it learns from recorded turns: not at all (""), "possible" or "required"
+    data_use: ClassVar[str] = ""
 
     rows: int = parameter(16, "games that are played side by side", 1, 10_000)
 

@@ -27,6 +27,7 @@ class MaximumLikelihood(ExploringLearner):
     name = "maximum-likelihood"
     summary = "count what follows each action, and plan with the estimated model"
     source = "sections 16.1 and 16.2, Maximum Likelihood Models and Update Schemes"
+    data_use = "possible"
     default_steps = 30_000
 
     rows: int = parameter(1, "games that are played side by side", 1, 10_000)

@@ -21,6 +21,7 @@ class QLearning(ExploringLearner):
     name = "q-learning"
     summary = "learn the value of each action from the best action of the next state"
     source = "section 17.2, Q-Learning"
+    data_use = "possible"
 
     alpha: float = parameter(0.2, "learning rate", 0.0, 2.0)
     alpha_decay: float = parameter(0.99, "factor on alpha for each 1,000 steps", 0.0, 1.0)

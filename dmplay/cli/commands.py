@@ -29,6 +29,7 @@ COMMANDS = {  # the module in this folder, and the function or the Typer group i
     "solve": "reports:solve",
     "watch": "watching:watch",
     "train": "training:train",
+    "data": "training:data",
     "convert": "reports:convert",
     "run": "evaluation:run",
     "evaluate": "evaluation:evaluate",

@@ -54,6 +54,12 @@ def train(
         Path | None,
         typer.Option("--continue", metavar="FILE", help="file of a learned agent to train further"),
     ] = None,
+    data: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE", help="learn from the turns in FILE, which 'dmplay data' wrote"
+        ),
+    ] = None,
     csv: CsvFlag = False,
     output: options.OutputPath = None,
     force: options.Force = False,
@@ -69,6 +75,8 @@ def train(
 
     The option -o writes the best agent to a file. It plays as learned:FILE. Ctrl-C ends
     the training and keeps the results.
+
+    With --data, the agent learns from recorded turns and plays no games.
 
     \b
       dmplay train
@@ -96,6 +104,7 @@ def train(
             eval_every,
             eval_games,
             continued,
+            data,
             output,
             force,
             output_format(json=terminal_options.json, csv=csv),
@@ -103,3 +112,31 @@ def train(
             current_terminal(terminal_options).ascii,
         )
     )
+
+
+def data(
+    problem: options.ProblemName,
+    variant: options.VariantName = "",
+    set_: options.ParameterSettings = [],  # noqa: B006 - typer reads it once
+    agent: options.BatchAgent = "random",
+    rows: Annotated[
+        int, options.number_option(int, "number of turns", min=1, max=2_000_000)
+    ] = 1000,
+    seed: Annotated[int, options.number_option(int, "random seed of all games", min=0)] = 0,
+    output: options.OutputPath = None,
+    force: options.Force = False,
+) -> object:
+    """Write the turns of an agent as data for 'dmplay train --data'.
+
+    A row has the game, the state s, the action a, the reward r, the next state s', and
+    1 if the game is done. If the state is hidden, o and o' are observations instead.
+
+    \b
+      dmplay data hexworld --rows 500
+      dmplay data crying-baby --agent feed-when-crying --rows 100
+    """
+    from dmplay.game.launch_requests import format_variant_name
+    from dmplay.output.training_report import report_turn_data
+
+    name = format_variant_name(problem, variant)
+    return report_turn_data(name, set_, agent, rows, seed, output, force=force)

@@ -9,16 +9,20 @@ from dmplay.algorithms.registry import load_learners
 from dmplay.core.safe_files import write_bytes
 from dmplay.core.text import format_count, format_json_report, format_number
 from dmplay.draw.canvas import ASCII_TRANSLATION
+from dmplay.errors import BadParameter
 from dmplay.evaluation.solutions.solution import Row
 from dmplay.game.command_line_results import Printout
 from dmplay.game.launch_requests import parse_settings
 from dmplay.output.evaluation_report import plot_estimates
+from dmplay.output.svg_export import write_or_print
 from dmplay.output.tables import format_csv, format_table
+from dmplay.registry.agents import load_agent
 from dmplay.registry.problems import parameter_values, resolve_problem
 from dmplay.terminal.progress import ProgressBar
 from dmplay.terminal.signals import INTERRUPTED_EXIT_CODE
 from dmplay.training.policy_difference import compare_with_optimum
 from dmplay.training.train import Training, TrainingRun, train
+from dmplay.training.turn_data import collect_rows, column_names
 
 MAX_DIFFERENT_STATES = 10  # rows of the table of different states
 
@@ -36,6 +40,7 @@ class TrainingRequest(NamedTuple):
     eval_every: int | None = None
     eval_games: int = 1000
     continued: Path | None = None
+    data: Path | None = None
     output: Path | None = None
     force: bool = False
     output_format: str = ""
@@ -76,6 +81,7 @@ def report_training(request: TrainingRequest) -> Printout:
             episodes=request.episodes,
             eval_every=request.eval_every,
             eval_games=request.eval_games,
+            data=request.data,
             start=start,
             progress=bar,
         )
@@ -162,3 +168,26 @@ def _format_report(training: Training, facts: dict[str, Any], request: TrainingR
         )
     text = "\n\n".join(parts)
     return text.translate(ASCII_TRANSLATION) if request.ascii else text
+
+
+def report_turn_data(  # noqa: PLR0913, PLR0917 - the options of the command
+    name: str,
+    settings: Sequence[str],
+    agent: str,
+    count: int,
+    seed: int,
+    output: Path | None,
+    *,
+    force: bool,
+) -> Printout:
+    """Write turns of an agent as comma-separated values."""
+    problem = resolve_problem(name, parse_settings(settings, "--set")).problem
+    if len(problem.agents) > 1:
+        raise BadParameter(f"{name}: several agents choose, expected a problem of one agent")
+    rows = collect_rows(problem, load_agent(problem, 0, agent), count, seed)
+    names = column_names(problem)
+    return write_or_print(
+        output,
+        [f"{format_csv([dict(zip(names, row, strict=True)) for row in rows])}\n"],
+        force=force,
+    )

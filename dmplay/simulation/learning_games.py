@@ -30,6 +30,8 @@ class LearningGames:
     In a partially observable problem, a follower makes beliefs from observations.
     """
 
+    recorded_actions: Ints | None = None  # those that a learner must take, if turns are recorded
+
     def __init__(
         self,
         problem: Problem,

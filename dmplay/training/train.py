@@ -4,6 +4,7 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -26,6 +27,7 @@ from dmplay.registry.agents import parse_agent_parameters
 from dmplay.registry.problems import ProblemLike, load_problem
 from dmplay.simulation.learning_games import LearningGames
 from dmplay.training.checkpoints import Evaluator
+from dmplay.training.turn_data import RecordedGames, TurnData, read_turn_data
 
 DEFAULT_SEEDS, DEFAULT_CHECKPOINTS = 10, 10
 BOOTSTRAP_SAMPLES = 2000
@@ -71,6 +73,7 @@ class Training:
     evaluator: Evaluator
     features: dict[str, Any]
     runs: list[TrainingRun] = field(default_factory=list)
+    data: TurnData | None = None  # recorded turns, instead of games
     is_interrupted: bool = False
 
     def make_policy(self, run: TrainingRun) -> LearnedPolicy:
@@ -114,6 +117,7 @@ def train(  # noqa: PLR0913 - the options of a training
     episodes: int | None = None,
     eval_every: int | None = None,
     eval_games: int = 1000,
+    data: str | Path | None = None,
     start: LearnedFile | None = None,
     progress: Callable[[float], None] | None = None,
     **parameters: object,
@@ -124,10 +128,11 @@ def train(  # noqa: PLR0913 - the options of a training
     of the environment, or `episodes`. Each run is evaluated every `eval_every` steps, by default
     ten times: exactly if the states can be listed, else in the same `eval_games` games each time.
     Ctrl-C ends the training and keeps what was learned. With `start`, one run goes on from a file.
+    With `data`, runs learn from the turns in a file, and each learned turn counts as a step.
     """
     loaded = load_problem(problem, **parameters)
     learner = parse_learner(algorithm) if isinstance(algorithm, str) else algorithm
-    obstacle = explain_misfit(learner, loaded)
+    obstacle = explain_misfit(learner, loaded, has_data=data is not None)
     if obstacle:
         raise BadParameter(f"{learner.name} cannot learn {type(loaded).__name__}: {obstacle}")
     kind = learner.features if learner.features != "auto" else learner.default_features
@@ -135,6 +140,8 @@ def train(  # noqa: PLR0913 - the options of a training
     training = Training(loaded, learner, Evaluator(loaded, eval_games), features)
     numbers = range(seeds) if isinstance(seeds, int) else seeds
     training.runs = [TrainingRun(seed) for seed in numbers]
+    if data is not None:
+        training.data = read_turn_data(Path(data), loaded)
     if start is not None:
         start.make_policy(loaded, "the file")  # checks that it fits
         training.runs = [TrainingRun.of_file(start)]
@@ -152,10 +159,14 @@ def train(  # noqa: PLR0913 - the options of a training
     return training
 
 
-def explain_misfit(learner: Learner, problem: Problem) -> str:
+def explain_misfit(learner: Learner, problem: Problem, *, has_data: bool = False) -> str:
     """Return the reason why a problem cannot be learned; '' if it can."""
     if len(problem.agents) > 1:
         return "several agents choose; it trains one agent"
+    if has_data and not learner.data_use:
+        return "it must choose its own actions, so it cannot learn from recorded turns"
+    if not has_data and learner.data_use == "required":
+        return "it learns from recorded turns; give them with --data FILE"
     return learner.explain_misfit(problem)
 
 
@@ -199,7 +210,9 @@ def iterate_checkpoints(training: Training, run: TrainingRun, budget: Budget) ->
     earlier = run.checkpoints[-1] if run.checkpoints else Checkpoint(0, 0, 0.0, 0.0)
     # what continues a run has other random numbers than its beginning
     generator = make_numpy_generator(run.seed + (earlier.steps << SEED_BITS))
-    games = LearningGames(problem, learner.rows, generator, make_follower(problem))
+    games: Any = LearningGames(problem, learner.rows, generator, make_follower(problem))
+    if training.data is not None:
+        games = RecordedGames(problem, training.data, learner.rows, generator)
     games.step_count, games.episode_count = earlier.steps, earlier.episodes
     budget = budget.after(earlier)
     task = LearningTask(problem, games, build_features(problem, training.features), run.arrays)

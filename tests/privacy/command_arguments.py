@@ -125,6 +125,8 @@ PROGRAM_ARGUMENTS: Mapping[str, Sequence[str]] = {
     "rerun": ("", "{file}", "nothing.json"),
     "plot": ("F.2", "", "belief {file}", "regret {file}"),
     "watch": ("", "belief-update {problem}", "belief-update {file}", "tree-search {file} --json"),
+    "train": ("", "q-learning {problem} --seeds 1 --steps 10 --json"),
+    "data": ("{problem} --rows 3",),
     "learn lesson": ("", "10 --json"),
     "learn from": ("{file}", "{file} --json", ""),
     "learn puzzle": ("crying-baby:1 --json",),
