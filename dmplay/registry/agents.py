@@ -2,7 +2,7 @@
 
 An agent is `NAME`, `NAME:PARAMETER=VALUE,...`, `MODULE:ATTRIBUTE`, `./FILE.py:ATTRIBUTE` or a
 program, `bot:COMMAND` or `bot:PARAMETER=VALUE,...,COMMAND`. `learned:FILE` is what
-`dmplay train` wrote.
+`dmplay train` wrote, `policy:FILE` a policy in a text file or of another solver.
 """
 
 import inspect
@@ -61,7 +61,6 @@ class PlainAgent(Protocol):
 
 # a name, a policy, its class, a function of problem and seat that makes it, or a plain agent
 AgentLike = str | Policy | PlainAgent | Callable[..., object]
-LEARNED_PREFIX = "learned:"  # of the name of an agent that a file holds
 MAX_LISTED_PROBLEMS = 4  # maximum number of problems listed for an agent that does not fit
 
 
@@ -276,11 +275,15 @@ def load_agent(
         return _make_policy(problem, seat, format_agent_label(agent), agent, {}, turns)
     if names_bot(agent):
         return make_bot(problem, seat, agent, turns)
-    if agent.startswith(LEARNED_PREFIX):
+    kind, _, path = agent.partition(":")
+    if kind == "learned":
         from dmplay.agents.learned_file import read_learned_file
 
-        path = Path(agent.removeprefix(LEARNED_PREFIX))
-        return read_learned_file(path).make_policy(problem, agent)
+        return read_learned_file(Path(path)).make_policy(problem, agent)
+    if kind == "policy" and path:
+        from dmplay.agents.policy_file import read_policy_file
+
+        return read_policy_file(Path(path), problem)
     if not names_user_code(problem, seat, agent):
         return _make_roster_agent(problem, seat, agent)
     source, _, remainder = agent.partition(":")
@@ -663,7 +666,15 @@ def _make_roster_agent(problem: Problem, seat: int, name: str) -> SeatPolicy:
 
 def _valid_agent_names(problem: Problem, seat: int) -> list[str]:
     """Return the names that an agent of a seat can have."""
-    return ["human", *load_roster(problem, seat).agents, "script", "replay", "bot", "learned:FILE"]
+    return [
+        "human",
+        *load_roster(problem, seat).agents,
+        "script",
+        "replay",
+        "bot",
+        "learned:FILE",
+        "policy:FILE",
+    ]
 
 
 def _raise_if_for_other_problems(problem: Problem, seat: int, name: str) -> None:

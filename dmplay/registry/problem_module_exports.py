@@ -39,7 +39,7 @@ if TYPE_CHECKING:  # The list of problems needs no agents.
 
 Item = TypeVar("Item")
 # names of players that are not agents of a roster
-RESERVED_AGENT_NAMES = ("human", "mcp", "script", "replay", "bot", "learned")
+RESERVED_AGENT_NAMES = ("human", "mcp", "script", "replay", "bot", "learned", "policy")
 ROLES = (  # fields of a Roster
     "hint_provider", "finite_horizon_hint_provider", "default_partner", "batch_agent",
     "simulation_agent", "rule_of_thumb", "baseline",
