@@ -98,6 +98,7 @@ _PUBLIC_MODULES = {
     "solve": "evaluation.solutions.solve",
     "sweep": "evaluation.sweep",
     "tournament": "evaluation.tournament",
+    "train": "training.train",
 }
 __all__ = [*_PUBLIC_MODULES]  # noqa: PLE0604 - the names above
 

@@ -73,6 +73,7 @@ from dmplay.registry.agents import list_agents as list_agents
 from dmplay.registry.agents import load_agent as load_agent
 from dmplay.registry.problems import list_problems as list_problems
 from dmplay.registry.problems import load_problem as load_problem
+from dmplay.training.train import train as train
 from dmplay.validation.conformance import check as check
 
 __version__: str

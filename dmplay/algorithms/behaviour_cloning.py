@@ -32,6 +32,7 @@ class BehaviourCloning(Learner):
         games, theta, rows = task.games, task.weights, np.arange(self.rows)
         while True:
             x, a = task.features.activate(games.inputs), games.recorded_actions
+            assert a is not None
             score = -compute_softmax(rate_actions(theta, x), None)
             score[rows, a] += 1.0  # the gradient of log pi(a|s) by the preferences
             if x.strengths is None:

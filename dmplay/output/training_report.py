@@ -11,6 +11,7 @@ from dmplay.core.text import format_count, format_json_report, format_number
 from dmplay.draw.canvas import ASCII_TRANSLATION
 from dmplay.errors import BadParameter
 from dmplay.evaluation.solutions.solution import Row
+from dmplay.evaluation.statistics import Estimate
 from dmplay.game.command_line_results import Printout
 from dmplay.game.launch_requests import parse_settings
 from dmplay.output.evaluation_report import plot_estimates
@@ -138,6 +139,7 @@ def _format_report(training: Training, facts: dict[str, Any], request: TrainingR
     lowest = format_number(min(run.last.value for run in training.runs), 5)
     marks = [*(item for _, _, item in training.curve)]
     marks.append(last._replace(mean=optimum, low=optimum, high=optimum))
+    marks = [Estimate(*(round(number, 9) for number in mark)) for mark in marks]
     is_exact = training.evaluator.mdp is not None
     measure = "expected return" if is_exact else "mean return"
     labels = [f"{steps:,} steps" for steps, _, _ in training.curve]

@@ -17,6 +17,7 @@ from dmplay.core.arrays import Array, Bools, Ints, Reals
 from dmplay.core.policy import Percept, Policy
 from dmplay.core.problem import Problem
 from dmplay.core.safe_files import read_bytes
+from dmplay.core.spaces import Labels
 from dmplay.errors import BadParameter, DmplayError
 from dmplay.simulation.learning_games import Transition
 from dmplay.simulation.rollouts import TRAJECTORIES, RolloutSpec, rollout_entrants
@@ -138,7 +139,9 @@ def _parse_seen(problem: Problem, text: str) -> Array:
     space = problem.observations[0]
     if not text:
         return np.asarray(space.null_observation(1)[0])
-    return np.array(space.labels.index(text))
+    if not isinstance(space, Labels):
+        raise BadParameter("its observations are not labels")
+    return np.array(space.index(text))
 
 
 def _compute_beliefs(
@@ -148,7 +151,8 @@ def _compute_beliefs(
     """Return the beliefs `[N, S]` before and after each turn; a new game begins a new belief."""
     follower = make_follower(problem)
     assert follower is not None
-    inputs, next_inputs, last_game, memory = [], [], None, ()
+    inputs, next_inputs, last_game = [], [], None
+    memory = follower.initial_memory(before[0][None])
     for game, action, old, new in zip(games, actions, before, after, strict=True):
         if game != last_game:
             memory = follower.initial_memory(old[None])

@@ -13,6 +13,7 @@ from dmplay.errors import BadParameter, BadPolicy
 from dmplay.training.checkpoints import Evaluator
 from dmplay.training.policy_difference import compare_with_optimum
 from dmplay.training.train import estimate_interquartile_mean, interquartile_mean, train
+from dmplay.training.turn_data import read_turn_data
 from tests.support.programs import run_dmplay
 from tests.support.random_problems import RandomProblem
 
@@ -220,3 +221,79 @@ def test_an_interruption_keeps_what_was_learned() -> None:
     assert [run.seed for run in training.runs] == [0, 1]
     assert training.runs[0].last.steps == 20_000
     assert 0 < training.runs[1].last.steps < 20_000
+
+
+@pytest.fixture(scope="module")
+def data_path(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The file of random turns in hexworld."""
+    folder = tmp_path_factory.mktemp("data")
+    options = ("--rows", "20000", "-o", "turns.csv")
+    assert run_dmplay(folder, "data", "hexworld", *options).returncode == 0
+    return folder / "turns.csv"
+
+
+def test_the_rows_of_data_are_the_turns_of_the_games_of_a_seed(data_path: Path) -> None:
+    lines = data_path.read_text(encoding="utf-8").splitlines()
+    assert lines[0] == "game,s,a,r,s',done"
+    assert len(lines) == 20_001
+    data = read_turn_data(data_path, dmplay.load_problem("hexworld"))
+    policy = dmplay.load_agent("hexworld", 0, "random")
+    games = dmplay.rollout("hexworld", [policy], episodes=5, keep=("trajectories",))
+    turns = [
+        (int(games.states[game, turn]), int(games.actions[game, turn, 0]),
+         float(games.rewards[game, turn, 0]), int(games.states[game, turn + 1]))
+        for game in range(5) for turn in range(games.turn_counts[game])
+    ]  # fmt: skip
+    columns = data.inputs, data.actions, data.rewards, data.next_inputs
+    assert [*zip(*(column[: len(turns)].tolist() for column in columns), strict=True)] == turns
+    assert data.done[: len(turns)].sum() == 5
+
+
+@pytest.mark.parametrize("algorithm", ["q-learning", "maximum-likelihood:rows=64,update=dyna"])
+def test_batch_training_reaches_the_optimum(data_path: Path, algorithm: str) -> None:
+    training = train(algorithm, "hexworld", data=data_path, seeds=1, steps=64_000)
+    assert training.curve[-1][2].mean > 0.97 * training.evaluator.optimum[0]
+
+
+def test_behaviour_cloning_plays_like_its_expert(tmp_path: Path) -> None:
+    options = ("--agent", "optimal", "--rows", "2000", "-o", "turns.csv")
+    run_dmplay(tmp_path, "data", "crying-baby", *options)
+    path = tmp_path / "turns.csv"
+    training = train("behaviour-cloning", "crying-baby", data=path, seeds=1, steps=60_000)
+    optimum, _ = training.evaluator.optimum
+    assert training.runs[0].last.value > 1.05 * optimum  # both are negative
+
+
+def test_beliefs_in_data_are_those_of_the_games(tmp_path: Path) -> None:
+    problem = dmplay.load_problem("crying-baby")
+    options = ("--rows", "60", "-o", "turns.csv")
+    run_dmplay(tmp_path, "data", "crying-baby", *options)
+    data = read_turn_data(tmp_path / "turns.csv", problem)
+    np.testing.assert_allclose(data.inputs.sum(axis=1), 1.0)
+    np.testing.assert_array_equal(data.inputs[0], [0.5, 0.5])
+    np.testing.assert_array_equal(data.inputs[1:40], data.next_inputs[:39])
+
+
+@pytest.mark.parametrize(
+    ("line", "reason"),
+    [
+        ('0,"(0,0)",e,1,"(1,0)",0,7', "got 7 cells, expected 6"),
+        ('0,"(0,0)",up,1,"(1,0)",0', "up"),
+        ('0,"(99,0)",e,1,"(1,0)",0', "99"),
+        ('0,"(0,0)",e,nan,"(1,0)",0', "finite reward"),
+        ('0,"(0,0)",e,1,"(1,0)",maybe', "expected 0 or 1"),
+    ],
+)
+def test_a_wrong_row_of_data_is_named_by_its_line(tmp_path: Path, line: str, reason: str) -> None:
+    path = tmp_path / "turns.csv"
+    path.write_text(f"game,s,a,r,s',done\n{line}\n", encoding="utf-8")
+    with pytest.raises(BadParameter, match=reason) as error:
+        read_turn_data(path, dmplay.load_problem("hexworld"))
+    assert f"{path}:2:" in str(error.value)
+
+
+def test_an_algorithm_that_must_act_refuses_data(data_path: Path) -> None:
+    with pytest.raises(BadParameter, match="must choose its own actions"):
+        train("sarsa", "hexworld", data=data_path)
+    with pytest.raises(BadParameter, match="--data FILE"):
+        train("behaviour-cloning", "hexworld")
