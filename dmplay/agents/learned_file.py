@@ -115,7 +115,10 @@ def _read_header(archive: ZipFile) -> dict[str, Any]:
     header = json.loads(archive.read(HEADER_NAME))
     if not isinstance(header, dict) or header.get("format") != FORMAT:
         raise ValueError(f"expected the format {FORMAT}")
-    types = {"algorithm": str, "problem": str, "actions": list, "features": dict, "digest": str}
+    types = {
+        "algorithm": str, "learner": str, "problem": str, "settings": dict, "seed": int,
+        "actions": list, "features": dict, "curve": list, "part_steps": list, "digest": str,
+    }  # fmt: skip
     for key, kind in types.items():
         if not isinstance(header.get(key), kind):
             raise ValueError(f"{HEADER_NAME} has no valid {key}")

@@ -7,9 +7,11 @@ import typer
 
 from dmplay.cli import options
 from dmplay.core.text import escape_newlines
+from dmplay.errors import BadParameter
 from dmplay.terminal.capabilities import TerminalOptions, current_terminal
 
 MISMATCH_EXIT_CODE = 3
+LEARNED_SUFFIX = ".npz"  # of the file of a learned agent
 
 
 def verify(
@@ -23,6 +25,9 @@ def verify(
     frames: Annotated[
         bool, typer.Option("--frames/--no-frames", help="check the recorded drawings of turns too")
     ] = True,
+    retrain: Annotated[
+        bool, typer.Option("--retrain", help="repeat the training of learned agents, and compare")
+    ] = False,
     trust: options.Trust = False,
     json: options.JsonFlag = False,
     quiet: options.Quiet = False,
@@ -37,6 +42,9 @@ def verify(
     A transcript may contain a drawing of each turn. Another version of dmplay may
     draw turns differently. --no-frames leaves the drawings out of the check.
 
+    The file of a learned agent (.npz) has a digest of its content. With --retrain, dmplay
+    also repeats the training from the seed.
+
     \b
       dmplay verify game.dmt
       dmplay verify transcripts
@@ -46,6 +54,16 @@ def verify(
     from dmplay.game.command_line_results import Printout
     from dmplay.terminal.progress import ProgressBar
 
+    learned = [path for path in paths if path.suffix == LEARNED_SUFFIX]
+    if learned:
+        from dmplay.output.training_report import verify_learned_files
+
+        if len(learned) < len(paths):
+            raise BadParameter("verify: expected transcripts, or files of learned agents")
+        lines, are_good = verify_learned_files(learned, retrain=retrain)
+        return Printout("\n".join(lines), exit_code=0 if are_good else MISMATCH_EXIT_CODE)
+    if retrain:
+        raise BadParameter("--retrain: expected files of learned agents (.npz)")
     files = list(transcript_verification.iter_transcript_files(paths))
     reports = []
     with ProgressBar("verifying the files", quiet=quiet or json) as bar:

@@ -195,10 +195,13 @@ def _find_verifiable_policy(
 ) -> Policy | None:
     """Return the policy of a player if it chooses the same actions again; else None.
 
-    None for people, scripts, replays, bots, agents with a time limit and untrusted code.
+    None for people, scripts, replays, bots, agents with a time limit, missing files and untrusted
+    code.
     """
     is_user_code = agents.names_user_code(problem, seat, player)
     if player in UNVERIFIABLE_PLAYERS or names_bot(player) or (is_user_code and not trusted):
+        return None
+    if agents.is_missing_file(player):
         return None
     policy = agents.load_agent(problem, seat, player, turns=turns)
     # may choose differently next time
@@ -226,15 +229,18 @@ def make_header(
     """
     players = [
         name_in_transcript(
-            request.person_label if player == HUMAN else shorten_player_name(player), path
+            request.person_label
+            if player == HUMAN
+            else agents.add_file_digest(shorten_player_name(player)),
+            path,
         )
         for player in player_names
     ]
-    agents = loaded_problem.problem.agents
+    seats = loaded_problem.problem.agents
     return Header(
         problem=name_in_transcript(loaded_problem.name, path),
         origin=loaded_problem.origin,
         parameters=loaded_problem.parameters,
-        seats=dict(zip(agents, map(escape_unprintable, players), strict=True)),
+        seats=dict(zip(seats, map(escape_unprintable, players), strict=True)),
         **{name: getattr(request, name) for name in RECORDED_OPTIONS},
     )

@@ -4,12 +4,14 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from dmplay.agents.learned_file import format_learned_file, read_learned_file
 from dmplay.algorithms.registry import load_learners
 from dmplay.core.safe_files import write_bytes
 from dmplay.core.text import format_count, format_json_report, format_number
 from dmplay.draw.canvas import ASCII_TRANSLATION
-from dmplay.errors import BadParameter
+from dmplay.errors import BadParameter, DmplayError
 from dmplay.evaluation.solutions.solution import Row
 from dmplay.evaluation.statistics import Estimate
 from dmplay.game.command_line_results import Printout
@@ -22,7 +24,7 @@ from dmplay.registry.problems import parameter_values, resolve_problem
 from dmplay.terminal.progress import ProgressBar
 from dmplay.terminal.signals import INTERRUPTED_EXIT_CODE
 from dmplay.training.policy_difference import compare_with_optimum
-from dmplay.training.train import Training, TrainingRun, train
+from dmplay.training.train import Training, TrainingRun, repeat_training, train
 from dmplay.training.turn_data import collect_rows, column_names
 
 MAX_DIFFERENT_STATES = 10  # rows of the table of different states
@@ -109,10 +111,40 @@ def format_learned_agent(training: Training, run: TrainingRun, facts: dict[str, 
         "seed": run.seed,
         "actions": [*training.problem.actions[0].labels],
         "features": training.features,
+        "part_steps": run.part_steps,
+        "data": training.data is not None,
         "curve": [list(point) for point in run.checkpoints],
         "optimum": training.evaluator.optimum[0],
     }
     return format_learned_file(header, run.arrays)
+
+
+def verify_learned_files(paths: Sequence[Path], *, retrain: bool) -> tuple[list[str], bool]:
+    """Return a line for each file of a learned agent, and whether all are as they were written.
+
+    With `retrain`, the training is repeated, and its arrays are compared bit by bit.
+    """
+    lines, are_good = list[str](), True
+    for path in paths:
+        try:
+            file = read_learned_file(path)
+            header = file.header
+            problem = resolve_problem(header["problem"], header["settings"]).problem
+            file.make_policy(problem, str(path))
+            text = f"{path}: {header['learner']} on {header['problem']}, seed {header['seed']}"
+            is_good = True
+            if retrain:
+                arrays = repeat_training(file, problem).arrays
+                is_good = arrays.keys() == file.arrays.keys() and all(
+                    np.array_equal(array, file.arrays[name]) for name, array in arrays.items()
+                )
+            verdict = "trained again, equal" if retrain else "digest and header are valid"
+            lines.append(f"{text}: {verdict if is_good else 'trained again, DIFFERENT'}")
+        except DmplayError as error:
+            is_good = False
+            lines.append(str(error))
+        are_good &= is_good
+    return lines, are_good
 
 
 def _format_report(training: Training, facts: dict[str, Any], request: TrainingRequest) -> str:

@@ -5,6 +5,7 @@ program, `bot:COMMAND` or `bot:PARAMETER=VALUE,...,COMMAND`. `learned:FILE` is w
 `dmplay train` wrote, `policy:FILE` a policy in a text file or of another solver.
 """
 
+import hashlib
 import inspect
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import Field, dataclass, fields, is_dataclass, replace
@@ -36,12 +37,13 @@ from dmplay.core.parameter_parsing import parse_parameter
 from dmplay.core.parameters import INTEGER_TYPES
 from dmplay.core.policy import Memory, Policy, check_members, forbid_exit, is_policy_sequence
 from dmplay.core.problem import Problem, check_problem, find_seat, initial_state_distribution
+from dmplay.core.safe_files import read_bytes
 from dmplay.core.text import format_count
 from dmplay.core.user_code_locations import describe_error_location
 from dmplay.errors import BadParameter, BadPolicy, DmplayError, UnknownName
 from dmplay.registry import problem_module_exports
 from dmplay.registry.builtin_names import problem_names
-from dmplay.registry.problem_name_kinds import names_bot
+from dmplay.registry.problem_name_kinds import names_agent_file, names_bot
 from dmplay.registry.problems import ProblemLike, load_problem
 from dmplay.registry.user_code import load_named_attribute, may_name_code
 
@@ -61,6 +63,7 @@ class PlainAgent(Protocol):
 
 # a name, a policy, its class, a function of problem and seat that makes it, or a plain agent
 AgentLike = str | Policy | PlainAgent | Callable[..., object]
+DIGEST_MARK, DIGEST_DIGITS = ",digest=", 16  # of an agent's file, in its name
 MAX_LISTED_PROBLEMS = 4  # maximum number of problems listed for an agent that does not fit
 
 
@@ -275,15 +278,8 @@ def load_agent(
         return _make_policy(problem, seat, format_agent_label(agent), agent, {}, turns)
     if names_bot(agent):
         return make_bot(problem, seat, agent, turns)
-    kind, _, path = agent.partition(":")
-    if kind == "learned":
-        from dmplay.agents.learned_file import read_learned_file
-
-        return read_learned_file(Path(path)).make_policy(problem, agent)
-    if kind == "policy" and path:
-        from dmplay.agents.policy_file import read_policy_file
-
-        return read_policy_file(Path(path), problem)
+    if names_agent_file(agent):
+        return _load_agent_file(problem, agent)
     if not names_user_code(problem, seat, agent):
         return _make_roster_agent(problem, seat, agent)
     source, _, remainder = agent.partition(":")
@@ -297,6 +293,46 @@ def load_agent(
         raise BadPolicy(f"{agent}: an object takes no parameters; name its class")
     parameters = parse_agent_parameters(factory, parameter_text, agent) if parameter_text else {}
     return _make_policy(problem, seat, agent, factory, parameters, turns)
+
+
+def _load_agent_file(problem: Problem, name: str) -> Policy:
+    """Return the policy of `learned:FILE` or `policy:FILE`, which has the digest in its name."""
+    from dmplay.agents.learned_file import read_learned_file
+    from dmplay.agents.policy_file import read_policy_file
+
+    kind, path, digest = _split_agent_file_name(name)
+    if digest and digest != _compute_file_digest(path):
+        raise BadPolicy(f"{path}: the file has another digest than {digest}")
+    if kind == "learned":
+        return read_learned_file(path).make_policy(problem, name)
+    return read_policy_file(path, problem)
+
+
+def _split_agent_file_name(name: str) -> tuple[str, Path, str]:
+    """Return the kind of an agent's file, its path and its digest, '' if the name has none."""
+    kind, _, remainder = name.partition(":")
+    path, _, digest = remainder.partition(DIGEST_MARK)
+    return kind, Path(path), digest
+
+
+def _compute_file_digest(path: Path) -> str:
+    """Return the first digits of the digest of an agent's file; raise BadPolicy without one."""
+    try:
+        return hashlib.sha256(read_bytes(path)).hexdigest()[:DIGEST_DIGITS]
+    except OSError as error:
+        raise BadPolicy(f"{path}: {error.strerror}") from None
+
+
+def add_file_digest(name: str) -> str:
+    """Return the name of an agent with the digest of its file, if it is a file."""
+    if not names_agent_file(name) or DIGEST_MARK in name:
+        return name
+    return f"{name}{DIGEST_MARK}{_compute_file_digest(_split_agent_file_name(name)[1])}"
+
+
+def is_missing_file(name: str) -> bool:
+    """Return whether an agent is a file that does not exist."""
+    return names_agent_file(name) and not _split_agent_file_name(name)[1].exists()
 
 
 def load_agents(

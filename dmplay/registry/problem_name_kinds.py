@@ -11,6 +11,7 @@ from dmplay.core.problem import Problem
 PYTHON_SUFFIX = ".py"
 DATA_SUFFIXES = (".pomdp", ".mdp", ".dpomdp", ".nfg", ".efg")
 CURRENT_FOLDER = Path()
+AGENT_FILE_PREFIXES = ("learned:", "policy:")
 
 
 class LookupResult(NamedTuple):
@@ -45,6 +46,11 @@ def names_bot(name: str) -> bool:
     return name.startswith("bot:")
 
 
+def names_agent_file(name: str) -> bool:
+    """Return whether an agent's name is that of a file with a policy, which is never run."""
+    return name.startswith(AGENT_FILE_PREFIXES)
+
+
 def names_data_file(name: str) -> bool:
     """Return whether a name is that of a data file, which is parsed and never run."""
     return os.path.splitext(name)[1].lower() in DATA_SUFFIXES
@@ -52,6 +58,10 @@ def names_data_file(name: str) -> bool:
 
 def rebase_name(name: str, old_folder: Path, new_folder: Path) -> str:
     """Return a name with its path made relative to `new_folder`, unchanged if it has no path."""
+    if names_agent_file(name):
+        kind, _, path = name.partition(":")
+        is_same = _is_same_folder(old_folder, new_folder, path)
+        return name if is_same else f"{kind}:{os.path.relpath(old_folder / path, new_folder)}"
     source, colon, remainder = (name, "", "") if names_data_file(name) else name.partition(":")
     has_path = names_data_file(source) or names_python_file(source)
     if not has_path or names_bot(name) or _is_same_folder(old_folder, new_folder, source):

@@ -50,13 +50,15 @@ class TrainingRun:
     seed: int
     arrays: dict[str, Array] = field(default_factory=dict)
     checkpoints: list[Checkpoint] = field(default_factory=list)
+    # the steps after each part of the training; there are several parts if it was continued
+    part_steps: list[int] = field(default_factory=list)
 
     @classmethod
     def of_file(cls, file: LearnedFile) -> "TrainingRun":
         """Return the run that goes on where a file was written."""
         checkpoints = [Checkpoint(*point) for point in file.header["curve"]]
         arrays = {name: array.copy() for name, array in file.arrays.items()}
-        return cls(int(file.header["seed"]), arrays, checkpoints)
+        return cls(int(file.header["seed"]), arrays, checkpoints, [*file.header["part_steps"]])
 
     @property
     def last(self) -> Checkpoint:
@@ -224,6 +226,7 @@ def iterate_checkpoints(training: Training, run: TrainingRun, budget: Budget) ->
             share = budget.share(games)
             played = games.step_count if counts_steps else games.episode_count
             if share == 1.0:
+                run.part_steps.append(games.step_count)
                 return
             due += budget.eval_every
             start_time = time.process_time()
@@ -244,7 +247,27 @@ def iterate_checkpoints(training: Training, run: TrainingRun, budget: Budget) ->
     except KeyboardInterrupt:
         value = training.evaluator.evaluate(training.make_policy(run))
         run.checkpoints.append(Checkpoint(games.step_count, games.episode_count, seconds, value))
+        run.part_steps.append(games.step_count)
         raise
+
+
+def repeat_training(file: LearnedFile, problem: Problem) -> TrainingRun:
+    """Return the run that the header of a file describes, trained again from its seed.
+
+    Raise BadParameter if it was trained on recorded turns, which the file does not have.
+    """
+    header = file.header
+    if header.get("data"):
+        raise BadParameter("it was trained on recorded turns, which the file does not have")
+    learner = parse_learner(header["learner"])
+    training = Training(problem, learner, Evaluator(problem, games=1), header["features"])
+    run = TrainingRun(int(header["seed"]))
+    for steps in header["part_steps"]:
+        done = run.checkpoints[-1].steps if run.checkpoints else 0
+        budget = Budget.choose(learner, steps - done, None, steps)
+        for _ in iterate_checkpoints(training, run, budget):
+            pass
+    return run
 
 
 def interquartile_mean(sample: Reals) -> Reals:

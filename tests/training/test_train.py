@@ -1,5 +1,6 @@
 """Training reaches its optimum, is repeatable, goes on from a file and reports curves."""
 
+import hashlib
 import json
 from pathlib import Path
 from zipfile import ZipFile
@@ -8,7 +9,7 @@ import numpy as np
 import pytest
 
 import dmplay
-from dmplay.agents.learned_file import read_learned_file
+from dmplay.agents.learned_file import format_learned_file, read_learned_file
 from dmplay.errors import BadParameter, BadPolicy
 from dmplay.training.checkpoints import Evaluator
 from dmplay.training.policy_difference import compare_with_optimum
@@ -297,3 +298,41 @@ def test_an_algorithm_that_must_act_refuses_data(data_path: Path) -> None:
         train("sarsa", "hexworld", data=data_path)
     with pytest.raises(BadParameter, match="--data FILE"):
         train("behaviour-cloning", "hexworld")
+
+
+def test_a_transcript_has_the_digest_of_a_learned_agent(learned_path: Path) -> None:
+    folder = learned_path.parent
+    command = ("play", "hexworld", "--agent", "learned:agent.npz", "--seed", "3")
+    assert run_dmplay(folder, *command, "-o", "game.dmt").returncode == 0
+    digest = hashlib.sha256(learned_path.read_bytes()).hexdigest()[:16]
+    name = f"learned:agent.npz,digest={digest}"
+    assert name in (folder / "game.dmt").read_text(encoding="utf-8")
+    assert run_dmplay(folder, "verify", "game.dmt").returncode == 0
+    dmplay.load_agent("hexworld", 0, f"learned:{learned_path},digest={digest}")
+    with pytest.raises(BadPolicy, match="another digest"):
+        dmplay.load_agent("hexworld", 0, f"learned:{learned_path},digest={digest[::-1]}")
+
+
+def test_a_path_in_a_transcript_is_relative_to_its_folder(learned_path: Path) -> None:
+    folder = learned_path.parent
+    (folder / "games").mkdir()
+    command = ("play", "hexworld", "--agent", "learned:agent.npz", "-o", "games/game.dmt")
+    assert run_dmplay(folder, *command).returncode == 0
+    text = (folder / "games" / "game.dmt").read_text(encoding="utf-8")
+    assert "learned:../agent.npz," in text
+    assert run_dmplay(folder, "verify", "games/game.dmt").returncode == 0
+
+
+def test_verify_trains_a_learned_agent_again(learned_path: Path, tmp_path: Path) -> None:
+    folder = learned_path.parent
+    run_dmplay(folder, "train", "--continue", "agent.npz", "--steps", "800", "-o", "second.npz")
+    result = run_dmplay(folder, "verify", "second.npz", "agent.npz", "--retrain")
+    assert result.returncode == 0, result.stdout
+    assert result.stdout.count("trained again, equal") == 2
+    file = read_learned_file(learned_path)
+    arrays = {"weights": file.arrays["weights"] + 1e-12}
+    (tmp_path / "fake.npz").write_bytes(format_learned_file(file.header, arrays))
+    assert run_dmplay(tmp_path, "verify", "fake.npz").returncode == 0
+    result = run_dmplay(tmp_path, "verify", "fake.npz", "--retrain")
+    assert result.returncode == 3
+    assert "DIFFERENT" in result.stdout
