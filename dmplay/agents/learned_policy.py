@@ -93,8 +93,8 @@ def build_features(problem: Problem, description: Mapping[str, Any]) -> Features
     match description:
         case {"kind": "states", "count": int(count)}:
             features: Features = StateFeatures(problem, count)
-        case {"kind": "afterstates"} if problem.afterstate_feature_count:
-            return AfterstateFeatures(problem)
+        case {"kind": "afterstates"} if problem.afterstates is not None:
+            return AfterstateFeatures(problem.afterstates)
         case {"kind": "numbers", "scales": scales}:
             features = NumberFeatures(np.array(scales, float))
         case {"kind": "tiles", "low": low, "high": high, "tilings": tilings, "tiles": tiles}:

@@ -33,7 +33,7 @@ class Afterstates(Learner):
 
     def explain_misfit(self, problem: Problem) -> str:
         """Return the reason why a problem cannot be learned; '' if it can."""
-        return "" if problem.afterstate_feature_count else "it lists no afterstates"
+        return "" if problem.afterstates else "it lists no afterstates"
 
     def learn(self, task: LearningTask) -> Iterator[None]:
         """Play and learn without end; yield after each turn."""

@@ -10,7 +10,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from dmplay.core.arrays import Array, Ints, Reals
-from dmplay.core.problem import Problem
+from dmplay.core.problem import AfterstateModel, Problem
 
 
 class Activation(NamedTuple):
@@ -65,16 +65,16 @@ class NumberFeatures:
 class AfterstateFeatures:
     """The features of the states after each action, before chance acts."""
 
-    problem: Problem
+    model: AfterstateModel
 
     @property
     def count(self) -> int:
         """The number of features."""
-        return self.problem.afterstate_feature_count
+        return self.model.feature_count
 
     def activate(self, s: Array) -> Activation:
         """Return the features `[K, B, A]` of all actions, with their rewards `[B, A]`."""
-        rewards, indices = self.problem.afterstates(s)
+        rewards, indices = self.model.list_features(s)
         return Activation(indices, rewards)
 
 

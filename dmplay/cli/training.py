@@ -66,7 +66,7 @@ def train(
     *,
     terminal_options: TerminalOptions,
 ) -> object:
-    """Train an agent by reinforcement learning, and show how it improves.
+    """Train an agent, and show how it improves.
 
     Each run begins with another seed. At each evaluation, dmplay shows the interquartile
     mean of the runs: the mean of the middle half. Its interval comes from a bootstrap,
@@ -126,10 +126,11 @@ def data(
     output: options.OutputPath = None,
     force: options.Force = False,
 ) -> object:
-    """Write the turns of an agent as data for 'dmplay train --data'.
+    """Write turns of an agent as training data.
 
-    A row has the game, the state s, the action a, the reward r, the next state s', and
-    1 if the game is done. If the state is hidden, o and o' are observations instead.
+    The file is for 'dmplay train --data'. A row has the game, the state s, the action a,
+    the reward r, the next state s', and 1 if the game is done. If the state is hidden,
+    o and o' are observations instead.
 
     \b
       dmplay data hexworld --rows 500

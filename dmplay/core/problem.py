@@ -3,7 +3,7 @@
 import inspect
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property
 from itertools import product
@@ -83,6 +83,15 @@ class Outcome(NamedTuple):
     state: Array  # [B, ...]
     rewards: Reals  # [B, n]
     observations: Array  # [B, n, ...]; the next state itself if it is fully observable
+
+
+class AfterstateModel(NamedTuple):
+    """The features of afterstates, which are states after an action, before chance acts."""
+
+    feature_count: int
+    # from states `[B, ...]`, the rewards `[B, A]` of all actions, -inf if illegal, and the features
+    # `[K, B, A]` of their afterstates: indices below `feature_count`
+    list_features: Callable[[Array], tuple[Reals, Ints]]
 
 
 def check_problem(problem: object, turn_limit: int | None) -> None:
@@ -228,6 +237,11 @@ class Problem(ABC):
         return False
 
     @property
+    def afterstates(self) -> AfterstateModel | None:
+        """The features of the states after an action, before chance acts; None if unknown."""
+        return None
+
+    @property
     def can_run_forever(self) -> bool:
         """True if a game may never end, so that games of agents alone need a turn limit."""
         return True
@@ -320,19 +334,6 @@ class Problem(ABC):
     def legal_actions_mask(self, s: Array) -> Bools | None:
         """Return the mask `[B, n, A]` of the legal actions; None if all are legal."""
         return None
-
-    @property
-    def afterstate_feature_count(self) -> int:
-        """The number of features of afterstates; 0 if the problem lists none."""
-        return 0
-
-    def afterstates(self, s: Array) -> tuple[Reals, Ints]:
-        """Return the rewards `[B, A]` of all actions, and features `[K, B, A]` of the afterstates.
-
-        An afterstate is the state after an action, before chance acts. The reward of an illegal
-        action is -inf. A feature is an index below `afterstate_feature_count`.
-        """
-        raise NotImplementedError
 
     def action_labels(self, s: Array) -> tuple[Labels, ...] | None:
         """Return the action labels of each agent in one state, or None if they do not depend on it.

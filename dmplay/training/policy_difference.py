@@ -30,7 +30,7 @@ class PolicyDifference(NamedTuple):
 
 
 def compare_with_optimum(evaluator: Evaluator, policy: LearnedPolicy) -> PolicyDifference | None:
-    """Return where a policy differs from the optimum; None if the optimum is not exact."""
+    """Return the difference of a policy from the optimum; None if the optimum is not exact."""
     mdp, values, best = evaluator.mdp, evaluator.optimal_values, evaluator.optimal_actions
     if mdp is None or values is None or best is None:
         return None

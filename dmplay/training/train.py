@@ -27,7 +27,7 @@ from dmplay.registry.agents import parse_agent_parameters
 from dmplay.registry.problems import ProblemLike, load_problem
 from dmplay.simulation.learning_games import LearningGames
 from dmplay.training.checkpoints import Evaluator
-from dmplay.training.turn_data import RecordedGames, TurnData, read_turn_data
+from dmplay.training.turn_data import RecordedTurns, TurnData, read_turn_data
 
 DEFAULT_SEEDS, DEFAULT_CHECKPOINTS = 10, 10
 BOOTSTRAP_SAMPLES = 2000
@@ -147,10 +147,10 @@ def train(  # noqa: PLR0913 - the options of a training
     if start is not None:
         start.make_policy(loaded, "the file")  # checks that it fits
         training.runs = [TrainingRun.of_file(start)]
-    budget = Budget.choose(learner, steps, episodes, eval_every)
+    length = TrainingLength.choose(learner, steps, episodes, eval_every)
     try:
         for index, run in enumerate(training.runs):
-            for share in iterate_checkpoints(training, run, budget):
+            for share in iterate_checkpoints(training, run, length):
                 if progress:
                     progress((index + share) / len(training.runs))
     except KeyboardInterrupt:
@@ -172,7 +172,7 @@ def explain_misfit(learner: Learner, problem: Problem, *, has_data: bool = False
     return learner.explain_misfit(problem)
 
 
-class Budget(NamedTuple):
+class TrainingLength(NamedTuple):
     """The steps or episodes after which a run ends, and the steps between checkpoints."""
 
     steps: int | None
@@ -182,8 +182,8 @@ class Budget(NamedTuple):
     @classmethod
     def choose(
         cls, learner: Learner, steps: int | None, episodes: int | None, eval_every: int | None
-    ) -> "Budget":
-        """Return the budget of these options; by default it is the learner's own number."""
+    ) -> "TrainingLength":
+        """Return the length of these options; by default it is the learner's own number."""
         if steps is None and episodes is None:
             steps = learner.default_steps
         for name, number in (("steps", steps), ("episodes", episodes), ("eval_every", eval_every)):
@@ -192,21 +192,23 @@ class Budget(NamedTuple):
         total = steps or episodes or 1
         return cls(steps, episodes, eval_every or max(total // DEFAULT_CHECKPOINTS, 1))
 
-    def after(self, earlier: Checkpoint) -> "Budget":
-        """Return the budget of a run that goes on after a checkpoint."""
+    def after(self, earlier: Checkpoint) -> "TrainingLength":
+        """Return the length of a run that goes on after a checkpoint."""
         return self._replace(
             steps=self.steps and self.steps + earlier.steps,
             episodes=self.episodes and self.episodes + earlier.episodes,
         )
 
     def share(self, games: LearningGames) -> float:
-        """Return the share of the budget that was played, 1 at the end."""
+        """Return the share of the length that was played, 1 at the end."""
         shares = [games.step_count / self.steps] if self.steps else []
         shares += [games.episode_count / self.episodes] if self.episodes else []
         return min(max(shares), 1.0)
 
 
-def iterate_checkpoints(training: Training, run: TrainingRun, budget: Budget) -> Iterator[float]:
+def iterate_checkpoints(
+    training: Training, run: TrainingRun, length: TrainingLength
+) -> Iterator[float]:
     """Train one seed; yield the share that is done after each update of some milliseconds."""
     problem, learner = training.problem, training.learner
     earlier = run.checkpoints[-1] if run.checkpoints else Checkpoint(0, 0, 0.0, 0.0)
@@ -214,27 +216,27 @@ def iterate_checkpoints(training: Training, run: TrainingRun, budget: Budget) ->
     generator = make_numpy_generator(run.seed + (earlier.steps << SEED_BITS))
     games: Any = LearningGames(problem, learner.rows, generator, make_follower(problem))
     if training.data is not None:
-        games = RecordedGames(problem, training.data, learner.rows, generator)
+        games = RecordedTurns(problem, training.data, learner.rows, generator)
     games.step_count, games.episode_count = earlier.steps, earlier.episodes
-    budget = budget.after(earlier)
+    length = length.after(earlier)
     task = LearningTask(problem, games, build_features(problem, training.features), run.arrays)
     updates = learner.learn(task)
-    counts_steps, seconds, update_count = budget.steps is not None, earlier.seconds, 0
+    counts_steps, seconds, update_count = length.steps is not None, earlier.seconds, 0
     due = earlier.steps if counts_steps else earlier.episodes
     try:
         while True:
-            share = budget.share(games)
+            share = length.share(games)
             played = games.step_count if counts_steps else games.episode_count
             if share == 1.0:
                 run.part_steps.append(games.step_count)
                 return
-            due += budget.eval_every
+            due += length.eval_every
             start_time = time.process_time()
             while played < due and share < 1.0:
                 next(updates)
                 update_count += 1
                 played = games.step_count if counts_steps else games.episode_count
-                share = budget.share(games)
+                share = length.share(games)
                 if update_count % 256 == 0:
                     seconds += time.process_time() - start_time
                     yield share
@@ -264,8 +266,8 @@ def repeat_training(file: LearnedFile, problem: Problem) -> TrainingRun:
     run = TrainingRun(int(header["seed"]))
     for steps in header["part_steps"]:
         done = run.checkpoints[-1].steps if run.checkpoints else 0
-        budget = Budget.choose(learner, steps - done, None, steps)
-        for _ in iterate_checkpoints(training, run, budget):
+        length = TrainingLength.choose(learner, steps - done, None, steps)
+        for _ in iterate_checkpoints(training, run, length):
             pass
     return run
 

@@ -61,13 +61,13 @@ def _iterate_rows(problem: Problem, policy: Policy, seed: int) -> Iterator[list[
             last = int(block.turn_counts[row]) - 1
             start = problem.initial_observations(block.states[row, :1])[0, 0] if hidden else None
             for turn in range(last + 1):
-                seen = [start, *block.observations[row, :, 0]] if hidden else block.states[row]
+                percepts = [start, *block.observations[row, :, 0]] if hidden else block.states[row]
                 yield [
                     game,
-                    _format_seen(problem, seen[turn]),
+                    _format_percept(problem, percepts[turn]),
                     problem.format_action(0, block.actions[row, turn, 0]),
                     float(block.rewards[row, turn, 0]),
-                    _format_seen(problem, seen[turn + 1]),
+                    _format_percept(problem, percepts[turn + 1]),
                     int(turn == last and _is_done(problem, block.terminated[row])),
                 ]
         first += GAMES_PER_BLOCK
@@ -78,12 +78,12 @@ def _is_done(problem: Problem, terminated: bool) -> bool:
     return bool(terminated) or problem.is_finite_horizon
 
 
-def _format_seen(problem: Problem, seen: Array) -> str:
+def _format_percept(problem: Problem, percept: Array) -> str:
     """Return a state, or the observation of a hidden state, as text; '' for none."""
     if not problem.partially_observable:
-        return problem.format_state(seen)
-    is_null = bool(np.all(seen == problem.observations[0].null_observation(1)[0]))
-    return "" if is_null else problem.observations[0].format_observation(seen)
+        return problem.format_state(percept)
+    is_null = bool(np.all(percept == problem.observations[0].null_observation(1)[0]))
+    return "" if is_null else problem.observations[0].format_observation(percept)
 
 
 def read_turn_data(path: Path, problem: Problem) -> TurnData:
@@ -128,12 +128,12 @@ def _parse_row(problem: Problem, row: Sequence[str]) -> tuple[str, Array, int, f
         raise ValueError("expected a finite reward")
     if done not in ("0", "1"):
         raise ValueError(f"done: got {done}, expected 0 or 1")
-    seen = [_parse_seen(problem, text) for text in (before, after)]
-    return game, seen[0], int(problem.parse_action(0, action)), number, seen[1], done == "1"
+    percepts = [_parse_percept(problem, text) for text in (before, after)]
+    return game, percepts[0], int(problem.parse_action(0, action)), number, percepts[1], done == "1"
 
 
-def _parse_seen(problem: Problem, text: str) -> Array:
-    """Return the state or the observation that `_format_seen` wrote."""
+def _parse_percept(problem: Problem, text: str) -> Array:
+    """Return the state or the observation that `_format_percept` wrote."""
     if not problem.partially_observable:
         return problem.parse_state(text)
     space = problem.observations[0]
@@ -163,7 +163,7 @@ def _compute_beliefs(
     return np.array(inputs), np.array(next_inputs)
 
 
-class RecordedGames:
+class RecordedTurns:
     """Turns of a file in place of games: random ones, again and again (section 17.7)."""
 
     def __init__(
@@ -189,7 +189,7 @@ class RecordedGames:
         return self._data.actions[self._chosen]
 
     def step(self, actions: Ints) -> Transition:
-        """Return what followed the chosen turns, whose actions were `recorded_actions`."""
+        """Return the results of the chosen turns, whose actions were `recorded_actions`."""
         chosen, data = self._chosen, self._data
         next_legal = None if data.next_legal is None else data.next_legal[chosen]
         self.step_count += self._rows

@@ -157,7 +157,7 @@ def test_a_wrong_agent_is_one_clear_line(name: str, message: str) -> None:
 
 def test_an_agent_for_other_problems_is_refused() -> None:
     hexworld = dmplay.load_problem("hexworld")
-    others = "nearest-exit, random, search, script, replay, bot"
+    others = "nearest-exit, random, search, script, replay, bot, learned:FILE, policy:FILE"
     planned_names = [
         name for name in problem_names() if "plan" in load_roster(dmplay.load_problem(name)).agents
     ]

@@ -272,7 +272,7 @@ def test_beliefs_in_data_are_those_of_the_games(tmp_path: Path) -> None:
     data = read_turn_data(tmp_path / "turns.csv", problem)
     np.testing.assert_allclose(data.inputs.sum(axis=1), 1.0)
     np.testing.assert_array_equal(data.inputs[0], [0.5, 0.5])
-    np.testing.assert_array_equal(data.inputs[1:40], data.next_inputs[:39])
+    np.testing.assert_array_equal(data.inputs[1:20], data.next_inputs[:19])
 
 
 @pytest.mark.parametrize(

@@ -16,7 +16,7 @@ import numpy as np
 from dmplay.core.arrays import Array, Bools, Ints, Reals
 from dmplay.core.chance import Categorical, Chance, DiscreteUniform
 from dmplay.core.parameters import parameter
-from dmplay.core.problem import Outcome, Problem
+from dmplay.core.problem import AfterstateModel, Outcome, Problem
 from dmplay.core.spaces import Labels
 
 from . import afterstates, packed_boards
@@ -76,11 +76,9 @@ class Game2048(Problem):
         next_boards = result.cells_with_tiles(new_tile * (result.after != result.before))
         return Outcome(next_boards, result.scores.astype(float)[:, None], next_boards)
 
-    afterstate_feature_count = afterstates.TABLE_COUNT * afterstates.ENTRIES_PER_TABLE
-
-    def afterstates(self, s: Array) -> tuple[Reals, Ints]:
-        """Return the score of each slide, and the entries of its board in tables of four cells."""
-        return afterstates.list_afterstates(s)
+    afterstates = AfterstateModel(
+        afterstates.TABLE_COUNT * afterstates.ENTRIES_PER_TABLE, afterstates.list_afterstates
+    )
 
     def legal_actions_mask(self, s: Array) -> Bools:
         """Return a mask of the slides that move something."""
