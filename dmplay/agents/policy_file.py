@@ -90,10 +90,10 @@ def _parse_row(row: object, problem: Problem) -> Reals:
     if isinstance(row, str):
         words = row.replace(",", " ").split()
         if len(words) == 1:
-            return np.eye(count)[int(problem.parse_action(0, words[0]))]
+            return np.asarray(np.eye(count)[int(problem.parse_action(0, words[0]))])
         row = [float(word) for word in words]
     if isinstance(row, int) and 0 <= row < count:
-        return np.eye(count)[row]
+        return np.asarray(np.eye(count)[row])
     if not isinstance(row, list) or len(row) != count:
         raise ValueError(f"got {str(row)[:40]}, expected an action, or {count} numbers")
     q = np.array([float(number) for number in row])

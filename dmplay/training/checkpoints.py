@@ -87,7 +87,7 @@ class Evaluator:
 
     @cached_property
     def optimal_values(self) -> Reals | None:
-        """V* `[S]`, by value iteration; None if it is unknown."""
+        """V* `[S]`, by value iteration and a linear system; None if unknown."""
         mdp = self.mdp
         if mdp is None:
             return None
@@ -95,7 +95,8 @@ class Evaluator:
         for _ in range(self.problem.horizon or MAX_SWEEPS):
             previous, values = values, mdp.compute_action_values(values).max(axis=1)
             if not self.problem.horizon and abs(values - previous).max() < MAX_EXACT_CHANGE:
-                return values
+                q = mdp.compute_action_values(values)
+                return self.evaluate_actions(select_greedy_actions(q, self.problem.reward_scale))
         return values if self.problem.horizon else None
 
     @cached_property

@@ -12,12 +12,12 @@ from dmplay.errors import BadPolicy
 
 HEXWORLD = dmplay.load_problem("hexworld")
 LABELS = [*HEXWORLD.actions[0].labels]
-TIGER_VECTORS = [(0, [-10.0, 5.0]), (1, [2.0, 1.0])]
+STATES = HEXWORLD.enumerate_states()
 
 
 def solve_hexworld() -> Reals:
     solution = dmplay.solve("hexworld")
-    return np.array([solution.action_values(HEXWORLD.format_state(s)) for s in range(24)])
+    return np.array([solution.action_values(HEXWORLD.format_state(s)) for s in STATES[:24]])
 
 
 def play(agent: str) -> Reals:
@@ -31,7 +31,7 @@ def test_the_optimal_policy_in_a_file_plays_like_the_optimal_agent(
 ) -> None:
     q = [*solve_hexworld().tolist(), [0.0] * 6]
     best = [LABELS[int(np.argmax(row))] for row in q]
-    names = [HEXWORLD.format_state(s) for s in range(25)]
+    names = [HEXWORLD.format_state(s) for s in STATES]
     text = {
         "actions": "# one action for each hex\n" + "\n".join(best),
         "rows": "\n".join(", ".join(map(str, row)) for row in q),
