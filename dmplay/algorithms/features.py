@@ -12,6 +12,8 @@ import numpy as np
 from dmplay.core.arrays import Array, Ints, Reals
 from dmplay.core.problem import AfterstateModel, Problem
 
+MANY_WEIGHTS_PER_CELL = 64  # weights per changed one from which sorting is faster than counting
+
 
 class Activation(NamedTuple):
     """The active features of B inputs, with their strengths."""
@@ -106,6 +108,10 @@ def add_to_weights(weights: Reals, x: Activation, actions: Ints, changes: Reals)
     flat = weights.reshape(-1)
     if len(actions) == 1:
         flat[cells] += parts[0]
+        return
+    if len(flat) > MANY_WEIGHTS_PER_CELL * len(cells):
+        cells, inverse, cell_counts = np.unique(cells, return_inverse=True, return_counts=True)
+        flat[cells] += np.bincount(inverse, parts.reshape(-1)) / cell_counts
         return
     counts = np.bincount(cells, minlength=len(flat))
     flat += np.bincount(cells, parts.reshape(-1), len(flat)) / np.maximum(counts, 1)

@@ -177,9 +177,9 @@ def _format_report(training: Training, facts: dict[str, Any], request: TrainingR
     labels = [f"{steps:,} steps" for steps, _, _ in training.curve]
     parts = [
         f"{facts['learner']} on {facts['problem']}: {format_count(len(training.runs), 'seed')} of "
-        f"{last_steps:,} steps, {seconds:.2f} s each in the training loop",
+        f"{last_steps:,} steps, {seconds:.2f} s of training each",
         plot_estimates(
-            f"{measure}, interquartile mean of the seeds with 95 % interval",
+            f"{measure}, interquartile mean and 95 % interval",
             [*labels, f"optimum, {source}"],
             marks,
         ),

@@ -19,7 +19,7 @@ from dmplay.agents.learned_policy import (
 from dmplay.algorithms.learner import Learner, LearningTask
 from dmplay.algorithms.registry import load_learners
 from dmplay.core.arrays import Array, Reals
-from dmplay.core.problem import Problem
+from dmplay.core.problem import ContinuousStates, Problem
 from dmplay.core.uniforms import make_numpy_generator
 from dmplay.errors import BadParameter, UnknownName
 from dmplay.evaluation.statistics import Estimate
@@ -165,6 +165,10 @@ def explain_misfit(learner: Learner, problem: Problem, *, has_data: bool = False
     """Return the reason why a problem cannot be learned; '' if it can."""
     if len(problem.agents) > 1:
         return "several agents choose; it trains one agent"
+    if learner.default_features != "afterstates" and not isinstance(
+        problem.state_count, int | ContinuousStates
+    ):
+        return "its states are neither a list nor real numbers"
     if has_data and not learner.data_use:
         return "it must choose its own actions, so it cannot learn from recorded turns"
     if not has_data and learner.data_use == "required":

@@ -205,6 +205,7 @@ def test_the_rows_of_csv_and_json_are_the_checkpoints(tmp_path: Path) -> None:
         ("q-learning", "simple-regulator", "its actions are real numbers"),
         ("afterstates", "hexworld", "it lists no afterstates"),
         ("maximum-likelihood", "cart-pole", "it counts states"),
+        ("sarsa", "2048", "neither a list nor real numbers"),
     ],
 )
 def test_a_misfit_is_explained(algorithm: str, problem: str, reason: str) -> None:
