@@ -86,8 +86,13 @@ class Training:
 
     @property
     def curve(self) -> list[tuple[int, float, Estimate]]:
-        """The steps, mean seconds and interquartile mean of each checkpoint of all seeds."""
-        rows = zip(*(run.checkpoints for run in self.runs), strict=False)
+        """The steps, mean seconds and interquartile mean of each checkpoint.
+
+        A run that was interrupted after fewer checkpoints than the others is left out.
+        """
+        count = max(len(run.checkpoints) for run in self.runs)
+        complete = [run.checkpoints for run in self.runs if len(run.checkpoints) == count]
+        rows = zip(*complete, strict=True)
         return [
             (row[0].steps, float(np.mean([point.seconds for point in row])),
              estimate_interquartile_mean(np.array([point.value for point in row])))

@@ -223,6 +223,7 @@ def test_an_interruption_keeps_what_was_learned() -> None:
     assert [run.seed for run in training.runs] == [0, 1]
     assert training.runs[0].last.steps == 20_000
     assert 0 < training.runs[1].last.steps < 20_000
+    assert [steps for steps, _, _ in training.curve][-1] == 20_000
 
 
 @pytest.fixture(scope="module")
