@@ -56,9 +56,7 @@ def train(
     ] = None,
     data: Annotated[
         Path | None,
-        typer.Option(
-            metavar="FILE", help="learn from the turns in FILE, which 'dmplay data' wrote"
-        ),
+        typer.Option(metavar="FILE", help="learn from turns of 'dmplay data', or from transcripts"),
     ] = None,
     csv: CsvFlag = False,
     output: options.OutputPath = None,

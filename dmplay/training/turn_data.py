@@ -19,11 +19,15 @@ from dmplay.core.problem import Problem
 from dmplay.core.safe_files import read_bytes
 from dmplay.core.spaces import Labels
 from dmplay.errors import BadParameter, DmplayError
+from dmplay.game.recorded_games import read
+from dmplay.game.transcript_verification import TRANSCRIPT_SUFFIX
 from dmplay.simulation.learning_games import Transition
 from dmplay.simulation.rollouts import TRAJECTORIES, RolloutSpec, rollout_entrants
 
 GAMES_PER_BLOCK = 256
 MAX_ROWS = 2_000_000
+# game, state or observation, action, reward, next state or observation, done
+ParsedRow = tuple[str, Array, int, float, Array, bool]
 
 
 class TurnData(NamedTuple):
@@ -87,25 +91,14 @@ def _format_percept(problem: Problem, percept: Array) -> str:
 
 
 def read_turn_data(path: Path, problem: Problem) -> TurnData:
-    """Return the turns in a file; raise BadParameter with the line of the first error."""
-    try:
-        lines = read_bytes(path).decode().splitlines()
-    except OSError as error:
-        raise BadParameter(f"{path}: {error.strerror}") from None
-    except UnicodeDecodeError:
-        raise BadParameter(f"{path}: not UTF-8, expected comma-separated values") from None
-    rows, names = [*csv.reader(lines)], column_names(problem)
-    if not rows or rows[0] != names:
-        got = ",".join(rows[0])[:40] if rows else "an empty file"
-        raise BadParameter(f"{path}:1: got {got}, expected {','.join(names)}")
-    if not 1 < len(rows) <= MAX_ROWS:
-        raise BadParameter(f"{path}: got {len(rows) - 1} turns, expected 1 to {MAX_ROWS}")
-    parsed = []
-    for number, row in enumerate(rows[1:], 2):
-        try:
-            parsed.append(_parse_row(problem, row))
-        except (ValueError, LookupError, OverflowError, DmplayError) as error:
-            raise BadParameter(f"{path}:{number}: {','.join(row)[:60]}: {error}") from None
+    """Return the turns in a file of `dmplay data`, or in transcripts.
+
+    Raise BadParameter with the line of the first error.
+    """
+    is_transcript = path.suffix == TRANSCRIPT_SUFFIX or path.is_dir()
+    parsed = [*(_iterate_recorded_rows if is_transcript else _iterate_file_rows)(path, problem)]
+    if not 0 < len(parsed) <= MAX_ROWS:
+        raise BadParameter(f"{path}: got {len(parsed)} turns, expected 1 to {MAX_ROWS}")
     games, before, actions, rewards, after, done = zip(*parsed, strict=True)
     a = np.array(actions, np.int64)
     if problem.partially_observable:
@@ -118,7 +111,45 @@ def read_turn_data(path: Path, problem: Problem) -> TurnData:
     return TurnData(inputs, a, np.array(rewards), next_inputs, next_legal, np.array(done, bool))
 
 
-def _parse_row(problem: Problem, row: Sequence[str]) -> tuple[str, Array, int, float, Array, bool]:
+def _iterate_recorded_rows(path: Path, problem: Problem) -> Iterator[ParsedRow]:
+    """Yield the turns of the first seat in transcripts of this problem."""
+    for game in read([path]):
+        session = game.session
+        if type(session.problem) is not type(problem):
+            raise BadParameter(f"{game.transcript.path}: a game of {game.problem_name}")
+        hidden, last = problem.partially_observable, len(session.turns) - 1
+        reasons = ("terminal", "horizon") if problem.is_finite_horizon else ("terminal",)
+        percept = session.initial_state
+        if hidden:
+            percept = problem.initial_observations(percept[None])[0, 0]
+        for number, turn in enumerate(session.turns):
+            following = turn.observations[0] if hidden else turn.state
+            done = number == last and session.end_reason in reasons
+            action, reward = int(turn.actions[0]), float(turn.rewards[0])
+            yield str(game.transcript.path), percept, action, reward, following, done
+            percept = following
+
+
+def _iterate_file_rows(path: Path, problem: Problem) -> Iterator[ParsedRow]:
+    """Yield the turns in a file of comma-separated values."""
+    try:
+        lines = read_bytes(path).decode().splitlines()
+    except OSError as error:
+        raise BadParameter(f"{path}: {error.strerror}") from None
+    except UnicodeDecodeError:
+        raise BadParameter(f"{path}: not UTF-8, expected comma-separated values") from None
+    rows, names = [*csv.reader(lines)], column_names(problem)
+    if not rows or rows[0] != names:
+        got = ",".join(rows[0])[:40] if rows else "an empty file"
+        raise BadParameter(f"{path}:1: got {got}, expected {','.join(names)}")
+    for number, row in enumerate(rows[1:], 2):
+        try:
+            yield _parse_row(problem, row)
+        except (ValueError, LookupError, OverflowError, DmplayError) as error:
+            raise BadParameter(f"{path}:{number}: {','.join(row)[:60]}: {error}") from None
+
+
+def _parse_row(problem: Problem, row: Sequence[str]) -> ParsedRow:
     """Return a row as values; raise ValueError, or another error of a parser."""
     if len(row) != len(column_names(problem)):
         raise ValueError(f"got {len(row)} cells, expected {len(column_names(problem))}")

@@ -338,3 +338,24 @@ def test_verify_trains_a_learned_agent_again(learned_path: Path, tmp_path: Path)
     result = run_dmplay(tmp_path, "verify", "fake.npz", "--retrain")
     assert result.returncode == 3
     assert "DIFFERENT" in result.stdout
+
+
+@pytest.mark.parametrize("problem", ["hexworld", "crying-baby"])
+def test_turns_of_transcripts_equal_those_of_data(tmp_path: Path, problem: str) -> None:
+    options = ("--agent", "random", "--seed", "0", "--turns", "7", "-o", "games/game.dmt")
+    (tmp_path / "games").mkdir()
+    assert run_dmplay(tmp_path, "play", problem, *options).returncode == 0
+    run_dmplay(tmp_path, "data", problem, "--rows", "7", "-o", "turns.csv")
+    loaded = dmplay.load_problem(problem)
+    recorded = read_turn_data(tmp_path / "games", loaded)
+    collected = read_turn_data(tmp_path / "turns.csv", loaded)
+    count = len(recorded.actions)
+    assert 0 < count <= 7
+    for name in ("inputs", "actions", "rewards", "next_inputs"):
+        np.testing.assert_array_equal(getattr(recorded, name), getattr(collected, name)[:count])
+
+
+def test_transcripts_of_another_problem_are_refused(tmp_path: Path) -> None:
+    run_dmplay(tmp_path, "play", "catch", "--agent", "random", "--turns", "2", "-o", "game.dmt")
+    with pytest.raises(BadParameter, match="a game of catch"):
+        read_turn_data(tmp_path / "game.dmt", dmplay.load_problem("hexworld"))
