@@ -33,7 +33,8 @@ ROWS: tuple[tuple[str, str, str, dict[str, Any], dict[str, Any]], ...] = (
 
 def main() -> None:
     """Print the table, and below it the parameters that are not the defaults."""
-    seeds, rows, notes = int(sys.argv[1]) if len(sys.argv) > 1 else 10, [], dict[str, str]()
+    seeds = int(sys.argv[1]) if len(sys.argv) > 1 else 10
+    rows, notes = list[dict[str, object]](), dict[str, str]()
     for name, parameters, problem, values, options in ROWS:
         arguments = {"seeds": seeds, "eval_every": 10**12, **options, **values}
         training = train(f"{name}:{parameters}", problem, **arguments)
@@ -41,7 +42,11 @@ def main() -> None:
         mark = notes.setdefault(parameters, "*" * (len(notes) + 1)) if parameters else ""
         lowest = min(run.last.value for run in training.runs)
         numbers = [format_number(x, 4) for x in (mean.mean, mean.low, mean.high, lowest)]
-        row = {"algorithm": f"{name}{mark}", "problem": problem, "steps": f"{steps:,}"}
+        row: dict[str, object] = {
+            "algorithm": f"{name}{mark}",
+            "problem": problem,
+            "steps": f"{steps:,}",
+        }
         row |= {"s": f"{seconds:.2f}", "mean": numbers[0], "low": numbers[1], "high": numbers[2]}
         row |= {"lowest": numbers[3], "optimum": format_number(training.evaluator.optimum[0], 4)}
         rows.append(row)
