@@ -28,7 +28,7 @@ class MaximumLikelihood(ExploringLearner):
     summary = "count what follows each action, and plan with the estimated model"
     source = "sections 16.1 and 16.2, Maximum Likelihood Models and Update Schemes"
     data_use = "possible"
-    default_steps = 30_000
+    default_steps = 10_000
 
     rows: int = parameter(1, "games that are played side by side", 1, 10_000)
     update: str = parameter("full", "update scheme: full or dyna", choices=("full", "dyna"))

@@ -78,9 +78,9 @@ def train(
 
     \b
       dmplay train
-      dmplay train q-learning hexworld
-      dmplay train cross-entropy cart-pole:gym --seeds 3 --csv
-      dmplay train sarsa:alpha=0.1,epsilon=0.2 hexworld --set slip=0.1
+      dmplay train q-learning hexworld --seeds 3 --steps 20000
+      dmplay train cross-entropy cart-pole:gym --seeds 1 --csv
+      dmplay train sarsa:alpha=0.1 hexworld --set slip=0.1 --seeds 1 --steps 5000
     """
     from dmplay.game.command_line_results import Printout
     from dmplay.game.launch_requests import format_variant_name

@@ -168,11 +168,11 @@ def test_rows_that_share_a_weight_change_it_by_their_mean() -> None:
 
 def test_many_weights_change_like_few_weights() -> None:
     x = Activation(np.array([[0, 3], [0, 2], [1, 3]]))
-    few, many = np.zeros((5, 2)), np.zeros((500, 2))
-    for weights in (few, many):
+    small, large = np.zeros((5, 2)), np.zeros((500, 2))
+    for weights in (small, large):
         add_to_weights(weights, x, np.array([1, 1, 0]), np.array([1.0, 3.0, 5.0]))
-    np.testing.assert_allclose(many[:5], few)
-    assert few[0].tolist() == [0.0, 1.0]
+    np.testing.assert_allclose(large[:5], small)
+    assert small[0].tolist() == [0.0, 1.0]
 
 
 def test_a_change_of_tiles_changes_the_value_by_exactly_that_much() -> None:

@@ -7,7 +7,6 @@ import sys
 from typing import Any
 
 from dmplay.core.text import format_number
-from dmplay.output.tables import format_table
 from dmplay.training.train import train
 
 # algorithm, parameters, problem, parameters of the problem, options of the training
@@ -32,27 +31,21 @@ ROWS: tuple[tuple[str, str, str, dict[str, Any], dict[str, Any]], ...] = (
 
 
 def main() -> None:
-    """Print the table, and below it the parameters that are not the defaults."""
+    """Print a line of the guide for each training."""
     seeds = int(sys.argv[1]) if len(sys.argv) > 1 else 10
-    rows, notes = list[dict[str, object]](), dict[str, str]()
     for name, parameters, problem, values, options in ROWS:
+        algorithm = f"{name}:{parameters}" if parameters else name
         arguments = {"seeds": seeds, "eval_every": 10**12, **options, **values}
-        training = train(f"{name}:{parameters}", problem, **arguments)
+        training = train(algorithm, problem, **arguments)
         ((steps, seconds, mean),) = training.curve
-        mark = notes.setdefault(parameters, "*" * (len(notes) + 1)) if parameters else ""
-        lowest = min(run.last.value for run in training.runs)
-        numbers = [format_number(x, 4) for x in (mean.mean, mean.low, mean.high, lowest)]
-        row: dict[str, object] = {
-            "algorithm": f"{name}{mark}",
-            "problem": problem,
-            "steps": f"{steps:,}",
-        }
-        row |= {"s": f"{seconds:.2f}", "mean": numbers[0], "low": numbers[1], "high": numbers[2]}
-        row |= {"lowest": numbers[3], "optimum": format_number(training.evaluator.optimum[0], 4)}
-        rows.append(row)
-        print(row, file=sys.stderr, flush=True)
-    print(format_table(rows))
-    print("\n".join(f"{mark} {parameters}" for parameters, mark in notes.items()))
+        lowest = format_number(min(run.last.value for run in training.runs), 4)
+        optimum = format_number(training.evaluator.optimum[0], 4)
+        numbers = [format_number(x, 4) for x in (mean.mean, mean.low, mean.high)]
+        print(
+            f"- `{algorithm}` on `{problem}`: {numbers[0]}, interval {numbers[1]} to {numbers[2]}, "
+            f"after {steps:,} steps and {seconds:.2f} s; lowest {lowest}, optimum {optimum}.",
+            flush=True,
+        )
 
 
 if __name__ == "__main__":
