@@ -72,7 +72,7 @@ from tests.support.random_problems import RandomGame, RandomRivalGame
 from tests.support.turn_based_games import Nim
 
 # computed once, of a size that no parameter changes
-TABLE_MODULES = {"game_2048/ntuple_network"}
+TABLE_MODULES = {"game_2048/afterstates", "game_2048/ntuple_network"}
 PART_MODULES = {
     "legal_action_leak",
     "game_2048/packed_boards",
