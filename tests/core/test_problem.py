@@ -118,6 +118,21 @@ def test_only_a_finite_problem_enumerates_its_states() -> None:
         dmplay.load_problem("cart-pole").enumerate_states()
 
 
+def test_afterstates_name_the_legal_actions_and_known_features() -> None:
+    assert CartPole().afterstates is None
+    problem = Game2048()
+    model = problem.afterstates
+    assert model is not None
+    s = np.zeros((3, 4, 4), np.uint8)
+    s[0, 0] = 1
+    s[1] = np.arange(16).reshape(4, 4) % 5 + 1
+    s[2, 3, 3] = 2
+    rewards, features = model.list_features(s)
+    assert (rewards > -np.inf).tolist() == problem.legal_actions_mask(s)[:, 0].tolist()
+    assert features.shape[1:] == rewards.shape
+    assert 0 <= features.min() <= features.max() < model.feature_count
+
+
 def test_a_boolean_parameter_refuses_numbers() -> None:
     with pytest.raises(BadParameter, match=r"^pole_mass_in_tau: got 1, expected true or false$"):
         CartPole(pole_mass_in_tau=1)  # type: ignore[arg-type]
