@@ -33,17 +33,20 @@ class PlotArea:
     """A rectangle of cells with labelled axes, in which numbers are drawn.
 
     The drawing is `columns` wide, with the numbers of the vertical axis, and `rows` plus
-    ROWS_AROUND_AREA high.
+    ROWS_AROUND_AREA high. If it is compact, both labels share the row above the area.
     """
 
-    def __init__(self, x: Axis, y: Axis, columns: int, rows: int) -> None:
+    def __init__(
+        self, x: Axis, y: Axis, columns: int, rows: int, *, is_compact: bool = False
+    ) -> None:
         self.x, self.y, self.rows = x, y, rows
         y_ticks = _choose_ticks(y, max(rows // 4, 2))
         labels = [y.format_tick(value) for value in y_ticks]
         self.left = max(map(len, labels)) + 2
         self.columns = columns - self.left
         self.canvas = Canvas()
-        self.canvas.write_text(0, 0, y.label, "dim")
+        label = f"{y.label} over {x.label}" if is_compact else y.label
+        self.canvas.write_text(0, 0, label[:columns], "dim")
         for row in range(rows):
             self.canvas.write_text(self.left - 1, row + 1, "│", "dim")
         for value, label in zip(y_ticks, labels, strict=True):
@@ -59,8 +62,9 @@ class PlotArea:
             if start >= end:
                 self.canvas.write_text(start, rows + 2, label, "dim")
                 end = start + len(label) + 1
-        middle = self.left + max((self.columns - len(x.label)) // 2, 0)
-        self.canvas.write_text(middle, rows + 3, x.label, "dim")
+        if not is_compact:
+            middle = self.left + max((self.columns - len(x.label)) // 2, 0)
+            self.canvas.write_text(middle, rows + 3, x.label, "dim")
 
     def column_of(self, x: float) -> int:
         """Return the column of an x value."""

@@ -41,7 +41,7 @@ from dmplay.draw.triangle import draw_triangle_panel
 AREA_ROWS = 15
 # minimum columns and rows of a panel in which all can be read
 MIN_SIZES: Mapping[type[Panel], tuple[int, int]] = {
-    LinePanel: (24, 8), GridPanel: (24, 8), TrianglePanel: (24, 7), BarsPanel: (24, 2),
+    LinePanel: (24, 8), GridPanel: (24, 7), TrianglePanel: (24, 7), BarsPanel: (24, 2),
 }  # fmt: skip
 MIN_TILE_COLUMNS = 4
 MIN_SHAPES_ROWS = 8

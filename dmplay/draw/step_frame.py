@@ -35,7 +35,25 @@ def compose_step_rows(step: Step, problem: Problem, options: DrawOptions) -> lis
 
 
 def compose_pictures(step: Step, problem: Problem, options: DrawOptions) -> list[Text]:
-    """Return the rows of the first picture, and the others beside or below it while they fit."""
+    """Return the rows of the pictures that fit, with a note that counts the pictures left out."""
+    rows, omitted = _place_pictures(step, problem, options)
+    note = format_count(omitted, "more picture")
+    free_columns = options.width - (measure_text(rows[-1])[0] if rows else 0)
+    if omitted and len(rows) >= options.height > MIN_SECOND_ROWS and free_columns < len(note) + 3:
+        rows, omitted = _place_pictures(step, problem, options._replace(height=options.height - 1))
+        note = format_count(omitted, "more picture")
+    if omitted and len(rows) < options.height:
+        rows.append(Text(f"{note} in a larger window"[: options.width], "dim"))
+    elif omitted and free_columns >= len(note) + 3:
+        rows[-1:] = join_beside([rows[-1:], [Text(note, "dim")]], [0, options.width - len(note)])
+    return rows[: max(options.height, 0)]
+
+
+def _place_pictures(step: Step, problem: Problem, options: DrawOptions) -> tuple[list[Text], int]:
+    """Return the rows of the first picture, and the others beside or below it while they fit.
+
+    The number is that of the pictures and panels left out.
+    """
     rows: list[Text] = []
     omitted = 0
     for picture in step.pictures:
@@ -47,21 +65,24 @@ def compose_pictures(step: Step, problem: Problem, options: DrawOptions) -> list
             if first_columns >= _minimum_columns(picture):
                 size = size._replace(width=first_columns)
         minimum = _minimum_columns(picture)
-        if columns:
+        is_below = bool(rows) and free_columns < minimum
+        if is_below and not (
+            free_rows >= MIN_SECOND_ROWS or (free_rows > 0 and isinstance(picture, Curve))
+        ):
+            omitted += 1
+            continue
+        if is_below:
+            size = options._replace(height=min(free_rows, MAX_SECOND_ROWS))
+        elif columns:
             width = min(free_columns, max(MAX_SECOND_COLUMNS, minimum))
             size = size._replace(width=width, height=min(options.height, MAX_SECOND_ROWS))
-        if free_columns >= minimum or not rows:
-            drawing = split_rows(draw_algorithm_picture(picture, problem, size))
-            rows = join_beside([rows, drawing], [0, columns])
-        elif free_rows >= MIN_SECOND_ROWS or (free_rows > 0 and isinstance(picture, Curve)):
-            size = options._replace(height=min(free_rows, MAX_SECOND_ROWS))
-            rows += [Text(""), *split_rows(draw_algorithm_picture(picture, problem, size))]
-        else:
-            omitted += 1
-    if omitted and len(rows) < options.height:
-        note = f"{format_count(omitted, 'more picture')} in a larger window"
-        rows.append(Text(note[: options.width], "dim"))
-    return rows[: max(options.height, 0)]
+        text, omitted_panels = draw_algorithm_picture(picture, problem, size)
+        drawing = split_rows(text)
+        rows = (
+            [*rows, Text(""), *drawing] if is_below else join_beside([rows, drawing], [0, columns])
+        )
+        omitted += omitted_panels
+    return rows, omitted
 
 
 def _minimum_columns(picture: Picture) -> int:

@@ -49,23 +49,26 @@ MAX_LISTED_VECTORS = 8  # vectors whose numbers the legend lists
 LOG_RATIO = 100.0  # ratio of largest and smallest number from which a curve has a log scale
 
 
-def draw_algorithm_picture(picture: Picture, problem: Problem, options: DrawOptions) -> Text:
-    """Return a picture of a step, drawn in a size."""
-    drawing = _draw_picture(picture, problem, options)
-    return to_ascii(drawing) if options.ascii else drawing
+def draw_algorithm_picture(
+    picture: Picture, problem: Problem, options: DrawOptions
+) -> tuple[Text, int]:
+    """Return a picture of a step, drawn in a size, and the number of panels that it leaves out."""
+    drawing, omitted = _draw_picture(picture, problem, options)
+    return (to_ascii(drawing) if options.ascii else drawing), omitted
 
 
-def _draw_picture(picture: Picture, problem: Problem, options: DrawOptions) -> Text:
+def _draw_picture(picture: Picture, problem: Problem, options: DrawOptions) -> tuple[Text, int]:
     """Return the first of the panels of a picture that fits, or else its text in little space."""
     if isinstance(picture, TreeNode):
-        return draw_search_tree(picture, options)
-    for panels in _iter_panels(picture, problem):
+        return draw_search_tree(picture, options), 0
+    alternatives = [*_iter_panels(picture, problem)]
+    for panels in alternatives:
         drawing = draw_panels(panels, options.width, options.height, ascii_only=options.ascii)
         if drawing is not None:
-            return drawing
+            return drawing, len(alternatives[0]) - len(panels)
     if isinstance(picture, Curve):
-        return _draw_curve_row(picture, options)
-    return Text("a picture needs a larger window"[: options.width], "dim")
+        return _draw_curve_row(picture, options), 0
+    return Text("a picture needs a larger window"[: options.width], "dim"), 0
 
 
 def _iter_panels(picture: Picture, problem: Problem) -> Iterator[Sequence[Panel]]:

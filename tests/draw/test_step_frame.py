@@ -22,7 +22,7 @@ from dmplay.algorithms.step import (
 from dmplay.draw.bars import draw_bars
 from dmplay.draw.options import DrawOptions
 from dmplay.draw.panels import BarsPanel
-from dmplay.draw.step_frame import compose_step_rows
+from dmplay.draw.step_frame import compose_pictures, compose_step_rows
 from dmplay.draw.watch_panels import draw_algorithm_picture
 from dmplay.registry.builtin_names import problem_names
 from dmplay.registry.problems import load_problem
@@ -48,7 +48,7 @@ def sample_steps(name: str, problem_name: str) -> list[Step]:
 
 def draw(picture: Picture, width: int, height: int, *, ascii_: bool = False) -> list[str]:
     """Return the rows of a picture without trailing blanks."""
-    text = draw_algorithm_picture(picture, BABY, DrawOptions(width, height, ascii_))
+    text, _ = draw_algorithm_picture(picture, BABY, DrawOptions(width, height, ascii_))
     return [row.rstrip() for row in text.plain.split("\n")]
 
 
@@ -226,8 +226,8 @@ def test_each_changed_cell_of_a_hex_map_has_a_star_exits_included() -> None:
     problem = load_problem("hexworld")
     steps = registry.find_algorithm("value-iteration").iterate_steps(WatchRequest(problem))
     step = [*islice(steps, 2)][1]
-    text = draw_algorithm_picture(step.pictures[0], problem, DrawOptions(80, 17)).plain
-    map_text, _, caption = text.rpartition("* changed")
+    text, _ = draw_algorithm_picture(step.pictures[0], problem, DrawOptions(80, 17))
+    map_text, _, caption = text.plain.rpartition("* changed")
     assert caption.strip() == "> < formula  ◆ ✗ exit: any action ends the game"
     assert step.sentences[1].startswith(f"{map_text.count('*')} of 24 values changed")
 
@@ -254,7 +254,7 @@ def test_values_over_two_numbers_are_a_map_with_the_actions_beside_it() -> None:
         np.array([0, 0, 1, 2, -1, -1]),
         focus=1,
     )
-    text = draw_algorithm_picture(picture, load_problem("mountain-car"), DrawOptions(64, 8))
+    text, _ = draw_algorithm_picture(picture, load_problem("mountain-car"), DrawOptions(64, 9))
     assert [row.rstrip() for row in text.plain.split("\n")] == [
         "speed                           speed",
         " 0.1 ┤✗▂▂▂▂▂▆▆▆▆▆▆▆▆▆▆▆▆██████   0.1 ┤✗←←←←←→→→→→→→→→→→→",
@@ -287,3 +287,15 @@ def test_other_states_are_a_table_around_the_state_of_the_formula() -> None:
 def test_a_picture_that_does_not_fit_tells_so() -> None:
     mixes = StrategyMixes(("agent1",), (("rock", "paper"),), (np.array([0.25, 0.75]),))
     assert draw(mixes, 20, 6) == ["a picture needs a la"]
+
+
+def test_a_picture_with_fewer_panels_than_in_a_large_window_says_how_many_are_left_out() -> None:
+    problem = load_problem("mountain-car")
+    steps = registry.find_algorithm("value-iteration").iterate_steps(WatchRequest(problem))
+    step = [*islice(steps, 2)][1]
+    large, small = (
+        "\n".join(row.plain for row in compose_pictures(step, problem, DrawOptions(*size)))
+        for size in ((80, 14), (49, 7))
+    )
+    assert ("← left" in large, "1 more picture" in large) == (True, True)
+    assert ("← left" in small, "2 more pictures" in small) == (False, True)
