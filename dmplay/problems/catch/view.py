@@ -331,5 +331,6 @@ def describe_end(game: FinishedGame[Catch]) -> str:
     best = DISTANCES[int((game.problem.success_probabilities[skill] * DISTANCES).argmax())]
     advice = f"for a skill of {PROFICIENCY_NAMES[skill]}, throws of {best:g} m pay most"
     return (
-        f"{game.player} threw {balls}; {caught} {verb} caught, for {metres} m; {advice} on average"
+        f"{game.player} threw {balls}; {caught} {verb} caught, for {metres} m; {advice} on "
+        "average, but the skill was hidden"
     )

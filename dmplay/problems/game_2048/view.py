@@ -308,5 +308,9 @@ def describe_end(game: FinishedGame[Game2048]) -> str:
     cornered = int((corners == boards.max(axis=(1, 2), initial=0)).sum())
     slides = format_count(len(game.actions), "slide")
     end = f"; after {slides}, nothing moves" if game.is_terminal else f" in {slides}"
-    corner_text = f"; the largest tile was in a corner, out of the way, after {cornered} of them"
-    return f"{game.player} reached the tile {largest}{end}{corner_text}"
+    only = "only " if 2 * cornered < len(game.actions) else ""
+    corner_text = "the largest tile was in a corner, out of the way"
+    return (
+        f"{game.player} reached the tile {largest}{end}; {corner_text}, {only}after {cornered} of "
+        "them"
+    )

@@ -222,7 +222,7 @@ def lesson(view: View[MountainCar]) -> Lesson:
     """Return the three sentences that introduce the problem: role, objective and costs."""
     return Lesson(
         "You are a car in a valley; its engine pulls left or right, or coasts, and is too weak to "
-        "climb out from the bottom",
+        "climb out from the bottom at rest",
         f"You want to reach the flag at {_describe_flag(view)}: rock back and forth to gain speed",
         "Every turn costs 1 until you reach it, whatever the engine does",
         "right",
