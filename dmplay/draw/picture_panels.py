@@ -82,7 +82,8 @@ def compute_panel_height(panel: Panel, width: float) -> float:
         case BarsPanel():
             height = BAR_INCHES * len(panel.labels) * len(panel.columns) + 0.4
         case TablePanel():
-            height = TABLE_ROW_INCHES * (len(panel.rows) + 2 + bool(panel.column_title))
+            extra_rows = bool(panel.column_title) + bool(panel.caption)
+            height = TABLE_ROW_INCHES * (len(panel.rows) + 2 + extra_rows)
         case GridPanel():
             height = 0.62 * width if width > SMALL_PANEL_INCHES else 0.9 * width
         case BoardPanel():
@@ -351,7 +352,7 @@ def _draw_triangle_values(ax: "Axes", panel: TrianglePanel, styles: PictureStyle
 
 
 def _draw_table(ax: "Axes", panel: TablePanel) -> None:
-    """Draw a table of texts; marked cells are shaded, bold and starred.
+    """Draw a table of texts with its caption below; marked cells are shaded, bold and starred.
 
     A column is as wide as its longest text; a unit is the width of a character.
     """
@@ -359,19 +360,25 @@ def _draw_table(ax: "Axes", panel: TablePanel) -> None:
         max(map(len, [label, *(row[j] for row in panel.cells)])) + TABLE_GAP
         for j, label in enumerate(panel.columns)
     ]
-    label_width = max(map(len, [panel.row_title, *panel.rows])) + TABLE_GAP
+    mark_width = max(map(len, panel.row_marks), default=0)
+    mark_width += bool(mark_width)
+    label_width = mark_width + max(map(len, [panel.row_title, *panel.rows])) + TABLE_GAP
     edges = np.cumsum([label_width, *widths])
     centres = (edges[:-1] + edges[1:]) / 2
     ax.set_xlim(0, max(edges[-1], MIN_TABLE_CHARACTERS))
-    ax.set_ylim(len(panel.rows), -2 if panel.column_title else -1)
-    ax.text(0, -0.5, panel.row_title, va="center", fontweight="bold")
+    row_count = len(panel.rows)
+    ax.set_ylim(row_count + bool(panel.caption), -2 if panel.column_title else -1)
+    ax.text(0, row_count + 0.5, panel.caption, va="center", fontsize=NOTE_SIZE)
+    for i, mark in enumerate(panel.row_marks):
+        ax.text(0, i + 0.5, mark, va="center", fontweight="bold")
+    ax.text(mark_width, -0.5, panel.row_title, va="center", fontweight="bold")
     middle = (edges[0] + edges[-1]) / 2
     ax.text(middle, -1.5, panel.column_title, ha="center", va="center", fontweight="bold")
     for x, label in zip(centres, panel.columns, strict=True):
         ax.text(x, -0.5, label, ha="center", va="center")
     ax.plot([0, edges[-1]], [0, 0], "-", color=INK, linewidth=0.8)
     for i, label in enumerate(panel.rows):
-        ax.text(0, i + 0.5, label, va="center")
+        ax.text(mark_width, i + 0.5, label, va="center")
         for j, (x, text) in enumerate(zip(centres, panel.cells[i], strict=True)):
             is_marked = (i, j) in panel.marked
             if is_marked:

@@ -248,6 +248,23 @@ def test_a_picture_of_bars_has_their_numbers_and_headings() -> None:
 
 
 @pytest.mark.extra("plot")
+def test_a_picture_of_a_table_has_its_row_marks_and_its_caption() -> None:
+    from dmplay.plots.picture_files import compose_figure, use_settings
+
+    panel = TablePanel(
+        "", "state", "", ["sated", "hungry"], ["value"], [["1"], ["2"]],
+        row_marks=["*", " "], caption="* changed",
+    )  # fmt: skip
+    with use_settings():
+        (axes,) = compose_figure(Plot("sweep", [panel])).axes
+    x, y = zip(*(text.get_position() for text in axes.texts), strict=True)
+    column = {text.get_text(): index for index, text in enumerate(axes.texts)}
+    mark, label, caption = column["*"], column["sated"], column["* changed"]
+    assert (x[mark] < x[label], y[mark]) == (True, y[label])
+    assert max(axes.get_ylim()) > y[caption] > y[column["hungry"]]
+
+
+@pytest.mark.extra("plot")
 def test_a_picture_has_no_date_and_no_small_text() -> None:
     import matplotlib
     from matplotlib.text import Text
