@@ -84,7 +84,18 @@ class PlotArea:
         self.draw_cell(self.column_of(x), self.row_of(y), glyph, style)
 
     def draw_line(self, x: Reals, y: Reals, glyph: str, style: str = "") -> None:
-        """Draw the line through points, with a glyph in each column or, if steep, each row."""
+        """Draw the line through points, with a glyph in each column or, if steep, each row.
+
+        It has a gap around a number that is not finite.
+        """
+        finite = np.isfinite(y)
+        if not finite.all():
+            starts = np.flatnonzero(np.diff(finite, prepend=False, append=False))
+            for start, end in starts.reshape(-1, 2).tolist():
+                self.draw_line(x[start:end], y[start:end], glyph, style)
+            return
+        if not len(x):
+            return
         first, last = self.column_of(float(x.min())), self.column_of(float(x.max()))
         columns = np.arange(first, last + 1)
         positions = self.x.low + (self.x.high - self.x.low) * columns / (self.columns - 1)

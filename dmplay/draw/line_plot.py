@@ -1,5 +1,7 @@
 """Lines, points and bars over two axes, with regions, rules and a legend."""
 
+from dataclasses import replace
+
 import numpy as np
 from rich.text import Text
 
@@ -66,7 +68,10 @@ def _choose_line_style(series: Series) -> str:
 
 
 def _draw_series(area: PlotArea, series: Series) -> None:
-    """Draw a series as a line, as points or as bars; no positive point is on the row of 0."""
+    """Draw the finite numbers of a series; no positive point is on the row of 0."""
+    finite = np.isfinite(series.y)
+    if series.kind != "line":
+        series = replace(series, x=series.x[finite], y=series.y[finite])
     glyph, style = _choose_glyph(series), _choose_line_style(series)
     if series.kind == "points":
         for x, y in zip(series.x.tolist(), series.y.tolist(), strict=True):

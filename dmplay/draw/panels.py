@@ -287,8 +287,9 @@ class Plot:
 
 
 def make_value_axis(label: str, *values: Reals) -> Axis:
-    """Return an axis that holds all values, with a small margin."""
+    """Return an axis that holds all finite values, with a small margin."""
     joined = np.concatenate([np.ravel(part) for part in values])
-    low, high = float(joined.min()), float(joined.max())
+    finite = joined[np.isfinite(joined)] if np.isfinite(joined).any() else np.zeros(1)
+    low, high = float(finite.min()), float(finite.max())
     margin = 0.05 * (high - low) or max(abs(low), 1.0) * 0.05
     return Axis(label, low - margin, high + margin)

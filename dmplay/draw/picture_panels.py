@@ -162,7 +162,7 @@ def _draw_series(ax: "Axes", series: Series) -> None:
     elif series.is_thin:
         ax.plot(series.x, series.y, line_style, color=colour, linewidth=0.7, alpha=0.8)
     else:
-        has_markers = 2 < len(series.x) <= MAX_MARKED_POINTS
+        has_markers = len(series.x) != 2 and len(series.x) <= MAX_MARKED_POINTS
         marker = MARKERS[series.style % len(MARKERS)] if has_markers else ""
         ax.plot(
             series.x, series.y, line_style, color=colour, linewidth=2.0, marker=marker,

@@ -4,6 +4,7 @@ import re
 import subprocess
 import sys
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 import pytest
@@ -29,6 +30,7 @@ from dmplay.draw.panels import (
     ShapesPanel,
     TablePanel,
     TrianglePanel,
+    make_value_axis,
 )
 from dmplay.draw.plot_text import draw_plot
 from dmplay.errors import BadParameter
@@ -92,6 +94,37 @@ def test_a_line_with_regions_is_drawn_as_text() -> None:
         "   0                 2                 4",
     ]
     assert rows[20:] == ["x 0.000 to 1.000: low", "x 1.000 to 4.000: high", "● up", "a note"]
+
+
+@pytest.mark.parametrize("kind", ["line", "points"])
+def test_numbers_that_are_not_finite_are_gaps_in_a_plot(kind: Literal["line", "points"]) -> None:
+    y = np.array([1.0, np.nan, 3.0, np.inf, 2.0])
+    panel = LinePanel(
+        "",
+        Axis("turn", 0.0, 4.0),
+        make_value_axis("return", y),
+        [Series("", np.arange(5.0), y, kind)],
+    )
+    assert draw_plot(Plot("gaps", [panel]), 40).plain.count("●") == 3
+
+
+def test_a_series_without_numbers_is_an_empty_plot() -> None:
+    empty = np.zeros(0)
+    panel = LinePanel(
+        "", Axis("turn", 0.0, 4.0), make_value_axis("return", empty), [Series("a", empty, empty)]
+    )
+    assert draw_plot(Plot("none", [panel]), 40).plain.count("●") == 1  # of the legend
+
+
+@pytest.mark.extra("plot")
+def test_a_picture_of_a_series_of_one_number_has_a_marker() -> None:
+    from dmplay.plots.picture_files import compose_figure, use_settings
+
+    x, y = np.array([1.0]), np.array([2.0])
+    panel = LinePanel("", Axis("turn", 0.0, 2.0), make_value_axis("return", y), [Series("a", x, y)])
+    with use_settings():
+        (axes,) = compose_figure(Plot("start", [panel])).axes
+    assert axes.lines[0].get_marker() == "o"
 
 
 def test_bars_are_drawn_in_eighths_of_a_row() -> None:
