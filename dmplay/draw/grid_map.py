@@ -36,7 +36,7 @@ def draw_grid(
         legend = [(f"{glyph} {name}", style) for glyph, style, name in used]
     finite = panel.values[np.isfinite(panel.values)]
     low, high = float(finite.min(initial=np.inf)), float(finite.max(initial=-np.inf))
-    if not panel.categories:
+    if not panel.categories and len(finite):
         legend.append((format_level_legend(panel.value_label, low, high), ""))
     if panel.marks:
         legend.append((f"{MARK_GLYPH} {panel.mark_label}", MARK_STYLE))

@@ -194,6 +194,8 @@ def _draw_grid(ax: "Axes", panel: GridPanel, styles: PictureStyles) -> None:
 
     _show_axes(ax, panel.x, panel.y)
     columns, rows = panel.values.shape
+    values = panel.values.repeat(1 + (columns == 1), axis=0).repeat(1 + (rows == 1), axis=1)
+    columns, rows = values.shape
     x = np.linspace(panel.x.low, panel.x.high, columns)
     y = np.linspace(panel.y.low, panel.y.high, rows)
     half_x, half_y = (x[1] - x[0]) / 2, (y[1] - y[0]) / 2
@@ -207,20 +209,20 @@ def _draw_grid(ax: "Axes", panel: GridPanel, styles: PictureStyles) -> None:
             [styles.get_colour(label) if label in used else "none" for label in panel.categories]
         )
         last = len(panel.categories) - 0.5
-        ax.imshow(panel.values.T, cmap=colours, vmin=-0.5, vmax=last, **options)
+        ax.imshow(values.T, cmap=colours, vmin=-0.5, vmax=last, **options)
         for index, label in enumerate(panel.categories):
-            is_here = np.equal(panel.values.T, index).astype(float)
+            is_here = np.equal(values.T, index).astype(float)
             if is_here.any() and styles.hatch(label):
                 hatched = ax.contourf(
                     x, y, is_here, levels=[0.5, 1.5], colors="none", hatches=[styles.hatch(label)]
                 )
                 hatched.set_edgecolor(HATCH_EDGE)
                 hatched.set_linewidth(0.0)
-    else:
+    elif len(colour_values(panel)):
         scale = styles.add_scale(ax, panel.value_label)
-        ax.imshow(panel.values.T, **_scale_options(scale), **options)
-        if columns * rows <= MAX_CONTOUR_POINTS and np.ptp(panel.values):
-            ax.contour(x, y, panel.values.T, 8, colors=PAPER, linewidths=0.5)
+        ax.imshow(values.T, **_scale_options(scale), **options)
+        if columns * rows <= MAX_CONTOUR_POINTS and np.ptp(values):
+            ax.contour(x, y, values.T, 8, colors=PAPER, linewidths=0.5)
     for mark_number, (mark_x, mark_y) in enumerate(panel.marks):
         label = "_nolegend_" if mark_number else panel.mark_label
         ax.plot(
@@ -340,7 +342,7 @@ def _divides_actions(panel: TrianglePanel, action: str, belief: Reals) -> bool:
 
 
 def _draw_triangle_values(ax: "Axes", panel: TrianglePanel, styles: PictureStyles) -> None:
-    """Draw the values of beliefs as filled contours."""
+    """Draw the values of beliefs as filled contours; rounding may put some outside all levels."""
     steps = np.arange(TRIANGLE_STEPS + 1)
     beliefs = np.array(
         [(i, j, TRIANGLE_STEPS - i - j) for i in steps for j in steps[: TRIANGLE_STEPS + 1 - i]]
@@ -348,7 +350,7 @@ def _draw_triangle_values(ax: "Axes", panel: TrianglePanel, styles: PictureStyle
     values = (beliefs @ panel.alpha_vectors.T).max(axis=1)
     scale = styles.add_scale(ax, panel.value_label)
     points = beliefs @ TRIANGLE_CORNERS
-    ax.tricontourf(points[:, 0], points[:, 1], values, 12, **_scale_options(scale))
+    ax.tricontourf(points[:, 0], points[:, 1], values, 12, extend="both", **_scale_options(scale))
 
 
 def _draw_table(ax: "Axes", panel: TablePanel) -> None:

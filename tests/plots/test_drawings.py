@@ -9,6 +9,7 @@ from typing import Literal
 import numpy as np
 import pytest
 
+from dmplay.core.arrays import Reals
 from dmplay.draw.axes import Axis
 from dmplay.draw.canvas import measure_text, to_ascii
 from dmplay.draw.panels import (
@@ -295,6 +296,34 @@ def test_a_picture_of_a_table_has_its_row_marks_and_its_caption() -> None:
     mark, label, caption = column["*"], column["sated"], column["* changed"]
     assert (x[mark] < x[label], y[mark]) == (True, y[label])
     assert max(axes.get_ylim()) > y[caption] > y[column["hungry"]]
+
+
+@pytest.mark.extra("plot")
+def test_a_picture_colours_a_whole_triangle_of_values() -> None:
+    from matplotlib.tri import TriContourSet
+
+    from dmplay.plots.picture_files import compose_figure, use_settings
+
+    vectors = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.6, 0.6, 0.6]])
+    panel = TrianglePanel("", ["a", "b", "c"], vectors, ["go", "stay", "ask"], "value")
+    with use_settings():
+        axes = compose_figure(Plot("values", [panel])).axes[0]
+    (contours,) = (item for item in axes.collections if isinstance(item, TriContourSet))
+    point = (0.6, 0.2)  # where the third vector is the best by far
+    assert any(path.contains_point(point) for path in contours.get_paths())
+
+
+@pytest.mark.extra("plot")
+@pytest.mark.parametrize("values", [np.full((2, 3), np.nan), np.ones((1, 1)), np.ones((1, 3))])
+def test_a_map_without_numbers_or_with_one_row_is_drawn(values: Reals) -> None:
+    from dmplay.plots.picture_files import compose_figure, use_settings
+
+    panel = GridPanel("", Axis("x", 0.0, 1.0), Axis("y", 0.0, 1.0), values, "V")
+    with use_settings():
+        axes = compose_figure(Plot("map", [panel])).axes[0]
+    has_numbers = bool(np.isfinite(values).any())
+    assert len(axes.images) == has_numbers
+    assert ("V:" in draw_plot(Plot("map", [panel]), 40).plain) == has_numbers
 
 
 @pytest.mark.extra("plot")
