@@ -58,6 +58,7 @@ BAR_INCHES = 0.26
 TABLE_ROW_INCHES = 0.26
 TABLE_GAP, MIN_TABLE_CHARACTERS = 4, 60  # characters between columns, and of the whole width
 MAX_HEX_INCHES = 0.9  # width of a hex
+CAPTION_INCHES = 0.2
 MAX_BOARD_INCHES = 2.4
 MIN_SHAPES_INCHES, MAX_SHAPES_INCHES = 2.0, 5.0  # height of shapes with equal scales
 LABEL_OFFSETS = {  # of a text from its point, in points, with its alignment
@@ -76,7 +77,7 @@ def compute_panel_height(panel: Panel, width: float) -> float:
         case HexPanel():
             low, high = _measure_hexes(panel.cells)
             scale = min(0.86 * width / (high[0] - low[0]), MAX_HEX_INCHES)
-            height = float(scale * (high[1] - low[1])) + 0.3
+            height = float(scale * (high[1] - low[1])) + 0.3 + CAPTION_INCHES * bool(panel.caption)
         case TrianglePanel():
             height = 0.75 * width + 0.3 if width > SMALL_PANEL_INCHES else width + 0.15
         case BarsPanel():
@@ -257,7 +258,7 @@ def _measure_hexes(cells: Sequence[PlottedHex]) -> tuple[Reals, Reals]:
 
 
 def _draw_hexes(ax: "Axes", panel: HexPanel, styles: PictureStyles) -> None:
-    """Draw a map of hexagons, coloured by value, with arrows and texts."""
+    """Draw a map of hexagons, coloured by value, with arrows, texts and marks."""
     from matplotlib.colors import to_hex, to_rgb
     from matplotlib.patches import RegularPolygon
 
@@ -285,6 +286,16 @@ def _draw_hexes(ax: "Axes", panel: HexPanel, styles: PictureStyles) -> None:
             x, y - 0.22 * has_arrow, cell.text, ha="center", va="center", color=ink,
             fontsize=NOTE_SIZE, fontweight="bold" if cell.kind else "normal",
         )  # fmt: skip
+        if cell.is_changed:
+            ax.text(x, y + 0.4, "*", ha="center", va="center", color=ink, fontweight="bold")
+        if cell.is_marked:
+            outline = RegularPolygon(
+                (x, y), 6, radius=0.9 / sqrt(3), fill=False, edgecolor=ink, linewidth=2.5
+            )
+            ax.add_patch(outline)
+    ax.text(
+        0.5, 0.0, panel.caption, transform=ax.transAxes, ha="center", va="top", fontsize=NOTE_SIZE
+    )
     low, high = _measure_hexes(panel.cells)
     ax.set_xlim(low[0], high[0])
     ax.set_ylim(low[1], high[1])

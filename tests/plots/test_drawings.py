@@ -327,6 +327,24 @@ def test_a_map_without_numbers_or_with_one_row_is_drawn(values: Reals) -> None:
 
 
 @pytest.mark.extra("plot")
+def test_a_picture_of_hexes_has_their_marks_and_the_caption() -> None:
+    from dmplay.plots.picture_files import compose_figure, use_settings
+
+    cells = [
+        PlottedHex((0, 0), 1.0, is_changed=True),
+        PlottedHex((1, 0), 2.0, is_marked=True),
+        PlottedHex((2, 0), 3.0, is_changed=True, is_marked=True),
+        PlottedHex((3, 0), 4.0),
+    ]
+    with use_settings():
+        axes = compose_figure(Plot("sweep", [HexPanel("", cells, "V", "* changed")])).axes[0]
+    texts = [text.get_text() for text in axes.texts if text.get_text()]
+    assert texts == ["*", "*", "* changed"]
+    outlined = [patch for patch in axes.patches if not patch.get_fill()]
+    assert len(outlined) == 2
+
+
+@pytest.mark.extra("plot")
 def test_a_picture_has_no_date_and_no_small_text() -> None:
     import matplotlib
     from matplotlib.text import Text
