@@ -31,7 +31,11 @@ def draw_table(panel: TablePanel, columns: int, rows: int | None = None) -> Text
     starts = np.cumsum([label_columns, *widths]).tolist()
     pitch, count = starts[-1] - 2 + GROUP_GAP, len(panel.rows)
     top = 1 + bool(panel.column_title)
-    capacity = count if rows is None else max(rows - top - bool(panel.caption), 1)
+    capacity = (
+        count if rows is None else max(rows - top - bool(panel.marked) - bool(panel.caption), 1)
+    )
+    if not panel.caption and count > capacity * max((columns + GROUP_GAP) // pitch, 1):
+        capacity = max(capacity - 1, 1)  # a row says how many are left out
     group_count = max(min((columns + GROUP_GAP) // pitch, -(-count // capacity)), 1)
     first = max(
         min(panel.focus_row - capacity * group_count // 2, count - capacity * group_count), 0
@@ -54,7 +58,8 @@ def draw_table(panel: TablePanel, columns: int, rows: int | None = None) -> Text
     y = top + capacity
     if panel.marked:
         y = canvas.write_rows(y, [f"* {panel.mark_label}"], theme.BEST)
-    if panel.caption:
-        part = "" if len(drawn) == count else f"{len(drawn)} of {count} rows; "
-        canvas.write_text(0, y, f"{part}{panel.caption}"[:columns], "dim")
+    part = "" if len(drawn) == count else f"{len(drawn)} of {count} rows"
+    if part or panel.caption:
+        note = "; ".join(filter(None, [part, panel.caption]))
+        canvas.write_text(0, y, note[:columns], "dim")
     return canvas.to_text()

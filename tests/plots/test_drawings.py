@@ -12,6 +12,7 @@ import pytest
 from dmplay.core.arrays import Reals
 from dmplay.draw.axes import Axis
 from dmplay.draw.canvas import measure_text, to_ascii
+from dmplay.draw.panel_text import draw_panel
 from dmplay.draw.panels import (
     BarsPanel,
     BeliefMarks,
@@ -155,6 +156,22 @@ def test_a_table_stars_its_marked_cells() -> None:
     assert draw_plot(Plot("game", [panel]), 40).plain == (
         "game\n     column\nrow  c    d\na    1    2\nb    3 *  4\n* equilibrium"
     )
+
+
+@pytest.mark.parametrize("caption", ["", "* changed"])
+def test_a_table_says_how_many_rows_it_leaves_out(caption: str) -> None:
+    names = [f"state {number}" for number in range(30)]
+    panel = TablePanel(
+        "", "state", "", names, ["V"], [["1"]] * 30, frozenset({(0, 0)}), "best", caption=caption
+    )
+    drawing = draw_panel(panel, 20, 10)
+    assert drawing
+    lines = drawing.plain.split("\n")
+    assert len(lines) <= 10
+    assert lines[-1].startswith(f"{sum('state ' in line for line in lines[1:])} of 30 rows")
+    whole = draw_panel(panel, 20, 40)
+    assert whole
+    assert "rows" not in whole.plain
 
 
 def test_a_triangle_shows_the_best_action_near_each_corner() -> None:
