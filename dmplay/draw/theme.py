@@ -4,6 +4,7 @@ A colour is a name, which `dmplay.terminal.styles` shows in the way of a theme. 
 meaning alone: glyphs, words or places do too.
 """
 
+import string
 from collections.abc import Iterable
 
 from dmplay.core.text import format_score
@@ -53,12 +54,16 @@ def format_level_legend(label: str, low: float, high: float) -> str:
 def assign_letters(names: Iterable[str]) -> dict[str, tuple[str, str]]:
     """Return the glyph and the style of each name.
 
-    A glyph is an arrow or the first letter of the name that no earlier name has, or else a digit.
+    A glyph is an arrow or the first letter of the name that no earlier name has, or else a digit or
+    another letter.
     """
     glyphs: dict[str, tuple[str, str]] = {}
     letters: set[str] = set()
     for number, name in enumerate(dict.fromkeys(names)):
-        candidates = [ACTION_GLYPHS.get(name, ""), *filter(str.isalnum, name), str(number % 10)]
+        candidates = [
+            ACTION_GLYPHS.get(name, ""), *filter(str.isalnum, name), str(number % 10),
+            *string.digits, *string.ascii_letters,
+        ]  # fmt: skip
         glyph = next((c for c in candidates if c and c not in letters), candidates[-1])
         letters.add(glyph)
         glyphs[name] = glyph, choose_style(number)

@@ -80,6 +80,11 @@ def test_a_panel_shows_the_same_glyphs_in_each_theme_and_no_colour_in_mono(panel
             assert name not in THEME_PALETTES or not words & {str(30 + n) for n in range(8)}
 
 
+def test_the_glyphs_of_fifty_names_differ() -> None:
+    letters = theme.assign_letters(f"action {number}" for number in range(50))
+    assert len({glyph for glyph, _ in letters.values()}) == 50
+
+
 def test_series_and_levels_differ_without_colour_and_in_ascii() -> None:
     glyphs = [*theme.SERIES_GLYPHS, theme.THIN_GLYPH]
     assert len({to_ascii(Text(glyph)).plain for glyph in glyphs}) == len(glyphs)
