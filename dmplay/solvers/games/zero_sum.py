@@ -13,6 +13,7 @@ ZERO_TOLERANCE = 1e-10  # for tableaux whose entries are about 1
 # allowed shortfall, relative to the payoffs' spread and to their size
 SECURITY_TOLERANCE, ROUNDING_ERROR = 1e-8, 1e-14
 MAX_PIVOTS_PER_LINE = 100  # With more per row and column, rounding makes pivots cycle.
+MAX_STALLED_PIVOTS = 20
 MAX_TABLEAU_NUMBERS = 2**21  # of games that are solved together
 FRACTION_OPERATIONS = 2000.0  # elementary operations that take as long as one with fractions
 
@@ -103,29 +104,38 @@ def normalize_weights(weights: Reals) -> Reals:
 def _run_simplex(tableaux: Reals, bases: Ints, zero_tolerance: float, budget: Budget) -> None:
     """Pivot the tableaux in place until no weight is worth raising.
 
-    The lowest index enters first, so pivots can cycle only by rounding; then PIVOTS ends them.
+    The weight that raises the sum fastest enters. After MAX_STALLED_PIVOTS that raise it by nothing
+    it is the one of lowest index, with which pivots can cycle only by rounding; then PIVOTS ends
+    them.
     """
     active_games = np.arange(len(tableaux))
+    stalled_pivots = np.zeros(len(tableaux), int)
     operation_work = 1.0 if zero_tolerance else FRACTION_OPERATIONS
     pivots_left = MAX_PIVOTS_PER_LINE * sum(tableaux.shape[1:]) if zero_tolerance else math.inf
     while len(active_games) and pivots_left > 0:
         pivots_left -= 1
         pivot_work = 3.0 * operation_work * len(active_games) * tableaux[0].size
         budget.spend_work(ARRAY_CALL_WORK + pivot_work)
-        improving = tableaux[active_games, -1, :-1] < -zero_tolerance
-        unfinished = improving.any(axis=1)
-        active_games = active_games[unfinished]
+        slopes = tableaux[active_games, -1, :-1]
+        unfinished = (slopes < -zero_tolerance).any(axis=1)
+        active_games, slopes = active_games[unfinished], slopes[unfinished]
         if len(active_games):
-            columns = improving[unfinished].argmax(axis=1)
+            is_stalled = stalled_pivots[active_games] >= MAX_STALLED_PIVOTS
+            lowest_indices = (slopes < -zero_tolerance).argmax(axis=1)
+            columns = np.where(is_stalled, lowest_indices, slopes.argmin(axis=1))
+            sums = tableaux[active_games, -1, -1]
             _pivot_games(tableaux, bases, active_games, columns, zero_tolerance)
+            has_risen = tableaux[active_games, -1, -1] > sums + zero_tolerance
+            stalled_pivots[active_games] = np.where(has_risen, 0, stalled_pivots[active_games] + 1)
 
 
 def _pivot_games(
     tableaux: Reals, bases: Ints, active_games: Ints, columns: Ints, zero_tolerance: float
 ) -> None:
     """Bring one column into the basis of each active game, in place."""
-    indices = np.arange(len(active_games))
-    active_tableaux, basis = tableaux[active_games], bases[active_games]
+    indices, are_all = np.arange(len(active_games)), len(active_games) == len(tableaux)
+    active_tableaux = tableaux if are_all else tableaux[active_games]
+    basis = bases[active_games]
     column = active_tableaux[indices, :, columns]
     is_positive = column[:, :-1] > zero_tolerance
     divisors = np.where(is_positive, column[:, :-1], 1)
@@ -135,5 +145,6 @@ def _pivot_games(
     pivot = active_tableaux[indices, rows] / column[indices, rows][:, None]
     active_tableaux -= column[:, :, None] * pivot[:, None, :]
     active_tableaux[indices, rows] = pivot
-    tableaux[active_games] = active_tableaux
+    if not are_all:
+        tableaux[active_games] = active_tableaux
     bases[active_games, rows] = columns

@@ -1,5 +1,7 @@
 """Tests of matrix games, against solutions by hand and the minimax theorem."""
 
+from fractions import Fraction
+
 import numpy as np
 import pytest
 
@@ -77,3 +79,18 @@ def test_a_game_in_which_rounding_causes_cycling_is_solved(monkeypatch: pytest.M
     assert solution.values.tolist() == [2.0]
     assert solution.row_strategies == pytest.approx(np.array([[1 / 3, 2 / 3]]))
     assert solution.column_strategies == pytest.approx(np.array([[0.5, 0.5]]))
+
+
+def test_a_game_of_300_actions_each_has_two_strategies_that_secure_its_value() -> None:
+    payoffs = np.random.default_rng(3).normal(size=(300, 300))
+    (value,), (row,), (column,) = zero_sum.solve_matrix_games(payoffs[None])
+    assert (row @ payoffs).min() == pytest.approx(value, abs=1e-12)
+    assert (payoffs @ column).max() == pytest.approx(value, abs=1e-12)
+
+
+def test_pivots_that_raise_nothing_end() -> None:
+    """In exact arithmetic no rounding ends a cycle."""
+    payoffs = np.kron(np.ones((4, 4)), [[0, -1, 1], [1, 0, -1], [-1, 1, 0]])  # each action 4 times
+    fractions = np.vectorize(Fraction, otypes=[object])(payoffs[None])
+    solution = zero_sum._solve_by_simplex(fractions, 0)
+    assert solution.values.tolist() == [0]
