@@ -91,11 +91,11 @@ def _format_pulls(view: View[Bandit], options: DrawOptions) -> str:
 def goal_lines(view: View[Bandit]) -> list[str]:
     """Return the goal: wins, and the hidden chances of a win."""
     count = len(view.problem.bandits)
-    rows = f"one of the {count} rows of chances, equally likely at first," if count > 1 else ""
+    row = f"one of the {count} rows, hidden, equally likely at first," if count > 1 else "the row"
     return [
         "win often: pull the arm that wins most",
         "a win pays 1, a loss 0",
-        f"{rows or 'the row of chances'} is true and never changes",
+        f"the true chances are {row} and never change",
     ]
 
 
