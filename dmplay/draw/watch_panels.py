@@ -58,14 +58,15 @@ def draw_algorithm_picture(
 
 
 def _draw_picture(picture: Picture, problem: Problem, options: DrawOptions) -> tuple[Text, int]:
-    """Return the first of the panels of a picture that fits, or else its text in little space."""
+    """Return the panels of a picture that fit, or else its text, and the number of others."""
     if isinstance(picture, TreeNode):
         return draw_search_tree(picture, options), 0
-    alternatives = [*_iter_panels(picture, problem)]
-    for panels in alternatives:
+    panel_count = 0
+    for panels in _iter_panels(picture, problem):
+        panel_count = panel_count or len(panels)  # The first alternative has all of them.
         drawing = draw_panels(panels, options.width, options.height, ascii_only=options.ascii)
         if drawing is not None:
-            return drawing, len(alternatives[0]) - len(panels)
+            return drawing, panel_count - len(panels)
     if isinstance(picture, Curve):
         return _draw_curve_row(picture, options), 0
     return Text("a picture needs a larger window"[: options.width], "dim"), 0
