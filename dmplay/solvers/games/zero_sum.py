@@ -13,7 +13,7 @@ ZERO_TOLERANCE = 1e-10  # for tableaux whose entries are about 1
 # allowed shortfall, relative to the payoffs' spread and to their size
 SECURITY_TOLERANCE, ROUNDING_ERROR = 1e-8, 1e-14
 MAX_PIVOTS_PER_LINE = 100  # With more per row and column, rounding makes pivots cycle.
-MAX_STALLED_PIVOTS = 20
+MAX_STALLED_PIVOTS = 20  # of ties, which are short; a cycle goes on and meets the slower rule
 MAX_TABLEAU_NUMBERS = 2**21  # of games that are solved together
 FRACTION_OPERATIONS = 2000.0  # elementary operations that take as long as one with fractions
 
@@ -104,9 +104,9 @@ def normalize_weights(weights: Reals) -> Reals:
 def _run_simplex(tableaux: Reals, bases: Ints, zero_tolerance: float, budget: Budget) -> None:
     """Pivot the tableaux in place until no weight is worth raising.
 
-    The weight that raises the sum fastest enters. After MAX_STALLED_PIVOTS that raise it by nothing
-    it is the one of lowest index, with which pivots can cycle only by rounding; then PIVOTS ends
-    them.
+    The weight that raises the sum fastest enters. After MAX_STALLED_PIVOTS that do not raise it,
+    the one of lowest index enters: these pivots cycle only by rounding, and MAX_PIVOTS_PER_LINE
+    ends them.
     """
     active_games = np.arange(len(tableaux))
     stalled_pivots = np.zeros(len(tableaux), int)

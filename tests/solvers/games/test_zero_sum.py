@@ -88,9 +88,14 @@ def test_a_game_of_300_actions_each_has_two_strategies_that_secure_its_value() -
     assert (payoffs @ column).max() == pytest.approx(value, abs=1e-12)
 
 
-def test_pivots_that_raise_nothing_end() -> None:
-    """In exact arithmetic no rounding ends a cycle."""
-    payoffs = np.kron(np.ones((4, 4)), [[0, -1, 1], [1, 0, -1], [-1, 1, 0]])  # each action 4 times
+@pytest.mark.parametrize("stalled_pivots", [0, 1, 20])
+def test_the_column_that_enters_does_not_change_the_value(
+    stalled_pivots: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """With 0 stalled pivots the lowest index always enters. Fractions have no rounding."""
+    monkeypatch.setattr(zero_sum, "MAX_STALLED_PIVOTS", stalled_pivots)
+    payoffs = np.kron(np.ones((4, 4)), [[0, -1, 2], [1, 0, -1], [-1, 2, 0]])  # each action 4 times
     fractions = np.vectorize(Fraction, otypes=[object])(payoffs[None])
-    solution = zero_sum._solve_by_simplex(fractions, 0)
-    assert solution.values.tolist() == [0]
+    (value,), (row,), (column,) = zero_sum._solve_by_simplex(fractions, 0)
+    assert (row @ payoffs).min() == pytest.approx(float(value), abs=1e-15)
+    assert (payoffs @ column).max() == pytest.approx(float(value), abs=1e-15)
